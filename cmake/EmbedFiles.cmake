@@ -1,9 +1,9 @@
-# Run as a script: cmake -DOUT=file.cpp -DROOT=dir -DPRELUDE=a -DEXTERN=b -DLIBRARIES=x,y -DHEADERS=z -P EmbedFiles.cmake
-# Writes a C++ file that holds each file's text as a raw string, so that the programs need no files beside them.
-# LIBRARIES and HEADERS become tables: libraries by the name of the file, headers by their path below ROOT.
-string(REPLACE "," ";" LIBRARIES "${LIBRARIES}")
-string(REPLACE "," ";" HEADERS "${HEADERS}")
-set(text "// Made by cmake/EmbedFiles.cmake.\n#include \"compiler/driver/embedded.h\"\n\nnamespace meld::driver {\n\n")
+# Run as a script: cmake -DOUT=file.cpp -DROOT=dir -DFOLDER=a/b -DTEXT=name -DFILE=f -DTABLE=name -DFILES=x,y -P EmbedFiles.cmake
+# Writes a C++ file that holds each file's text as a raw string, so that the programs need no files beside them: FILE as the constant TEXT,
+# FILES as the table TABLE, both declared in FOLDER/embedded.h. Programs in Meld are named by their file, headers by their path below ROOT.
+string(REPLACE "," ";" FILES "${FILES}")
+get_filename_component(space ${FOLDER} NAME)
+set(text "// Made by cmake/EmbedFiles.cmake.\n#include \"${FOLDER}/embedded.h\"\n\nnamespace meld::${space} {\n\n")
 
 function(raw_string file result)
   file(READ ${file} content)
@@ -19,24 +19,18 @@ function(raw_string file result)
   set(${result} "${pieces}" PARENT_SCOPE)
 endfunction()
 
-raw_string(${PRELUDE} pieces)
-string(APPEND text "const char kPrelude[] = ${pieces};\n\n")
-raw_string(${EXTERN} pieces)
-string(APPEND text "const char kExtern[] = ${pieces};\n\n")
+raw_string(${FILE} pieces)
+string(APPEND text "const char ${TEXT}[] = ${pieces};\n\n")
 
-string(APPEND text "static const EmbeddedText libraries[] = {\n")
-foreach(file IN LISTS LIBRARIES)
-  get_filename_component(name ${file} NAME_WE)
+string(APPEND text "static const EmbeddedText files[] = {\n")
+foreach(file IN LISTS FILES)
+  if(file MATCHES "\\.meld$")
+    get_filename_component(name ${file} NAME_WE)
+  else()
+    file(RELATIVE_PATH name ${ROOT} ${file})
+  endif()
   raw_string(${file} pieces)
   string(APPEND text "{\"${name}\", ${pieces}},\n")
 endforeach()
-string(APPEND text "};\nconst std::span<const EmbeddedText> kLibraries = libraries;\n\n")
-
-string(APPEND text "static const EmbeddedText headers[] = {\n")
-foreach(file IN LISTS HEADERS)
-  file(RELATIVE_PATH name ${ROOT} ${file})
-  raw_string(${file} pieces)
-  string(APPEND text "{\"${name}\", ${pieces}},\n")
-endforeach()
-string(APPEND text "};\nconst std::span<const EmbeddedText> kModuleHeaders = headers;\n\n}  // namespace meld::driver\n")
+string(APPEND text "};\nconst std::span<const EmbeddedText> ${TABLE} = files;\n\n}  // namespace meld::${space}\n")
 file(WRITE ${OUT} "${text}")

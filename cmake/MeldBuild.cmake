@@ -69,6 +69,23 @@ function(meld_target_name folder result)
   set(${result} ${name} PARENT_SCOPE)
 endfunction()
 
+# meld_embed(FOLDER TEXT name file TABLE name files ...): in a generate.cmake, adds to its layer a source with the texts of these files.
+function(meld_embed folder)
+  cmake_parse_arguments(ARG "" "" "TEXT;TABLE" ${ARGN})
+  list(POP_FRONT ARG_TEXT text_name)
+  list(POP_FRONT ARG_TABLE table_name)
+  list(JOIN ARG_TABLE "," files)
+  set(out ${CMAKE_BINARY_DIR}/generated/${folder}/embedded.cpp)
+  set(script ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake)
+  add_custom_command(
+    OUTPUT ${out}
+    COMMAND ${CMAKE_COMMAND} -DOUT=${out} -DROOT=${CMAKE_SOURCE_DIR} -DFOLDER=${folder} -DTEXT=${text_name} -DFILE=${ARG_TEXT}
+      -DTABLE=${table_name} -DFILES=${files} -P ${script}
+    DEPENDS ${ARG_TEXT} ${ARG_TABLE} ${script}
+    VERBATIM)
+  set(generated ${generated} ${out} PARENT_SCOPE)
+endfunction()
+
 # meld_layer(FOLDER DEPENDS ...): the library made of all sources directly in FOLDER except main.cpp.
 # Dependencies that name a folder are layers, the others are CMake targets.
 function(meld_layer folder)

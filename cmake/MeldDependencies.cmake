@@ -28,6 +28,13 @@ pkg_check_modules(ODE REQUIRED IMPORTED_TARGET ode)
 add_library(meld_ode INTERFACE)
 target_link_libraries(meld_ode INTERFACE PkgConfig::ODE)
 
+# Only runtime/render sees Embree and Cairo: rays for pictures, and what is written over them. Eigen has the vectors.
+find_package(embree 3 REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
+pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
+add_library(meld_pictures INTERFACE)
+target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CAIRO)
+
 # Clang and LLVM come as one shared library each, LLVM's linker as two static ones; their headers are not ours to be warned
 # about. Their own CMake packages would ask for a dozen further packages that nobody here needs.
 set(CLAYMELD_LLVM_ROOT /usr/lib/llvm-19 CACHE PATH "Where LLVM 19 is installed")

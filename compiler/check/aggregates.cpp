@@ -9,6 +9,7 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
@@ -52,15 +53,19 @@ class Aggregates {
                                      a.neighbour_link.text));
             return;
         }
-        if (p.aggregate != Aggregate::None)
-            return complain(a.aggregate_span, fmt::format("`{}` has two aggregates", p.name), "split it into two predicates with one each");
+        if (p.aggregate != Aggregate::None) {
+            complain(a.aggregate_span, fmt::format("`{}` has two aggregates", p.name), "split it into two predicates with one each");
+            return;
+        }
         p.aggregate = named(a);
         p.aggregate_at = i;
-        if (i == 0) complain(a.aggregate_span, "the catom itself cannot be aggregated", "");
+        const diagnostics::Fix without = diagnostics::leave_out(a.aggregate_span, fmt::format("`{}`", a.aggregate), Fit::Word);
+        if (i == 0) complain(a.aggregate_span, "the catom itself cannot be aggregated", "").fixes = {without};
         if (p.kind == PredicateKind::Linear || p.kind == PredicateKind::Action)
             complain(a.aggregate_span,
                      fmt::format("`{}` is {}, and only views are aggregated", p.name, p.linear() ? "linear" : "an action"),
-                     p.linear() ? linear_help(p, a.aggregate) : "leave it out");
+                     p.linear() ? linear_help(p, a.aggregate) : "leave it out")
+                .fixes = {without};
         if (i + 1 != d.arguments.size() && !info(p.aggregate).has(AggregateInfo::kPayload))
             complain(a.aggregate_span, fmt::format("{} has no payload: no single fact wins", article(a.aggregate)),
                      "put the arguments of the group before the aggregate");
@@ -68,7 +73,7 @@ class Aggregates {
             function(a, p);
         else if (p.arguments[i].type != Type::Error)
             value(a, p.aggregate, p.arguments[i].type);
-        parameter(a, p);
+        parameter(a, p, d.span);
         if (a.neighbour_complete) link(a, p);
     }
 
@@ -82,13 +87,15 @@ class Aggregates {
     }
 
     // min_k(3), or min_k(size) with a constant.
-    void parameter(const syntax::Argument& a, Predicate& p) {
+    void parameter(const syntax::Argument& a, Predicate& p, Span item) {
         const bool takes = info(p.aggregate).has(AggregateInfo::kParameter);
         if (takes && !a.aggregate_parameter)
             complain(a.aggregate_span, fmt::format("`{}` needs to know how many values it keeps", a.aggregate),
-                     fmt::format("write `{}(3)`", a.aggregate));
+                     fmt::format("write `{}(3)`", a.aggregate))
+                .fixes = {diagnostics::write(a.aggregate_span, a.aggregate + "(3)")};
         if (!takes && a.aggregate_parameter)
-            complain(a.aggregate_span, fmt::format("`{}` takes no number", a.aggregate), fmt::format("write `{}` alone", a.aggregate));
+            complain(a.aggregate_span, fmt::format("`{}` takes no number", a.aggregate), fmt::format("write `{}` alone", a.aggregate))
+                .fixes = {diagnostics::write(a.aggregate_span, a.aggregate)};
         if (!takes || !a.aggregate_parameter) return;
         p.parameter.span = a.aggregate_span;
         p.parameter.type = Type::Int;
@@ -97,7 +104,8 @@ class Aggregates {
             p.parameter.integer = *number;
             if (*number < 1)
                 complain(a.aggregate_span, fmt::format("`{}` keeps at least one value", a.aggregate),
-                         fmt::format("write `{}(1)`", a.aggregate));
+                         fmt::format("write `{}(1)`", a.aggregate))
+                    .fixes = {diagnostics::write(a.aggregate_span, a.aggregate + "(1)")};
             return;
         }
         const syntax::Name& name = std::get<syntax::Name>(*a.aggregate_parameter);
@@ -111,8 +119,11 @@ class Aggregates {
         }
         if (tree_.is_lost(name.text)) return;
         const std::string near = diagnostics::nearest_name(name.text, known);
-        report_.add(Kind::UnknownFunction, name.span, fmt::format("there is no constant `{}`", name.text)).help =
-            near.empty() ? fmt::format("declare it: `const {} = 3.`", name.text) : fmt::format("did you mean `{}`?", near);
+        auto& d = report_.add(Kind::UnknownFunction, name.span, fmt::format("there is no constant `{}`", name.text));
+        if (!near.empty()) return d.did_you_mean(near, name.span, Fit::Name);
+        const std::string declaration = fmt::format("const {} = 3.", name.text);
+        d.help = fmt::format("declare it: `{}`", declaration);
+        d.fixes = {{.title = fmt::format("Declare `{}`", declaration), .edits = {{item, declaration, Fit::Before}}}};
     }
 
     void value(const syntax::Argument& a, Aggregate aggregate, const Type& type) {
@@ -120,33 +131,39 @@ class Aggregates {
         const auto misuse = [&](bool fits, const std::string& what, const std::string& help) {
             if (!fits) complain(a.aggregate_span, what, help);
         };
+        // The same where one aggregate and type would do.
+        const auto needs = [&](bool fits, const std::string& what, std::string right) {
+            if (fits) return;
+            auto& d = complain(a.aggregate_span, what, fmt::format("write `{}`", right));
+            d.fixes = {diagnostics::write(a.aggregate_span.to(a.type.span), std::move(right))};
+        };
         switch (info(aggregate).values) {
             case AggregateInfo::Values::Summable:
                 misuse(type.numeric() || type == Type::Vec3 || type == Type::list_of(Type::Float),
                        fmt::format("a sum of {} values has no meaning", name), "sum an int, a float, a vec3 or a list of floats");
                 break;
             case AggregateInfo::Values::Counted:
-                misuse(type == Type::Int, "a count is an int", "write `count int`");
+                needs(type == Type::Int, "a count is an int", "count int");
                 break;
             case AggregateInfo::Values::Sets:
-                misuse(type.kind == Type::Kind::Set, fmt::format("a union is of sets, and this is {}", article(name)),
-                       fmt::format("write `set_union set {}`", type.kind == Type::Kind::List ? type_name(type.parts[0]) : name));
+                needs(type.kind == Type::Kind::Set, fmt::format("a union is of sets, and this is {}", article(name)),
+                      fmt::format("set_union set {}", type.kind == Type::Kind::List ? type_name(type.parts[0]) : name));
                 break;
             case AggregateInfo::Values::Lists:
-                misuse(type.kind == Type::Kind::List || type == Type::String,
-                       fmt::format("only lists and strings are appended, and this is {}", article(name)),
-                       fmt::format("write `append list {}`", type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
+                needs(type.kind == Type::Kind::List || type == Type::String,
+                      fmt::format("only lists and strings are appended, and this is {}", article(name)),
+                      fmt::format("append list {}", type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
                 break;
             case AggregateInfo::Values::Reals:
-                misuse(type == Type::Float, "an average is a float", fmt::format("write `{} float`", a.aggregate));
+                needs(type == Type::Float, "an average is a float", fmt::format("{} float", a.aggregate));
                 break;
             case AggregateInfo::Values::Bools:
-                misuse(type == Type::Bool, fmt::format("`{}` joins truth values, and this is {}", a.aggregate, article(name)),
-                       fmt::format("write `{} bool`", a.aggregate));
+                needs(type == Type::Bool, fmt::format("`{}` joins truth values, and this is {}", a.aggregate, article(name)),
+                      fmt::format("{} bool", a.aggregate));
                 break;
             case AggregateInfo::Values::Elements:
-                misuse(type.kind == Type::Kind::List, fmt::format("`{}` keeps a list, and this is {}", a.aggregate, article(name)),
-                       fmt::format("write `{}(3) list {}`", a.aggregate, type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
+                needs(type.kind == Type::Kind::List, fmt::format("`{}` keeps a list, and this is {}", a.aggregate, article(name)),
+                      fmt::format("{}(3) list {}", a.aggregate, type.kind == Type::Kind::Set ? type_name(type.parts[0]) : name));
                 break;
             case AggregateInfo::Values::Any:
             case AggregateInfo::Values::Ordered:
@@ -186,9 +203,12 @@ class Aggregates {
         std::vector<std::string> known = words;
         for (const Function& f : program_.functions) known.push_back(f.name);
         const std::string near = diagnostics::nearest_name(a.aggregate, known);
-        report_.add(Kind::UnknownFunction, a.aggregate_span, fmt::format("there is no aggregate and no function `{}`", a.aggregate)).help =
-            near.empty() ? fmt::format("aggregates are {}, or a function of two arguments", diagnostics::in_words(words))
-                         : fmt::format("did you mean `{}`?", near);
+        auto& d =
+            report_.add(Kind::UnknownFunction, a.aggregate_span, fmt::format("there is no aggregate and no function `{}`", a.aggregate));
+        if (near.empty())
+            d.help = fmt::format("aggregates are {}, or a function of two arguments", diagnostics::in_words(words));
+        else
+            d.did_you_mean(near, a.aggregate_span, Fit::Name);
     }
 
     // The links that must all have contributed.
@@ -213,17 +233,32 @@ class Aggregates {
             d.labels = {{other->span, "declared here"}};
             d.help = other->route ? "wait for `neighbor`, or for a view of these links"
                                   : fmt::format("declare it `type route {}(...)`", other->name);
+            const bool points = other->arguments.size() > 1 && other->arguments[1].type == Type::Node;
+            if (other->route)
+                d.fixes = {diagnostics::write(a.neighbour_link.span, waiting_for(a, "neighbor"))};
+            else if (points && !other->linear())
+                d.fixes = {diagnostics::insert(other->span, "route ")};
             return;
         }
         std::vector<std::string> routes;
         for (const Predicate& q : program_.predicates)
             if (q.route) routes.push_back(q.name);
         const std::string near = diagnostics::nearest_name(a.neighbour_link.text, routes);
-        report_.add(Kind::UnknownPredicate, a.neighbour_link.span, fmt::format("there is no predicate `{}`", a.neighbour_link.text)).help =
-            near.empty() ? "name `neighbor`, or a predicate that is declared `route`" : fmt::format("did you mean `{}`?", near);
+        auto& d =
+            report_.add(Kind::UnknownPredicate, a.neighbour_link.span, fmt::format("there is no predicate `{}`", a.neighbour_link.text));
+        d.help = near.empty() ? "name `neighbor`, or a predicate that is declared `route`" : fmt::format("did you mean `{}`?", near);
+        if (!near.empty()) d.fixes = {diagnostics::write(a.neighbour_link.span, waiting_for(a, near))};
     }
 
-    void complain(Span span, const std::string& what, const std::string& help) { report_.add(Kind::BadAggregate, span, what).help = help; }
+    // What stands at neighbour_link, with another link.
+    static std::string waiting_for(const syntax::Argument& a, const std::string& link) {
+        return fmt::format("[{} {}]", a.neighbour_outgoing ? "->" : "<-", link);
+    }
+    diagnostics::Diagnostic& complain(Span span, const std::string& what, const std::string& help) {
+        auto& d = report_.add(Kind::BadAggregate, span, what);
+        d.help = help;
+        return d;
+    }
 
     const syntax::Tree& tree_;
     Program& program_;

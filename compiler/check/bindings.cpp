@@ -106,6 +106,7 @@ class Bindings {
             const std::string apart = as_difference(name);
             d.help = !apart.empty() ? fmt::format("`{}` is one name; a difference of lower-case variables has blanks: `{}`", name, apart)
                                     : fmt::format("use it in a fact of the body, or set it with `{} = ...`", name);
+            if (!apart.empty()) d.fixes = {diagnostics::write(t.span, apart)};
         });
     }
     // In Y = Z + 1 without a value for Z, it need not be said that Y has none either.
@@ -190,6 +191,8 @@ void check_bindings(Program& program, diagnostics::Reporter& report) {
         Bindings(rule, report).run();
         rule.refused = report.error_count() > errors;
     }
+    for (const Rule& question : program.questions)
+        if (!question.refused) Bindings(question, report).run();
 }
 
 }  // namespace meld::check

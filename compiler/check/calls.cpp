@@ -8,8 +8,11 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
+
+constexpr const char* kProcessors = "programs cannot tell processors apart; results do not depend on them";
 
 bool is_struct_of_floats(const Type& type) {
     return type == Type::Error || (type.kind == Type::Kind::Struct && std::all_of(type.parts.begin(), type.parts.end(), [](const Type& t) {
@@ -34,8 +37,9 @@ std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& 
         term.op = Op::Int;
         term.type = Type::Int;
         term.integer = 1;
-        report_.add(Kind::HintIgnored, span, "`@cpus` is 1 here").help =
-            "programs cannot tell processors apart; results do not depend on them";
+        auto& d = report_.add(Kind::HintIgnored, span, "`@cpus` is 1 here");
+        d.help = kProcessors;
+        d.fixes = {safe(diagnostics::write(span, "1"))};
         return term;
     }
     const bool number = name == "cpu-id" || name == "cpu-static", flag = name == "is-static" || name == "is-moving";
@@ -43,8 +47,9 @@ std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& 
     resolve(*arguments[0], Type::Node, fmt::format("`{}`", name));
     term.op = number ? Op::Int : Op::Bool;
     term.type = number ? Type::Int : Type::Bool;
-    report_.add(Kind::HintIgnored, span, fmt::format("`{}` is {} for every catom here", name, number ? "0" : "false")).help =
-        "programs cannot tell processors apart; results do not depend on them";
+    auto& d = report_.add(Kind::HintIgnored, span, fmt::format("`{}` is {} for every catom here", name, number ? "0" : "false"));
+    d.help = kProcessors;
+    d.fixes = {diagnostics::write(span, number ? "0" : "false")};
     return term;
 }
 
@@ -74,8 +79,8 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     // Special forms with something missing.
     if (name == "proved" && arguments.size() <= 2) {
         const std::string predicate = arguments.empty() ? "p" : syntax::print(*arguments.back());
-        report_.add(Kind::UnknownFunction, span, "`proved` counts the facts of a predicate at a catom").help = fmt::format(
-            "write `proved(A, {})`", predicate.find('(') == std::string::npos ? predicate : predicate.substr(0, predicate.find('(')));
+        report_.add(Kind::UnknownFunction, span, "`proved` counts the facts of a predicate at a catom").help =
+            fmt::format("write `proved(A, {})`", predicate.substr(0, predicate.find('(')));
         return term;
     }
     if (name == "delta" && arguments.size() == 1) {
@@ -91,10 +96,12 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
                                                                  {"random", "randint"}, {"rand", "randint"},   {"str", "int2str"}};
     const auto other = elsewhere.find(name);
     const std::string near = other != elsewhere.end() ? other->second : diagnostics::nearest_name(name, known);
-    report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
-        near.empty() ? fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name,
-                                   parameters(arguments, Named::Yes), parameters(arguments, Named::No))
-                     : fmt::format("did you mean `{}`?", near);
+    auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name));
+    if (near.empty())
+        d.help = fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name,
+                             parameters(arguments, Named::Yes), parameters(arguments, Named::No));
+    else
+        d.did_you_mean(near, span, Fit::Name);
     return term;
 }
 

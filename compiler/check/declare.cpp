@@ -12,8 +12,15 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
+
+// A declaration as its span has it.
+std::string without_stop(std::string text) {
+    if (text.ends_with('.')) text.pop_back();
+    return text;
+}
 
 bool of_bodies(const std::string& name) {
     return is_body_sense(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
@@ -41,6 +48,7 @@ class Declarer {
         Predicate p;
         p.name = d.name.text;
         p.span = d.name.span;
+        p.declaration = d.span;
         p.prelude = d.span.file < prelude_files_;
         p.repeats = d.repeats;
         // No program can write such a name: expand_stable() did.
@@ -64,27 +72,46 @@ class Declarer {
                 // A link of the program's own, as `neighbor` is the world's.
                 p.route = true;
             } else if (m.text == "virtual") {
-                report_.add(Kind::HintIgnored, m.span, "`virtual` has no effect here").help =
-                    "a link is followed only while its two catoms touch, whoever makes it";
+                auto& ignored = report_.add(Kind::HintIgnored, m.span, "`virtual` has no effect here");
+                ignored.help = "a link is followed only while its two catoms touch, whoever makes it";
+                ignored.fixes = {safe(diagnostics::leave_out(m.span, "`virtual`", Fit::Word))};
             } else if (m.text == "linear" || m.text == "action" || m.text == "persistent") {
-                if (kind != nullptr && kind->text != m.text)
-                    report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is declared both {} and {}", p.name, kind->text, m.text))
-                        .labels = {{kind->span, "declared here as " + kind->text}};
+                if (kind != nullptr && kind->text != m.text) {
+                    auto& both =
+                        report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is declared both {} and {}", p.name, kind->text, m.text));
+                    both.labels = {{kind->span, "declared here as " + kind->text}};
+                    for (const syntax::Name* one : {&m, kind})
+                        both.fixes.push_back(diagnostics::leave_out(one->span, fmt::format("`{}`", one->text), Fit::Word));
+                }
                 kind = &m;
                 p.kind = m.text == "linear"   ? PredicateKind::Linear
                          : m.text == "action" ? PredicateKind::Action
                                               : PredicateKind::Persistent;
             } else {
-                report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is not a modifier", m.text)).help =
-                    "modifiers are route, neighbor, linear, action, sensed, persistent and virtual";
+                auto& unknown = report_.add(Kind::BadModifiers, m.span, fmt::format("`{}` is not a modifier", m.text));
+                unknown.help = "modifiers are route, neighbor, linear, action, sensed, persistent and virtual";
+                const std::string near =
+                    diagnostics::nearest_name(m.text, {"route", "neighbor", "linear", "action", "sensed", "persistent"});
+                if (!near.empty()) unknown.fixes.push_back(diagnostics::write(m.span, near));
+                unknown.fixes.push_back(diagnostics::leave_out(m.span, fmt::format("`{}`", m.text), Fit::Word));
             }
         }
         if (p.sensed && p.kind == PredicateKind::Action)
-            report_.add(Kind::BadModifiers, d.name.span, fmt::format("`{}` cannot be both sensed and an action", p.name));
+            leave_out(d, "sensed",
+                      report_.add(Kind::BadModifiers, d.name.span, fmt::format("`{}` cannot be both sensed and an action", p.name)));
         if (p.sensed && p.kind == PredicateKind::Persistent) p.kind = PredicateKind::Sensed;
-        if (p.repeats && p.kind != PredicateKind::Action)
-            report_.add(Kind::BadModifiers, d.name.span, fmt::format("`while` is for actions, and `{}` is not an action", p.name)).help =
-                fmt::format("write `type action {}(...) while.`", p.name);
+        if (p.repeats && p.kind != PredicateKind::Action) {
+            auto& lasting =
+                report_.add(Kind::BadModifiers, d.name.span, fmt::format("`while` is for actions, and `{}` is not an action", p.name));
+            lasting.help = fmt::format("write `type action {}(...) while.`", p.name);
+            lasting.fixes = {kind == nullptr ? diagnostics::insert(d.name.span, "action ") : diagnostics::write(kind->span, "action")};
+        }
+    }
+
+    // The fix that leaves out this modifier.
+    static void leave_out(const syntax::Declaration& d, std::string_view modifier, diagnostics::Diagnostic& message) {
+        for (const syntax::Name& m : d.modifiers)
+            if (m.text == modifier) message.fixes.push_back(diagnostics::leave_out(m.span, fmt::format("`{}`", modifier), Fit::Word));
     }
 
     void check_shape(const syntax::Declaration& d, const Predicate& p) {
@@ -94,11 +121,12 @@ class Declarer {
                 .add(Kind::FirstArgumentNotNode, d.arguments.empty() ? d.name.span : d.arguments[0].span,
                      fmt::format("the first argument of `{}` must be the catom where the fact lives", p.name))
                 .help = fmt::format("write `{}(node{})`", p.name, d.arguments.size() > 1 ? ", ..." : "");
-        if (p.route && (p.arguments.size() < 2 || (p.arguments[1].type != Type::Node && p.arguments[1].type != Type::Error)))
-            report_
-                .add(Kind::RouteSecondNotNode, d.name.span,
-                     fmt::format("the second argument of the route `{}` must be the catom it points to", p.name))
-                .help = fmt::format("write `type route {}(node, node, ...)`, or leave out `route`", p.name);
+        if (p.route && (p.arguments.size() < 2 || (p.arguments[1].type != Type::Node && p.arguments[1].type != Type::Error))) {
+            auto& second = report_.add(Kind::RouteSecondNotNode, d.name.span,
+                                       fmt::format("the second argument of the route `{}` must be the catom it points to", p.name));
+            second.help = fmt::format("write `type route {}(node, node, ...)`, or leave out `route`", p.name);
+            leave_out(d, "route", second);
+        }
     }
 
     void add(const syntax::Declaration& d, Predicate p) {
@@ -114,6 +142,7 @@ class Declarer {
             auto& twice = report_.add(Kind::DuplicateDeclaration, d.name.span, fmt::format("`{}` is declared twice", p.signature()));
             twice.labels = {{before.span, "first declared here"}};
             twice.help = "leave out one of the two";
+            twice.fixes = {diagnostics::leave_out(d.span, "this declaration", Fit::Item)};
             return;
         }
         const bool same_types = std::equal(p.arguments.begin(), p.arguments.end(), before.arguments.begin(), before.arguments.end(),
@@ -130,8 +159,7 @@ class Declarer {
         }
         if (!same) {
             before.refused = true;
-            report_.add(Kind::SensedMismatch, d.name.span, fmt::format("the runtime knows `{}` in another form", p.signature())).help =
-                "write `" + form(before) + "`";
+            in_form_of(before, d, fmt::format("the runtime knows `{}` in another form", p.signature()));
             return;
         }
         before.repeats = before.repeats || p.repeats;
@@ -144,15 +172,18 @@ class Declarer {
         if (!p.sensed && p.kind != PredicateKind::Action) return;
         for (const Predicate& known : program_.predicates)
             if (known.prelude && known.name == p.name) {
-                report_
-                    .add(Kind::SensedMismatch, d.name.span,
-                         fmt::format("the runtime does not know `{}` with {} arguments", p.name, p.arguments.size()))
-                    .help = "write `" + form(known) + "`";
+                in_form_of(known, d, fmt::format("the runtime does not know `{}` with {} arguments", p.name, p.arguments.size()));
                 p.refused = true;
                 return;
             }
     }
 
+    void in_form_of(const Predicate& known, const syntax::Declaration& d, std::string message) {
+        auto& other = report_.add(Kind::SensedMismatch, d.name.span, std::move(message));
+        other.help = "write `" + form(known) + "`";
+        other.fixes = {diagnostics::write(d.span, without_stop(form(known))),
+                       diagnostics::leave_out(d.span, "this declaration, which the prelude has", Fit::Item)};
+    }
     static std::string form(const Predicate& p) {
         std::string text = "type ";
         if (p.kind == PredicateKind::Action) text += "action ";
@@ -169,8 +200,10 @@ class Declarer {
     void declare(const syntax::Constant& c) {
         const auto found = constants_.find(c.name.text);
         if (found != constants_.end()) {
-            report_.add(Kind::DuplicateDeclaration, c.name.span, fmt::format("the constant `{}` is declared twice", c.name.text)).labels = {
-                {program_.constants[found->second].span, "first declared here"}};
+            auto& twice =
+                report_.add(Kind::DuplicateDeclaration, c.name.span, fmt::format("the constant `{}` is declared twice", c.name.text));
+            twice.labels = {{program_.constants[found->second].span, "first declared here"}};
+            twice.fixes = {diagnostics::leave_out(c.span, "this declaration", Fit::Item)};
             return;
         }
         Constant constant;
@@ -196,7 +229,7 @@ class Declarer {
                         .add(Kind::DuplicateDeclaration, tree.parameters[i].name.span,
                              fmt::format("`{}` has two parameters `{}`", f.name, tree.parameters[i].name.text))
                         .labels = {{tree.parameters[k].name.span, "first declared here"}};
-        add(std::move(f));
+        add(std::move(f), tree.span);
     }
     void declare(const syntax::Extern& tree) {
         // A type that only extern functions interpret. It is known already.
@@ -205,23 +238,25 @@ class Declarer {
         f.name = tree.name.text;
         f.span = tree.name.span;
         f.external = true;
-        if (const LibraryFunction* same = library_function(tree.name.text, tree.arguments.size()))
-            report_
-                .add(Kind::HidesLibrary, tree.name.span,
-                     fmt::format("`{}` is a function of the library too, and this declaration hides it", tree.name.text))
-                .help = fmt::format("to call the library's, {}, leave the declaration out", same->signature);
+        if (const LibraryFunction* same = library_function(tree.name.text, tree.arguments.size())) {
+            auto& hides = report_.add(Kind::HidesLibrary, tree.name.span,
+                                      fmt::format("`{}` is a function of the library too, and this declaration hides it", tree.name.text));
+            hides.help = fmt::format("to call the library's, {}, leave the declaration out", same->signature);
+            hides.fixes = {diagnostics::leave_out(tree.span, "this declaration", Fit::Item)};
+        }
         for (std::size_t i = 0; i < tree.arguments.size(); ++i)
             f.variables.add(
                 {fmt::format("argument {}", i + 1), tree.arguments[i].span, to_type(tree.arguments[i], types_, tree_, report_)});
         f.result = to_type(*tree.result, types_, tree_, report_);
-        add(std::move(f));
+        add(std::move(f), tree.span);
     }
-    void add(Function f) {
+    void add(Function f, Span item) {
         f.parameter_count = f.variables.count();
         const auto [found, added] = functions_.emplace(f.name, f.span);
         if (!added) {
-            report_.add(Kind::DuplicateDeclaration, f.span, fmt::format("the function `{}` is declared twice", f.name)).labels = {
-                {found->second, "first declared here"}};
+            auto& twice = report_.add(Kind::DuplicateDeclaration, f.span, fmt::format("the function `{}` is declared twice", f.name));
+            twice.labels = {{found->second, "first declared here"}};
+            twice.fixes = {diagnostics::leave_out(item, "this declaration", Fit::Item)};
             return;
         }
         program_.functions.add(std::move(f));
@@ -237,8 +272,12 @@ class Declarer {
     void declare(const syntax::Module&) {}
     void declare(const syntax::Hint& h) {
         auto& d = report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` has no effect here", h.directive.text));
-        d.help = h.directive.text == "data" ? "give the facts in the world file, under [facts]"
-                                            : "results do not depend on it; it can be left out";
+        if (h.directive.text == "data") {
+            d.help = "give the facts in the world file, under [facts]";
+            return;
+        }
+        d.help = "results do not depend on it; it can be left out";
+        d.fixes = {safe(diagnostics::leave_out(h.span, "this hint", Fit::Item))};
     }
     void declare(const syntax::Rule&) {}
 
@@ -275,8 +314,10 @@ void find_returns(Program& program, diagnostics::Reporter& report) {
         if (sent == nullptr || p.returns.valid() || p.refused) continue;
         std::string form = "type linear " + p.name + "(node";
         for (const Argument& a : sent->arguments) form += ", " + type_name(a.type);
-        report.add(Kind::SensedMismatch, p.span, fmt::format("facts of `{}` that cannot be delivered come back in another form", name))
-            .help = "write `" + form + ").`";
+        auto& d =
+            report.add(Kind::SensedMismatch, p.span, fmt::format("facts of `{}` that cannot be delivered come back in another form", name));
+        d.help = "write `" + form + ").`";
+        d.fixes = {diagnostics::write(p.declaration, form + ")")};
         p.refused = true;
     }
 }

@@ -39,17 +39,25 @@ Term Scope::unary(const syntax::Unary& u, Span span) {
 
 namespace {
 
-// An expression as a string: itself, or the call that converts its value; empty if there is none.
+// As the right operand of an operator.
+std::string right_operand(const syntax::Expr& e) {
+    return std::holds_alternative<syntax::Binary>(e.node) ? fmt::format("({})", syntax::print(e)) : syntax::print(e);
+}
+
+// The call that converts a value to a string; empty if there is none.
 std::string as_text(const syntax::Expr& e, const Type& type) {
-    if (type == Type::String) return syntax::print(e);
     const char* function = type == Type::Int ? "int2str" : type == Type::Float ? "float2str" : type == Type::Node ? "node2str" : nullptr;
     return function == nullptr ? "" : fmt::format("{}({})", function, syntax::print(e));
 }
 
 // What joins a string and a value of another type.
-std::string joining(const syntax::Binary& b, const Type& left, const Type& right) {
-    const std::string first = as_text(*b.left, left), second = as_text(*b.right, right);
-    return first.empty() || second.empty() ? "" : fmt::format("write `{} ++ {}`", first, second);
+void suggest_joining(diagnostics::Diagnostic& d, const syntax::Binary& b, Span span, const Type& left, const Type& right) {
+    const std::string first = left == Type::String ? syntax::print(*b.left) : as_text(*b.left, left),
+                      second = right == Type::String ? right_operand(*b.right) : as_text(*b.right, right);
+    if (first.empty() || second.empty()) return;
+    std::string joined = fmt::format("{} ++ {}", first, second);
+    d.help = fmt::format("write `{}`", joined);
+    d.fixes = {diagnostics::write(span, std::move(joined))};
 }
 
 }  // namespace
@@ -76,7 +84,7 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
             fmt::format("{} cannot {} {} and {}", where, is_comparison(op) ? "compare" : "combine", type_name(l), type_name(r)));
         d.labels.push_back({b.left->span, "this is " + type_name(l)});
         d.labels.push_back({b.right->span, "this is " + type_name(r)});
-        if ((op == Op::Append || op == Op::Add) && (l == Type::String || r == Type::String)) d.help = joining(b, l, r);
+        if ((op == Op::Append || op == Op::Add) && (l == Type::String || r == Type::String)) suggest_joining(d, b, span, l, r);
         return term;
     }
     const bool vectors = *common == Type::Vec3 && (op == Op::Add || op == Op::Subtract);
@@ -87,11 +95,15 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
                         : common->numeric()             ? "write int2str(...) or float2str(...) around a number, or [X] for a list of it"
                                                         : "";
     } else if (!is_comparison(op)) {
-        if (!maybe_number(*common) && !vectors)
-            report_.add(Kind::TypeMismatch, span, fmt::format("{} needs numbers, and these are {}", where, type_name(*common))).help =
-                *common == Type::Node                                         ? "node2int(X) gives a catom's number"
-                : common->kind == Type::Kind::List || *common == Type::String ? "`++` joins lists and strings"
-                                                                              : "";
+        if (!maybe_number(*common) && !vectors) {
+            auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("{} needs numbers, and these are {}", where, type_name(*common)));
+            if (*common == Type::Node) d.help = "node2int(X) gives a catom's number";
+            if (common->kind == Type::Kind::List || *common == Type::String) {
+                d.help = "`++` joins lists and strings";
+                if (op == Op::Add)
+                    d.fixes = {diagnostics::write(span, fmt::format("{} ++ {}", syntax::print(*b.left), right_operand(*b.right)))};
+            }
+        }
     } else if (op != Op::Equal && op != Op::NotEqual && !ordered(*common)) {
         report_.add(Kind::TypeMismatch, span, fmt::format("{} needs values with an order, and {} has none", where, type_name(*common)));
     }
@@ -228,8 +240,11 @@ Term Scope::constant_name(const syntax::Call& call, Span span) {
     auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("there is no constant `{}`", call.name));
     std::string upper = call.name;
     upper[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(upper[0])));
-    d.help = near.empty() ? fmt::format("declare it with `const {} = ...`, or write the variable `{}` with a capital", call.name, upper)
-                          : fmt::format("did you mean `{}`?", near);
+    if (near.empty())
+        d.help = fmt::format("declare it with `const {} = ...`, or write the variable `{}` with a capital", call.name, upper);
+    else
+        d.did_you_mean(near, span, diagnostics::Edit::Fit::Name);
+    if (variables_.contains(upper)) d.fixes.push_back(diagnostics::write(span, upper, diagnostics::Edit::Fit::Name));
     return term;
 }
 

@@ -34,6 +34,7 @@ void compare(const syntax::Import& import, const std::vector<const syntax::Decla
         auto& m = report.add(Kind::ImportMismatch, span, text);
         m.labels = {{d.span, "declared here"}};
         m.help = "write `import " + said.name.text + " from ...` to take it as it is declared";
+        m.fixes = {diagnostics::write(said.span, said.name.text)};
     };
     const syntax::Declaration* found = nullptr;
     for (const syntax::Declaration* d : declared)

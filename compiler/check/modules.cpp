@@ -15,6 +15,7 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
@@ -32,6 +33,7 @@ struct Names {
     std::map<std::pair<Sort, std::string>, Span> declared;
     std::map<std::string, Import> imports;
     std::set<std::string> exports;
+    Span last_export = {};
 
     const Span* find(Sort sort, const std::string& name) const {
         const auto found = declared.find({sort, name});
@@ -129,7 +131,10 @@ class Separator {
     void collect(const syntax::Extern& e, std::uint32_t) { outside_.emplace(e.result ? Sort::Function : Sort::Type, e.name.text); }
     void collect(const syntax::Alias& a, std::uint32_t unit) { declare(Sort::Type, a.name, unit); }
     void collect(const syntax::NodeKind& k, std::uint32_t unit) { declare(Sort::Type, k.name, unit); }
-    void collect(const syntax::Export& e, std::uint32_t unit) { names_[unit].exports.insert(e.predicate.text); }
+    void collect(const syntax::Export& e, std::uint32_t unit) {
+        names_[unit].exports.insert(e.predicate.text);
+        names_[unit].last_export = e.span;
+    }
     void collect(const syntax::Rule& r, std::uint32_t) {
         if (r.arrow == syntax::Arrow::Linear) linear_files_.insert(r.span.file);
     }
@@ -166,9 +171,12 @@ class Separator {
         std::vector<std::string> all;
         for (const auto& [key, span] : own.declared) all.push_back(key.second);
         const std::string near = diagnostics::nearest_name(e.predicate.text, all);
-        report_
-            .add(Kind::NotExported, e.predicate.span, fmt::format("nothing here is named `{}`, so it cannot be exported", e.predicate.text))
-            .help = near.empty() ? "declare it in this file" : fmt::format("did you mean `{}`?", near);
+        auto& d = report_.add(Kind::NotExported, e.predicate.span,
+                              fmt::format("nothing here is named `{}`, so it cannot be exported", e.predicate.text));
+        if (near.empty())
+            d.help = "declare it in this file";
+        else
+            d.did_you_mean(near, e.predicate.span);
     }
 
     void add_import(syntax::Import& i, std::uint32_t unit) {
@@ -195,6 +203,8 @@ class Separator {
         auto& d = report_.add(Kind::ModuleClash, i.as.span, fmt::format("`{}` is imported here and has another meaning too", i.as.text));
         d.labels = {{declared != nullptr ? *declared : place->second.span, "this is the other"}};
         d.help = fmt::format("import it under another name: `import {} as other-{} from ...`", name, name);
+        const bool renamed = i.as.span.begin != i.predicate.span.begin;
+        d.fixes = {diagnostics::write(i.as.span, (renamed ? "" : name + " as ") + "other-" + name)};
     }
 
     // `gradient-source` declared beside a module gradient that has a `source`.
@@ -213,6 +223,10 @@ class Separator {
                                           fmt::format("`{}` is the name of `{}` in the module `{}`", full, key.second, module(unit)));
                     d.labels = {{span, "declared here"}};
                     d.help = fmt::format("leave out this declaration to use that `{}`, or choose another name", key.second);
+                    for (const syntax::Item& item : tree_.items)
+                        if (const auto* said = std::get_if<syntax::Declaration>(&item);
+                            said != nullptr && said->name.span.file == declared->file && said->name.span.begin == declared->begin)
+                            d.fixes = {diagnostics::leave_out(said->span, "this declaration", Fit::Item)};
                     names_[other].declared.erase({key.first, theirs});
                     dropped_.insert({declared->file, declared->begin});
                     // The iterators of names_[unit] stay good: another unit has lost a name.
@@ -319,11 +333,17 @@ class Separator {
         if (declared != nullptr) d.labels = {{*declared, "declared here"}};
         const std::vector<std::string> shown = names.shown();
         const std::string near = diagnostics::nearest_name(name, shown);
-        if (declared != nullptr)
+        if (declared != nullptr) {
             d.help = fmt::format("add `export {}.` to its file; it shows {}", name, shown.empty() ? "no names" : list_of(shown));
-        else
-            d.help = (near.empty() ? "" : fmt::format("did you mean `{}`? ", near)) +
-                     (shown.empty() ? "it shows no names" : "it shows " + list_of(shown));
+            const std::string words = fmt::format("export {}.", name);
+            d.fixes = {{.title = fmt::format("Add `{}` to its file", words), .edits = {{names.last_export, words, Fit::After}}}};
+            return;
+        }
+        // A name alone stands in an import, elsewhere one with that of its module.
+        const bool alone = span.end - span.begin == name.size();
+        if (!near.empty()) d.fixes = {diagnostics::write(span, alone ? near : full_name(unit, near), Fit::Name)};
+        d.help = (near.empty() ? "" : fmt::format("did you mean `{}`? ", near)) +
+                 (shown.empty() ? "it shows no names" : "it shows " + list_of(shown));
     }
 
     syntax::Tree& tree_;

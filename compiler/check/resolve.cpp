@@ -1,6 +1,7 @@
 // Pass 2: rules. Names become ids, terms get types, views with several heads become one rule a head.
 // Assumes declare().
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 
 #include "compiler/check/resolver.h"
@@ -10,6 +11,19 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
+
+namespace {
+
+std::string without_stop(std::string rule) {
+    if (rule.ends_with('.')) rule.pop_back();
+    return rule;
+}
+
+// The sign that an atom with one begins with.
+Span sigil_of(Span atom) { return {atom.file, atom.begin, atom.begin + 1}; }
+
+}  // namespace
 
 void Resolver::rule(const syntax::Rule& tree) {
     MELD_EXPECT(tree.span.begin <= tree.span.end, "a rule from {} to {}", tree.span.begin, tree.span.end);
@@ -44,12 +58,17 @@ void Resolver::rule(const syntax::Rule& tree) {
                       : tree.selector->order == Order::Descending ? Select::Descending
                                                                   : Select::Ascending;
     }
-    if (!lower_case_noted_) note_lower_case();
+    note_lower_case();
     finish(tree, rule);
 }
 
 void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
     // A fact that is only read, with $p or in a test for its absence, is not consumed.
+    if (tree.arrow == syntax::Arrow::Question) {
+        rule.refused = refused_ || report_.error_count() > errors_before_;
+        program_.questions.push_back(std::move(rule));
+        return;
+    }
     bool consumes = false;
     const Atom* read = nullptr;
     each_atom(rule.body, [&](const Atom& a, bool negated) {
@@ -62,11 +81,11 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
     find_single_use(rule);
     if (refuse_linear_inside(rule.body)) return;
     if (tree.arrow != syntax::Arrow::View && read != nullptr && !consumes) {
-        report_
-            .add(Kind::InfiniteLinear, read->span,
-                 fmt::format("`{}` is read here and nothing is consumed, so this rule would fire without end",
-                             program_.predicates[read->predicate].name))
-            .help = "consume a linear fact in the body";
+        const std::string& name = program_.predicates[read->predicate].name;
+        auto& d = report_.add(Kind::InfiniteLinear, read->span,
+                              fmt::format("`{}` is read here and nothing is consumed, so this rule would fire without end", name));
+        d.help = "consume a linear fact in the body";
+        if (read->read_only) d.fixes = {{.title = fmt::format("Consume `{}`", name), .edits = {{sigil_of(read->span), "", Fit::Word}}}};
         return;
     }
     if (tree.arrow == syntax::Arrow::View && (consumes || read != nullptr)) {
@@ -75,6 +94,8 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
             if (program_.predicates[a.predicate].linear()) d.labels.push_back({a.span, "this is linear"});
         });
         d.help = "write the rule with -o: `" + consuming(tree) + "`";
+        // A fact that is only read, or asked for its absence, would not be consumed there either.
+        if (consumes) d.fixes = {diagnostics::write(tree.span, without_stop(consuming(tree)))};
         return;
     }
     if (tree.selector && !consumes) {
@@ -133,11 +154,9 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 if (program_.predicates[h.atom.predicate].linear()) {
                     if (!axiom && !program_.predicates[h.atom.predicate].sensed) {
                         if (refused_) return;
-                        report_
-                            .add(Kind::InfiniteLinear, h.span,
-                                 fmt::format("nothing is consumed here, so `{}` would be made without end",
-                                             program_.predicates[h.atom.predicate].name))
-                            .help = help_to_start_once(h);
+                        suggest_to_start_once(h, report_.add(Kind::InfiniteLinear, h.span,
+                                                             fmt::format("nothing is consumed here, so `{}` would be made without end",
+                                                                         program_.predicates[h.atom.predicate].name)));
                         return;
                     }
                     one.linear = one.initial_fact = true;
@@ -281,16 +300,20 @@ void Resolver::add(Rule rule) {
 }
 
 // A linear fact that every catom has from the start lets the rule fire once.
-std::string Resolver::help_to_start_once(const Head& head) const {
+void Resolver::suggest_to_start_once(const Head& head, diagnostics::Diagnostic& d) const {
+    d.help = "consume a linear fact in the body";
     const Term& place = head.atom.arguments[0];
     const std::string& at = place.is_variable() ? rule_->variables[place.variable].name : "";
-    if (at.empty() || at[0] == '_' || tree_->arrow == syntax::Arrow::Axiom) return "consume a linear fact in the body";
+    if (at.empty() || at[0] == '_' || tree_->arrow == syntax::Arrow::Axiom) return;
     std::string once = "start";
     for (const char* name : {"start", "begin", "once"})
         if (once = name; !names_.predicates.contains({once, 1})) break;
-    return fmt::format(
-        "to make it once, consume a fact that each catom has at the start:\n`type linear {0}(node).`, `{0}({1}).`, and `{0}({1}), {2}`",
-        once, at, consuming(*tree_));
+    const std::string declaration = fmt::format("type linear {}(node).", once), fact = fmt::format("{}({}).", once, at),
+                      rule = fmt::format("{}({}), {}", once, at, consuming(*tree_));
+    d.help =
+        fmt::format("to make it once, consume a fact that each catom has at the start:\n`{}`, `{}`, and `{}`", declaration, fact, rule);
+    d.fixes = {{.title = fmt::format("Fire once, with a fact `{}` of each catom", once),
+                .edits = {later_.declaration(tree_->span, declaration), {tree_->span, fmt::format("{}\n{}", fact, without_stop(rule))}}}};
 }
 
 void Resolver::find_single_use(Rule& rule) const {
@@ -312,24 +335,29 @@ void Resolver::find_single_use(Rule& rule) const {
 
 void Resolver::note_lower_case() {
     if (dialect_linear_) return;
-    for (const Variable& v : rule_->variables)
-        if (!v.name.empty() && std::islower(static_cast<unsigned char>(v.name[0]))) {
-            report_.add(Kind::LowerCaseVariable, v.span, fmt::format("`{}` is read as a variable, as in original Meld", v.name)).help =
-                "variables start with a capital";
-            lower_case_noted_ = true;
-            return;
-        }
+    std::set<std::string> small;
+    for (const Variable& v : rule_->variables) {
+        if (v.name.empty() || !std::islower(static_cast<unsigned char>(v.name[0]))) continue;
+        small.insert(v.name);
+        if (lower_case_note_ != nullptr) continue;
+        lower_case_note_ =
+            &report_.add(Kind::LowerCaseVariable, v.span, fmt::format("`{}` is read as a variable, as in original Meld", v.name));
+        lower_case_note_->help = "variables start with a capital";
+    }
+    if (!small.empty()) later_.add_small_variables(*lower_case_note_, tree_->span, std::move(small));
 }
 
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report) {
     std::set<std::uint32_t> linear_files;
     for (const syntax::Item& item : tree.items)
-        if (const auto* rule = std::get_if<syntax::Rule>(&item); rule != nullptr && rule->arrow == syntax::Arrow::Linear)
+        if (const auto* rule = std::get_if<syntax::Rule>(&item);
+            rule != nullptr && (rule->arrow == syntax::Arrow::Linear || rule->arrow == syntax::Arrow::Question))
             linear_files.insert(rule->span.file);
     const Names names(program, tree);
     Resolver resolver(files, names, program, report, std::move(linear_files));
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
+    resolver.finish();
     for (const Constant& c : program.constants)
         if (c.argument && has_unknown(c.type) && !report.has_errors())
             report.add(Kind::BadConstant, c.span, fmt::format("nothing here determines the type of `@{}`", c.name)).help =

@@ -4,11 +4,11 @@
 #include "compiler/check/operators.h"
 #include "compiler/check/resolver.h"
 #include "compiler/syntax/parse.h"
-#include "runtime/abi/actions.h"
 
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 std::vector<Clause> Resolver::body(const std::vector<syntax::Clause>& clauses) {
     std::vector<Clause> out;
@@ -55,6 +55,11 @@ void Resolver::delta(const syntax::Delta& tree, Span span, std::vector<Clause>& 
     std::vector<Clause> fact;
     body_atom(tree.atom, fact);
     Term bound = scope_->resolve(*tree.bound, Type::Error, "the amount of a change");
+    if (tree_->arrow == syntax::Arrow::Question) {
+        report_.add(Kind::DeltaElsewhere, span, "a question looks at one moment, and `delta` compares two").help =
+            "ask in both ticks, or let a rule of the program record the change";
+        return;
+    }
     if (fact.empty()) return;
     Clause c = std::move(fact[0]);
     c.kind = Clause::Kind::Delta;
@@ -210,9 +215,11 @@ Term Resolver::aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& n
             .help = takes ? fmt::format("write `{}(3)`", op) : fmt::format("write `{}` alone", op);
     if (number == nullptr) return {};
     Term limit = scope_->resolve(*number, Type::Int, fmt::format("the number of values that `{}` keeps", op));
-    if (limit.op == Op::Int && limit.integer < 1)
-        report_.add(Kind::BadAggregate, number->span, fmt::format("`{}` keeps at least one value", op)).help =
-            fmt::format("write `{}(1)`", op);
+    if (limit.op == Op::Int && limit.integer < 1) {
+        auto& d = report_.add(Kind::BadAggregate, number->span, fmt::format("`{}` keeps at least one value", op));
+        d.help = fmt::format("write `{}(1)`", op);
+        d.fixes = {diagnostics::write(number->span, "1")};
+    }
     return takes ? limit : Term{};
 }
 
@@ -267,7 +274,10 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
         refused_ = true;
         return;
     }
-    if (named.empty()) return unknown_predicate(tree.predicate, true);
+    if (named.empty()) {
+        unknown_predicate(tree.predicate, std::nullopt);
+        return;
+    }
     if (named.size() > 1) {
         auto& d = report_.add(
             Kind::ArityMismatch, tree.predicate.span,
@@ -346,62 +356,13 @@ Term Resolver::location(const syntax::Expr& e, std::vector<Clause>* tests) {
     return term;
 }
 
-std::optional<PredicateId> Resolver::find(const syntax::Atom& atom) {
-    const auto found = names_.predicates.find({atom.name.text, atom.arguments.size()});
-    if (found != names_.predicates.end()) {
-        if (!program_.predicates[found->second].refused) return found->second;
-        refused_ = true;
-        return std::nullopt;
-    }
-    if (names_.tree.is_lost(atom.name.text)) {
-        refused_ = true;
-        return std::nullopt;
-    }
-    if (const std::string_view standard = standard_word(atom.name.text); !standard.empty())
-        if (const auto action = names_.predicates.find({std::string(standard), atom.arguments.size()}); action != names_.predicates.end())
-            return action->second;
-    // There may be several of the name.
-    std::string counts;
-    std::size_t last = 0;
-    std::vector<diagnostics::Label> declared;
-    for (const auto& [key, id] : names_.predicates) {
-        if (key.first != atom.name.text) continue;
-        last = program_.predicates[id].arguments.size();
-        counts += (counts.empty() ? "" : " or ") + std::to_string(last);
-        declared.push_back({program_.predicates[id].span, "declared here"});
-    }
-    if (!declared.empty()) {
-        report_
-            .add(Kind::ArityMismatch, atom.span,
-                 fmt::format("`{}` has {} argument{}, and here {} {}", atom.name.text, counts, last == 1 ? "" : "s",
-                             atom.arguments.size() == 1 ? "is" : "are", atom.arguments.size()))
-            .labels = declared;
-        return std::nullopt;
-    }
-    unknown_predicate(atom.name, atom.arguments.size() > 1);
-    return std::nullopt;
-}
-
-void Resolver::unknown_predicate(const syntax::Name& name, bool with_arguments) {
-    // The program's own names come before those that it did not declare.
-    std::vector<std::string> own, of_the_runtime;
-    for (const auto& [key, id] : names_.predicates) (program_.predicates[id].prelude ? of_the_runtime : own).push_back(key.first);
-    std::string near = diagnostics::nearest_name(name.text, own);
-    if (near.empty()) near = diagnostics::nearest_name(name.text, of_the_runtime);
-    report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text)).help =
-        name.text == "stable"      ? "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks"
-        : name.text == "terminate" ? "to end the run, write `stop-program(...)`"
-        : near.empty()             ? fmt::format("declare it: `type {}(node{}).`", name.text, with_arguments ? ", ..." : "")
-                                   : fmt::format("did you mean `{}`?", near);
-}
-
 void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
-    const std::optional<PredicateId> id = find(tree);
+    const std::optional<PredicateId> id = find(tree, Part::Body);
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
     sigil(tree, p);
     not_a_negation(tree, p);
-    if (p.kind == PredicateKind::Action)
+    if (p.kind == PredicateKind::Action && tree_->arrow != syntax::Arrow::Question)
         report_.add(Kind::ActionInBody, tree.span, fmt::format("`{}` is an action, a request; it cannot be read", p.name)).help =
             "read the facts that lead to it";
     Clause c{.kind = Clause::Kind::Atom, .span = tree.span};
@@ -425,29 +386,6 @@ void Resolver::body_atom(const syntax::Atom& tree, std::vector<Clause>& out) {
 void Resolver::visit_anyway(const syntax::Atom& tree) {
     for (const auto& argument : tree.arguments)
         if (const std::string* name = scope_->variable_name(*argument)) scope_->variable(*name, argument->span);
-}
-
-void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
-    using syntax::Sigil;
-    // Original Meld's mark of linear facts; in a view there is a message for it.
-    if ((!dialect_linear_ || tree_->arrow == syntax::Arrow::View) && tree.sigil == Sigil::Persistent) return;
-    const bool wrong =
-        (tree.sigil == Sigil::Persistent && p.linear()) || ((tree.sigil == Sigil::Linear || tree.sigil == Sigil::Read) && !p.linear());
-    if (!wrong) return;
-    auto& d = report_.add(
-        Kind::SigilMismatch, tree.span,
-        fmt::format("`{}` is declared {}, and the sign before it says otherwise", p.name, p.linear() ? "linear" : "persistent"));
-    d.labels = {{p.span, "declared here"}};
-    d.help = fmt::format("write `{}({})`", p.name, tree.arguments.size() > 1 ? "..." : "A");
-}
-
-// In a file without `-o`, `!p` of a persistent p means `not p`.
-void Resolver::not_a_negation(const syntax::Atom& tree, const Predicate& p) {
-    if (dialect_linear_ || tree.sigil != syntax::Sigil::Persistent || p.linear()) return;
-    auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`!` before `{}` does not negate it", p.name));
-    d.labels = {{p.span, "declared here, persistent"}};
-    const std::string atom = tree.arguments.size() > 1 ? p.name + "(...)" : p.name + "(A)";
-    d.help = fmt::format("write `not {0}` where it does not hold, `{0}` where it does", atom);
 }
 
 }  // namespace meld::check

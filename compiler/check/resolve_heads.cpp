@@ -7,6 +7,7 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 std::vector<Head> Resolver::heads(std::span<const syntax::HeadItem> items) {
     std::vector<Head> out;
@@ -56,7 +57,7 @@ void Resolver::head(const syntax::HeadItem& item, std::vector<Head>& out) {
 void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const syntax::Atom& tree = item.atom;
     if (is_scheduling(tree)) return note_scheduling(tree);
-    const std::optional<PredicateId> id = find(tree);
+    const std::optional<PredicateId> id = find(tree, Part::Head);
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
     MELD_ASSERT(p.arguments.size() == tree.arguments.size(), "{} with {} arguments", p.signature(), tree.arguments.size());
@@ -102,8 +103,12 @@ bool Resolver::is_scheduling(const syntax::Atom& tree) const {
 }
 
 void Resolver::note_scheduling(const syntax::Atom& tree) {
-    report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text)).help =
-        "results do not depend on it; it can be left out";
+    auto& d = report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text));
+    d.help = "results do not depend on it; it can be left out";
+    // A rule that only consumes has the head 1; one that only gives a hint goes.
+    const bool alone = tree_->body.empty() && tree_->head.size() == 1 && tree_->span.begin == tree.span.begin;
+    const diagnostics::Edit edit = alone ? diagnostics::Edit{tree_->span, "", Fit::Item} : diagnostics::Edit{tree.span, "1", Fit::Element};
+    d.fixes = {{.title = "Leave out this hint", .edits = {edit}, .safe = true}};
     for (const auto& argument : tree.arguments)
         each_variable(scope_->resolve(*argument, Type::Error, "a hint"), [&](VariableId v) { hinted_.insert(v); });
 }
@@ -118,9 +123,11 @@ void Resolver::check_watched(const Term& name) {
         if (!p.prelude) known.push_back(p.name);
     }
     const std::string near = diagnostics::nearest_name(name.text, known);
-    report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}` whose facts can be watched", name.text)).help =
-        near.empty() ? "name a predicate of the program; what is read from the world is not stored"
-                     : fmt::format("did you mean `{}`?", near);
+    auto& d =
+        report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}` whose facts can be watched", name.text));
+    d.help = near.empty() ? "name a predicate of the program; what is read from the world is not stored"
+                          : fmt::format("did you mean `{}`?", near);
+    if (!near.empty()) d.fixes = {diagnostics::write(name.span, fmt::format("\"{}\"", near))};
 }
 
 // In ticks: the largest number that a double holds exactly, far below an overflow when added to the present tick.
@@ -131,8 +138,11 @@ Term Resolver::delay(const syntax::Delay& tree) {
     ticks.type = Type::Int;
     ticks.span = tree.span;
     const bool whole = tree.unit == syntax::Delay::Unit::Ticks;
-    if (!(tree.amount > 0) || (whole && tree.amount < 1))
-        report_.add(Kind::BadDelay, tree.span, "a delay is at least one tick").help = "leave it out, or write @+1 for the next tick";
+    if (!(tree.amount > 0) || (whole && tree.amount < 1)) {
+        auto& d = report_.add(Kind::BadDelay, tree.span, "a delay is at least one tick");
+        d.help = "leave it out, or write @+1 for the next tick";
+        d.fixes = {diagnostics::leave_out(tree.span, "the delay", Fit::Exact), diagnostics::write(tree.span, "@+1")};
+    }
     const bool fits = !whole || tree.amount <= kLongestDelay;
     if (!fits)
         report_.add(Kind::NumberOutOfRange, tree.span, "this delay does not fit").help =

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "compiler/check/check.h"
+#include "compiler/check/later_fixes.h"
 #include "compiler/check/local_names.h"
 #include "compiler/check/scope.h"
 
@@ -16,9 +17,11 @@ class Resolver {
   public:
     Resolver(const source::FileSet& files, const Names& names, Program& program, diagnostics::Reporter& report,
              std::set<std::uint32_t> linear_files)
-        : files_(files), names_(names), program_(program), report_(report), linear_files_(std::move(linear_files)) {}
+        : files_(files), names_(names), program_(program), report_(report), linear_files_(std::move(linear_files)), later_(files, names) {}
 
     void rule(const syntax::Rule& tree);
+    // After the last rule.
+    void finish() const { later_.finish(); }
 
   private:
     // ---- types of variables, before any term is built: from atoms first, then from equalities (resolve_types.cpp)
@@ -55,10 +58,20 @@ class Resolver {
     Term variable_term(VariableId id, Span span) const;
     // The catom of an atom is always a variable: another expression there becomes a fresh one and a test.
     Term location(const syntax::Expr& e, std::vector<Clause>* tests);
-    std::optional<PredicateId> find(const syntax::Atom& atom);
-    void unknown_predicate(const syntax::Name& name, bool with_arguments);
     // So that variables of an atom with an error do not count as unbound.
     void visit_anyway(const syntax::Atom& tree);
+
+    // ---- names of predicates (resolve_predicates.cpp)
+    enum class Part { Body, Head };
+    std::optional<PredicateId> find(const syntax::Atom& atom, Part part);
+    struct Unknown {
+        diagnostics::Diagnostic& message;
+        bool may_be_declared;  // `stable` and `terminate` mean something else.
+    };
+    Unknown unknown_predicate(const syntax::Name& name, std::optional<std::size_t> arguments);
+    // Whether the rule must consume this fact of its body, because it consumes nothing else that is known.
+    LaterFixes::Consumed consumed(const syntax::Atom& atom, Part part) const;
+    void suggest_more_arguments(const syntax::Atom& atom, diagnostics::Diagnostic& d) const;
     void sigil(const syntax::Atom& tree, const Predicate& p);
     void not_a_negation(const syntax::Atom& tree, const Predicate& p);
 
@@ -86,7 +99,7 @@ class Resolver {
     void add(Rule rule);
     // The rule with -o, without sigils that contradict a declaration.
     std::string consuming(const syntax::Rule& tree) const;
-    std::string help_to_start_once(const Head& head) const;
+    void suggest_to_start_once(const Head& head, diagnostics::Diagnostic& d) const;
     void find_single_use(Rule& rule) const;
     void note_lower_case();
 
@@ -95,6 +108,7 @@ class Resolver {
     Program& program_;
     diagnostics::Reporter& report_;
     std::set<std::uint32_t> linear_files_;
+    LaterFixes later_;
     Scope* scope_ = nullptr;
     const LocalNames* locals_ = nullptr;
     Rule* rule_ = nullptr;
@@ -106,7 +120,7 @@ class Resolver {
     std::size_t errors_before_ = 0;
     // The rule uses a predicate whose declaration has an error.
     bool refused_ = false;
-    bool lower_case_noted_ = false;
+    diagnostics::Diagnostic* lower_case_note_ = nullptr;  // Once in a program.
 };
 
 // Enters a part of a rule with local names, and leaves it again.

@@ -1,6 +1,7 @@
 #include "compiler/check/scope.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "runtime/base/assert.h"
 
@@ -153,7 +154,26 @@ Type Scope::infer_binary(const syntax::Binary& b) const {
 
 // ---- terms
 
-Term Scope::convert(Term term, const Type& wanted, const std::string& where, Span declared) {
+namespace {
+
+// The library function that makes one type of another; empty if there is none.
+std::string_view conversion(const Type& from, const Type& to) {
+    using Of = Type::Kind;
+    static constexpr std::tuple<Of, Of, std::string_view> kConversions[] = {
+        {Of::Float, Of::Int, "truncate"},     {Of::Node, Of::Int, "node2int"},     {Of::Int, Of::String, "int2str"},
+        {Of::Float, Of::String, "float2str"}, {Of::Node, Of::String, "node2str"},  {Of::String, Of::Int, "str2int"},
+        {Of::String, Of::Float, "str2float"}, {Of::List, Of::Set, "list2set"},     {Of::Set, Of::List, "set2list"},
+        {Of::List, Of::Array, "list2array"},  {Of::Array, Of::List, "array2list"},
+    };
+    for (const auto& [a, b, function] : kConversions)
+        if (from.kind == a && to.kind == b && std::equal(from.parts.begin(), from.parts.end(), to.parts.begin(), to.parts.end(), same))
+            return function;
+    return "";
+}
+
+}  // namespace
+
+Term Scope::convert(Term term, const Type& wanted, const std::string& where, Written written, Span declared) {
     if (wanted == Type::Error || term.type == Type::Error || term.type == wanted) return term;
     if (wanted == Type::Float && term.type == Type::Int) {
         Term wide;
@@ -179,7 +199,12 @@ Term Scope::convert(Term term, const Type& wanted, const std::string& where, Spa
     if (term.op == Op::Constant)
         d.labels.push_back({program_.constants[term.constant].span,
                             fmt::format("`{}` is {}", program_.constants[term.constant].name, type_name(term.type))});
-    if (wanted == Type::Node && term.op == Op::Int) d.help = fmt::format("write @{} for the catom of this number", term.integer);
+    if (wanted == Type::Node && term.op == Op::Int) {
+        d.help = fmt::format("write @{} for the catom of this number", term.integer);
+        if (written == Written::Here && term.integer >= 0) d.fixes = {diagnostics::write(term.span, fmt::format("@{}", term.integer))};
+    }
+    const std::string_view function = written == Written::Here ? conversion(term.type, wanted) : "";
+    if (!function.empty()) d.fixes = {diagnostics::call_around(term.span, function)};
     if (wanted == Type::Int && term.type == Type::Float) d.help = "write truncate(...) to drop the fraction";
     if (wanted == Type::String && term.type == Type::Int) d.help = "write int2str(...)";
     if (wanted == Type::String && term.type == Type::Float) d.help = "write float2str(...)";
@@ -210,7 +235,7 @@ Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string
     ++depth_;
     Term term = untyped(e, wanted);
     --depth_;
-    return convert(std::move(term), wanted, where, declared);
+    return convert(std::move(term), wanted, where, Written::Here, declared);
 }
 
 Term Scope::untyped(const syntax::Expr& e, const Type& wanted) {

@@ -46,8 +46,10 @@ class Scope {
     // The typed term; `wanted` is the type that the place requires (Type::Error: any). Reports mismatches, with the place that requires the
     // type, if there is one.
     Term resolve(const syntax::Expr& e, const Type& wanted, const std::string& where, bool anonymous_fits = false, Span declared = {});
+    // Whether a term stands in the text where its span is, so that a call may be written around it.
+    enum class Written { Here, Otherwise };
     // Converts int to float if required; reports other mismatches.
-    Term convert(Term term, const Type& wanted, const std::string& where, Span declared = {});
+    Term convert(Term term, const Type& wanted, const std::string& where, Written written = Written::Otherwise, Span declared = {});
 
     // A call of a function that returns a bool, where a fact could be.
     bool is_function(const std::string& name) const;

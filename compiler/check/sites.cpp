@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "compiler/check/check.h"
+#include "compiler/check/forall.h"
 #include "runtime/base/assert.h"
 
 namespace meld::check {
@@ -66,18 +67,18 @@ class Sites {
         return seen;
     }
 
-    // Every atom must be at a reached catom; `graph` holds the links of the bodies around.
-    void check_body(const std::vector<Clause>& body, Graph graph) {
+    // Every atom must be at a reached catom; `graph` holds the links of the bodies around, and `around` is the clause that has this body.
+    void check_body(const std::vector<Clause>& body, Graph graph, const Clause* around = nullptr) {
         MELD_EXPECT(rule_.site.valid(), "rule {} runs nowhere yet", rule_.name);
         links(body, graph);
         const std::set<VariableId> seen = reached(graph, rule_.site);
         for (const Clause& c : body) {
-            check_body(c.inner, graph);
+            check_body(c.inner, graph, &c);
             if (c.kind == Clause::Kind::Delta) check_delta(c);
             if (c.kind != Clause::Kind::Atom) continue;
             const VariableId at = c.atom.arguments[0].variable;
             if (seen.contains(at) || !refused_.insert(at).second) continue;
-            no_route(c.atom, at, body);
+            no_route(c, at, body, around);
             // Everything connected with it misses the same link.
             for (const VariableId v : reached(graph, at)) refused_.insert(v);
         }
@@ -94,14 +95,33 @@ class Sites {
         d.help = "record the change there by a separate rule, and read the record";
     }
 
-    void no_route(const Atom& atom, VariableId at, const std::vector<Clause>& body) {
+    void no_route(const Clause& clause, VariableId at, const std::vector<Clause>& body, const Clause* around) {
+        const Atom& atom = clause.atom;
         auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span,
                               fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.site), shown(at)));
         d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
         if (blame_pointer(body, at, d)) return;
-        d.help = name(at).starts_with("_") || name(rule_.site).starts_with("_")
-                     ? "join the catoms by `neighbor`"
-                     : fmt::format("add `{}`, or another route between them", link(name(rule_.site), name(at)));
+        if (name(at).starts_with("_") || name(rule_.site).starts_with("_")) {
+            d.help = "join the catoms by `neighbor`";
+            return;
+        }
+        const std::string added = link(name(rule_.site), name(at));
+        d.help = fmt::format("add `{}`, or another route between them", added);
+        suggest_link(added, clause, around, d);
+    }
+
+    // The link before a fact of a body. A negation of one fact gets brackets; what a `forall` asks first has no place for a second.
+    static void suggest_link(const std::string& added, const Clause& clause, const Clause* around, diagnostics::Diagnostic& d) {
+        const Span fact = clause.atom.span;
+        const bool written = fact.end > fact.begin && clause.span.begin == fact.begin && clause.span.end == fact.end;
+        if (!written || (around != nullptr && is_forall(*around))) return;
+        diagnostics::Fix fix = diagnostics::insert(fact, added + ", ");
+        fix.title = fmt::format("Add `{}`", added);
+        if (around != nullptr && around->kind == Clause::Kind::Not && around->span.end == fact.end) {
+            fix.edits.front().text.insert(0, "(");
+            fix.edits.push_back({{fact.file, fact.end, fact.end}, ")"});
+        }
+        d.fixes = {std::move(fix)};
     }
 
     // A predicate that names the catom, as a link would, but is not declared as a route.
@@ -114,6 +134,9 @@ class Sites {
                 continue;
             d.labels.push_back({p.span, fmt::format("`{}` points to {}, and is not declared as a route", p.name, shown(at))});
             d.help = fmt::format("declare it `type route {}(...)`", p.name);
+            diagnostics::Fix route = diagnostics::insert(p.span, "route ");
+            route.title = fmt::format("Declare `{}` as a route", p.name);
+            d.fixes.insert(d.fixes.begin(), std::move(route));
             return true;
         }
         return false;
@@ -154,9 +177,7 @@ class Sites {
                 if (c.kind == Clause::Kind::Atom) {
                     const VariableId at = c.atom.arguments[0].variable;
                     d.labels.push_back({c.atom.span, fmt::format("this fact is at {}", shown(at))});
-                    d.help = name(at).starts_with("_") || name(rule_.site).starts_with("_")
-                                 ? "a head must be at a catom of the body or its neighbour"
-                                 : fmt::format("add `{}`", link(name(at), name(rule_.site)));
+                    head_needs_link(at, rule_.site, c, d);
                     break;
                 }
             blame_pointer(rule_.body, rule_.site, d);
@@ -263,11 +284,26 @@ class Sites {
             }
             auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                                   fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
-            d.help = name(at).starts_with("_") || name(rule_.site).starts_with("_")
-                         ? "a head must be at a catom of the body or its neighbour"
-                         : fmt::format("add `{}`", link(name(rule_.site), name(at)));
+            head_needs_link(rule_.site, at, first_fact(), d);
             for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
         }
+    }
+
+    void head_needs_link(VariableId from, VariableId to, const Clause& before, diagnostics::Diagnostic& d) const {
+        if (name(from).starts_with("_") || name(to).starts_with("_")) {
+            d.help = "a head must be at a catom of the body or its neighbour";
+            return;
+        }
+        const std::string added = link(name(from), name(to));
+        d.help = fmt::format("add `{}`", added);
+        suggest_link(added, before, nullptr, d);
+    }
+    // Where a link for a head goes: before the first fact of the innermost body around it.
+    const Clause& first_fact() const {
+        static const Clause none;
+        const std::vector<Clause>& body = *around_.back();
+        const auto fact = std::find_if(body.begin(), body.end(), [](const Clause& c) { return c.kind == Clause::Kind::Atom; });
+        return fact == body.end() ? none : *fact;
     }
 
     const Program& program_;

@@ -72,10 +72,11 @@ class Stable {
         syntax::Atom plain{
             .sigil = atom.sigil, .name = {fact->name, atom.arguments[0]->span}, .arguments = std::move(fact->arguments), .span = atom.span};
         const auto found = declared_.find({plain.name.text, plain.arguments.size()});
-        if (ticks == nullptr || ticks->value < 1)
-            report_.add(Kind::BadDelay, place, "a fact is stable for a number of ticks, at least one").help =
-                "write the number, as in `stable(p(A), 5)`";
-        else if (found != declared_.end())
+        if (ticks == nullptr || ticks->value < 1) {
+            auto& d = report_.add(Kind::BadDelay, place, "a fact is stable for a number of ticks, at least one");
+            d.help = "write the number, as in `stable(p(A), 5)`";
+            if (ticks != nullptr) d.fixes = {diagnostics::write(place, "1")};
+        } else if (found != declared_.end())
             plain.name.text = predicate(std::get<syntax::Declaration>(tree_.items[found->second]), ticks->value, atom.span);
         // Where there is no such predicate the resolver says so.
         atom = std::move(plain);

@@ -12,6 +12,7 @@
 namespace meld::check {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
@@ -36,8 +37,8 @@ class TypeNameExpansion {
 
     void run() {
         for (syntax::Item& item : tree_.items) {
-            if (auto* a = std::get_if<syntax::Alias>(&item)) add(a->name, &a->type);
-            if (auto* k = std::get_if<syntax::NodeKind>(&item)) add(k->name, nullptr);
+            if (auto* a = std::get_if<syntax::Alias>(&item)) add(a->name, &a->type, a->span);
+            if (auto* k = std::get_if<syntax::NodeKind>(&item)) add(k->name, nullptr, k->span);
             if (auto* e = std::get_if<syntax::Extern>(&item); e != nullptr && !e->result) handles_.insert(e->name.text);
         }
         for (auto& [name, alias] : aliases_) expand(name);
@@ -82,7 +83,7 @@ class TypeNameExpansion {
         State state = State::Waiting;
     };
 
-    void add(const syntax::Name& name, const syntax::Type* type) {
+    void add(const syntax::Name& name, const syntax::Type* type, Span item) {
         if (is_type_word(name.text)) {
             report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("`{}` is a type already", name.text)).help =
                 "choose another name";
@@ -93,8 +94,9 @@ class TypeNameExpansion {
                     type != nullptr ? State::Waiting : State::Done};
         const auto [place, first] = aliases_.emplace(name.text, std::move(alias));
         if (first) return;
-        report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("the type name `{}` is declared twice", name.text)).labels = {
-            {place->second.span, "first declared here"}};
+        auto& d = report_.add(Kind::DuplicateDeclaration, name.span, fmt::format("the type name `{}` is declared twice", name.text));
+        d.labels = {{place->second.span, "first declared here"}};
+        d.fixes = {diagnostics::leave_out(item, "this declaration", Fit::Item)};
     }
 
     void expand(const std::string& name) {
@@ -127,7 +129,7 @@ class TypeNameExpansion {
         if (is_type_word(t.name) || handles_.contains(t.name) || tree_.is_lost(t.name)) return;
         std::vector<std::string> names{"bool", "int", "float", "string", "node", "vec3"};
         for (const auto& [name, alias] : aliases_) names.push_back(name);
-        report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)).help = help_for_type(t.name, names);
+        suggest_type(report_.add(Kind::UnknownType, t.span, fmt::format("there is no type `{}`", t.name)), t.name, names);
     }
 
     void recursive(const std::string& name, Span use) {
@@ -143,8 +145,10 @@ class TypeNameExpansion {
                 ++i;
                 continue;
             }
-            report_.add(Kind::HintIgnored, d.modifiers[i].span, fmt::format("`{}` has no effect before the predicate", d.modifiers[i].text))
-                .help = "the types of the arguments go between the brackets";
+            auto& ignored = report_.add(Kind::HintIgnored, d.modifiers[i].span,
+                                        fmt::format("`{}` has no effect before the predicate", d.modifiers[i].text));
+            ignored.help = "the types of the arguments go between the brackets";
+            ignored.fixes = {safe(diagnostics::leave_out(ignored.span, fmt::format("`{}`", d.modifiers[i].text), Fit::Word))};
             d.modifiers.erase(d.modifiers.begin() + static_cast<std::ptrdiff_t>(i));
         }
     }

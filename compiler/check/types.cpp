@@ -27,7 +27,7 @@ std::optional<Type::Kind> maker(const std::string& name) {
 void unknown_type(const syntax::Type& type, const TypeNames& names, diagnostics::Reporter& report) {
     std::vector<std::string> known = {"list", "set", "array"};
     for (const auto& [name, t] : names) known.push_back(name);
-    report.add(Kind::UnknownType, type.span, fmt::format("there is no type `{}`", type.name)).help = help_for_type(type.name, known);
+    suggest_type(report.add(Kind::UnknownType, type.span, fmt::format("there is no type `{}`", type.name)), type.name, known);
 }
 
 // Whether both are made alike, so that only their parts can differ.
@@ -35,14 +35,22 @@ bool alike(const Type& a, const Type& b) { return a.kind == b.kind && a.parts.si
 
 }  // namespace
 
-std::string help_for_type(const std::string& word, const std::vector<std::string>& known) {
+void suggest_type(diagnostics::Diagnostic& d, const std::string& word, const std::vector<std::string>& known) {
     static const std::map<std::string, std::string> elsewhere = {{"integer", "int"}, {"number", "int"},   {"double", "float"},
                                                                  {"real", "float"},  {"boolean", "bool"}, {"text", "string"}};
-    if (word == "thread") return "a program has catoms and no threads of the machine: keep such facts at a catom, `node`";
+    if (word == "thread") {
+        d.help = "a program has catoms and no threads of the machine: keep such facts at a catom, `node`";
+        return;
+    }
     const auto other = elsewhere.find(word);
     const std::string near = other != elsewhere.end() ? other->second : diagnostics::nearest_name(word, known);
-    return near.empty() ? "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)"
-                        : fmt::format("did you mean `{}`?", near);
+    if (near.empty()) {
+        d.help = "types are int, float, bool, node, string, vec3, list T, set T, array T and :(T, U)";
+        return;
+    }
+    d.did_you_mean(near, d.span, diagnostics::Edit::Fit::Name);
+    // A number may be a float.
+    d.fixes.back().safe = other != elsewhere.end() && word != "number";
 }
 
 Type to_type(const syntax::Type& type, const TypeNames& names, const syntax::Tree& tree, diagnostics::Reporter& report) {

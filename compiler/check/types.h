@@ -20,8 +20,8 @@ const TypeNames& language_types();
 // reported.
 Type to_type(const syntax::Type& type, const TypeNames& names, const syntax::Tree& tree, diagnostics::Reporter& report);
 
-// A help for a word that is not a type: the name of `known` that was probably meant, also in another language, or all types.
-std::string help_for_type(const std::string& word, const std::vector<std::string>& known);
+// The help for a word that is not a type: the name of `known` that was probably meant, also in another language, or all types.
+void suggest_type(diagnostics::Diagnostic& d, const std::string& word, const std::vector<std::string>& known);
 
 // Whether some part of it is not known yet: `list _` of an empty list.
 bool has_unknown(const Type& type);

@@ -80,6 +80,17 @@ ValueRead value_read(const Program& program, const Rule& rule, const Atom& atom)
     return uses(rule, value.variable) == accounted ? exists : used;
 }
 
+std::optional<std::array<Rule, 2>> sides_of_best(const Program& program, const Rule& rule) {
+    MELD_EXPECT(!rule.linear && rule.heads.size() == 1, "rule {} is no view", rule.name);
+    const Predicate& p = program.predicates[rule.heads[0].atom.predicate];
+    if (!keeps_best(p.aggregate)) return std::nullopt;
+    const Term& made = rule.heads[0].atom.arguments[p.aggregate_at];
+    if (made.op != (keeps_greatest(p.aggregate) ? Op::Max : Op::Min)) return std::nullopt;
+    std::array<Rule, 2> sides = {rule, rule};
+    for (std::size_t i = 0; i < 2; ++i) sides[i].heads[0].atom.arguments[p.aggregate_at] = made.operands[i];
+    return sides;
+}
+
 bool computed_from(const Rule& rule, const Term& e, VariableId value) {
     if (mentions(e, value)) return true;
     return e.is_variable() && any_definition(rule, e.variable, [&](const Term& is) { return mentions(is, value); });

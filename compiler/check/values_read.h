@@ -1,6 +1,8 @@
 // How rules use the value of a min or max that they read: they test whether there is one, or compute with it.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "compiler/check/program.h"
@@ -15,6 +17,10 @@ struct ValueRead {
 };
 // For an atom of the rule's body.
 ValueRead value_read(const Program& program, const Rule& rule, const Atom& atom);
+
+// A view m(B, max(X, Y)) :- m(A, X), q(B, Y) of a max as the two rules with X and with Y in the head, which together derive the same value.
+// Nothing: its head is no such thing.
+std::optional<std::array<Rule, 2>> sides_of_best(const Program& program, const Rule& rule);
 
 // How often a rule mentions a variable.
 std::size_t uses(const Rule& rule, VariableId v);

@@ -81,6 +81,7 @@ class WellFormed {
         for (const Constant& c : program_.constants) constant(c);
         for (const Function& f : program_.functions) function(f);
         for (const Rule& r : program_.rules) rule(r);
+        for (const Rule& question : program_.questions) body(question, question.body);
         strata();
     }
 

@@ -77,6 +77,8 @@ class Undelivered {
         none.inner.push_back(link(stays.body));
         stays.rule.body.push_back(std::move(none));
         stays.rule.heads.push_back(returned(stays, p, sent));
+        // What the program asks for, as if it said so itself.
+        stays.rule.derives = {stays.rule.heads.back().atom.predicate};
         stays.add_to(program_);
         return out_[p] = id;
     }

@@ -37,6 +37,11 @@ const KindInfo* find_kind(std::string_view code) {
 
 std::vector<KindInfo> all_kinds() { return {kKinds.begin(), kKinds.end()}; }
 
+void Diagnostic::did_you_mean(const std::string& name, Span written, Edit::Fit fit) {
+    help = fmt::format("did you mean `{}`?", name);
+    fixes.push_back(write(written, name, fit));
+}
+
 Diagnostic& Reporter::add(Diagnostic diagnostic) {
     diagnostics_.push_back(std::move(diagnostic));
     const bool is_new = seen_.insert(identity(diagnostics_.back())).second;
@@ -51,8 +56,8 @@ std::vector<Diagnostic> Reporter::sorted() const {
         if (taken.insert(identity(diagnostic)).second) order.push_back(&diagnostic);
     }
     // At one place in the order they were found in.
-    std::sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
-        return std::tuple(a->span.file, a->span.begin, a) < std::tuple(b->span.file, b->span.begin, b);
+    std::stable_sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
+        return std::tuple(a->span.file, a->span.begin) < std::tuple(b->span.file, b->span.begin);
     });
     std::vector<Diagnostic> result;
     result.reserve(order.size());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace meld::diagnostics {
 
@@ -17,16 +16,22 @@ std::vector<Diagnostic> most_severe(const std::vector<Diagnostic>& diagnostics, 
     return result;
 }
 
-std::string count_in_words(const std::vector<Diagnostic>& diagnostics) {
-    constexpr std::array kWords = {std::pair(Severity::Error, "error"), std::pair(Severity::Warning, "warning"),
-                                   std::pair(Severity::Note, "note")};
+void Counts::add(const std::vector<Diagnostic>& diagnostics) {
+    for (const Diagnostic& d : diagnostics) ++of_[static_cast<std::size_t>(info(d.kind).severity)];
+}
+
+std::string Counts::in_words() const {
+    constexpr std::array kWords = {"error", "warning", "note"};
     std::vector<std::string> words;
-    for (const auto& [severity, word] : kWords) {
-        const auto count = std::count_if(diagnostics.begin(), diagnostics.end(),
-                                         [wanted = severity](const Diagnostic& d) { return info(d.kind).severity == wanted; });
-        if (count > 0) words.push_back(fmt::format("{} {}{}", count, word, count == 1 ? "" : "s"));
-    }
-    return in_words(words);
+    for (std::size_t i = 0; i < of_.size(); ++i)
+        if (of_[i] > 0) words.push_back(fmt::format("{} {}{}", of_[i], kWords[i], of_[i] == 1 ? "" : "s"));
+    return diagnostics::in_words(words);
+}
+
+std::string count_in_words(const std::vector<Diagnostic>& diagnostics) {
+    Counts counts;
+    counts.add(diagnostics);
+    return counts.in_words();
 }
 
 }  // namespace meld::diagnostics

@@ -46,16 +46,43 @@ Json to_json(const source::FileSet& files, const Diagnostic& diagnostic) {
         object["labels"].push_back(std::move(entry));
     }
     object["help"] = diagnostic.help;
+    object["fixes"] = Json::array();
+    for (const Fix& fix : exact(files, diagnostic.fixes, [&](std::uint32_t file) { return files.file(file).on_disk(); })) {
+        Json entry;
+        entry["title"] = fix.title;
+        entry["safe"] = fix.safe;
+        entry["edits"] = Json::array();
+        for (const Edit& edit : fix.edits) {
+            Json change;
+            put_span(change, files, edit.span);
+            change["text"] = edit.text;
+            entry["edits"].push_back(std::move(change));
+        }
+        object["fixes"].push_back(std::move(entry));
+    }
     return object;
 }
 
 }  // namespace
 
+void JsonMessages::add(const source::FileSet& files, const std::vector<Diagnostic>& diagnostics) {
+    for (const Diagnostic& diagnostic : diagnostics) {
+        // A path or a quoted piece of text may hold bytes that are no UTF-8; JSON cannot, so they become U+FFFD.
+        const std::string object = to_json(files, diagnostic).dump(2, ' ', true, Json::error_handler_t::replace);
+        objects_ += objects_.empty() ? "\n  " : ",\n  ";
+        for (const char c : object) {
+            objects_ += c;
+            if (c == '\n') objects_ += "  ";
+        }
+    }
+}
+
+std::string JsonMessages::text() const { return "[" + objects_ + (objects_.empty() ? "" : "\n") + "]\n"; }
+
 std::string render_json(const source::FileSet& files, const std::vector<Diagnostic>& diagnostics) {
-    Json array = Json::array();
-    for (const Diagnostic& diagnostic : diagnostics) array.push_back(to_json(files, diagnostic));
-    // A path or a quoted piece of text may hold bytes that are no UTF-8; JSON cannot, so they become U+FFFD.
-    return array.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
+    JsonMessages messages;
+    messages.add(files, diagnostics);
+    return messages.text();
 }
 
 }  // namespace meld::diagnostics

@@ -200,4 +200,12 @@ std::string render_text(const source::FileSet& files, const std::vector<Diagnost
     return result;
 }
 
+std::string render_errors(const source::FileSet& files, const Reporter& report) {
+    std::vector<Diagnostic> errors = report.sorted();
+    std::erase_if(errors, [](const Diagnostic& d) { return info(d.kind).severity != Severity::Error; });
+    std::string text = render_text(files, errors, Colour::Never);
+    while (text.ends_with('\n')) text.pop_back();
+    return text;
+}
+
 }  // namespace meld::diagnostics

@@ -11,9 +11,9 @@
 
 #include "compiler/build/build.h"
 #include "compiler/driver/embedded.h"
-#include "compiler/driver/front_end.h"
-#include "compiler/driver/question.h"
 #include "compiler/emit/emit.h"
+#include "compiler/front/front_end.h"
+#include "compiler/front/question.h"
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
 #include "runtime/abi/module_abi.h"
@@ -106,21 +106,21 @@ std::optional<Stage> stage_named(const std::string& name) {
 }
 
 Result<void> compile(const std::string& path, const CompileOptions& options, Compilation& out) {
-    const std::uint32_t prelude_files = add_prelude(out.files);
+    const std::uint32_t prelude_files = front::add_prelude(out.files);
     const Result<std::uint32_t> file = out.files.read(path, InputKind::FileOrPipe);
     if (!file) return tl::unexpected<Error>(file.error());
     if (options.last == Stage::Tokens) {
         out.result = syntax::print_tokens(out.files, *file, out.report);
         return {};
     }
-    ParsedProgram parsed = parse_program(out.files, *file, prelude_files, out.report, {options.library_paths});
+    front::ParsedProgram parsed = front::parse_program(out.files, *file, prelude_files, out.report, {options.library_paths});
     if (!options.question.empty())
-        if (auto asked = add_question(out.files, options.question, out.report, parsed.program); !asked) return asked;
+        if (auto asked = front::add_question(out.files, options.question, out.report, parsed.program); !asked) return asked;
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);
         return {};
     }
-    check::Program program = check_program(out.files, *file, prelude_files, std::move(parsed), out.report);
+    check::Program program = front::check_program(out.files, *file, prelude_files, std::move(parsed), out.report);
     if (out.report.has_errors()) return {};
     if (options.last == Stage::Program) {
         out.result = check::print(program);

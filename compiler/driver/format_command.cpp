@@ -7,6 +7,7 @@
 #include <iostream>
 #include <iterator>
 
+#include "compiler/driver/show_messages.h"
 #include "compiler/format/format.h"
 #include "runtime/base/output_file.h"
 #include "runtime/base/visible.h"
@@ -19,11 +20,6 @@ Result<std::uint32_t> read(source::FileSet& files, const std::string& path) {
     if (path != "-") return files.read(path, InputKind::FileOrPipe);
     std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
     return files.add("<standard input>", std::move(text));
-}
-
-int fail_with(const Error& error) {
-    std::cerr << "meldc: " << visible(error.message()) << "\n";
-    return static_cast<int>(error.code);
 }
 
 int format_one(const std::string& path, const FormatOptions& options) {

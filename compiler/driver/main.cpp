@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "compiler/diagnostics/explain.h"
-#include "compiler/diagnostics/most_severe.h"
+#include "compiler/driver/check_command.h"
 #include "compiler/driver/compile.h"
 #include "compiler/driver/format_command.h"
 #include "runtime/abi/module_note.h"
@@ -35,46 +35,25 @@ struct Options {
     std::string output;
     std::string emit;
     std::string code;
-    double timeout_seconds = 0;  // 0: none.
+    double timeout_seconds = 0;      // 0: none.
+    std::vector<std::string> files;  // To check.
     bool json = false;
     bool all = false;
+    bool fix = false;
     bool quiet = false;
     bool explain_rules = false;
     CompileOptions compile;
     FormatOptions format;
 };
 
-int fail_with(const Error& error) {
-    std::cerr << "meldc: " << visible(error.message()) << "\n";
-    return static_cast<int>(error.code);
-}
+HowMany how_many(const Options& options) { return options.all ? HowMany::All : HowMany::MostSevere; }
 
-// A screen or two: readers begin at the end, and curing the first mistakes often cures the rest.
-constexpr std::size_t kMostMessages = 50;
-
-// Diagnostics go to standard error as text, or to standard output as JSON.
+// Messages go to standard error as text, or to standard output as JSON.
 void show(const Compilation& c, const Options& options) {
-    if (options.json) {
+    if (options.json)
         std::cout << diagnostics::render_json(c.files, c.report.sorted()) << "\n";
-        return;
-    }
-    const auto colour = isatty(STDERR_FILENO) ? diagnostics::Colour::Always : diagnostics::Colour::Never;
-    const std::vector<diagnostics::Diagnostic> all = c.report.sorted();
-    const bool some = !options.all && all.size() > kMostMessages;
-    std::cerr << diagnostics::render_text(c.files, some ? diagnostics::most_severe(all, kMostMessages) : all, colour);
-    if (some)
-        std::cerr << fmt::format("\n{} in all; {} are shown, and `meldc check {} --all` shows the others\n",
-                                 diagnostics::count_in_words(all), kMostMessages, options.file);
-}
-
-int run_check(Options& options) {
-    Compilation c;
-    options.compile.last = Stage::Plan;
-    if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
-    show(c, options);
-    if (c.report.has_errors()) return static_cast<int>(ExitCode::ProgramWrong);
-    if (!options.json) std::cerr << visible(options.file) << ": no errors\n";
-    return 0;
+    else
+        show_messages(c.files, c.report.sorted(), options.file, how_many(options));
 }
 
 Result<void> copy_module(const std::string& module, const std::string& path) {
@@ -171,13 +150,16 @@ int run_program(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer("Exit codes: 0 success, 1 an error in the program, 2 usage or files, 4 limit, memory or disk, 70 a bug of meldc.");
 
-    CLI::App* check = app.add_subcommand("check", "Report every mistake in a program.\nExample: meldc check examples/meld/gradient.meld");
+    CLI::App* check = app.add_subcommand("check", "Report every mistake in programs.\nExample: meldc check examples/meld/gradient.meld");
     CLI::App* compile = app.add_subcommand(
         "compile", "Compile a program to a module, or print a stage of it.\nExample: meldc compile examples/meld/gradient.meld --emit=cpp");
     for (CLI::App* sub : {check, compile}) {
-        sub->add_option("FILE", options.file, "The program, a .meld file")->required();
+        if (sub == check)
+            sub->add_option("FILE", options.files, "The programs, .meld files")->required();
+        else
+            sub->add_option("FILE", options.file, "The program, a .meld file")->required();
         sub->add_flag("--json", options.json, "Print messages as JSON on standard output");
-        sub->add_flag("--all", options.all, "Print all messages, not only the 50 most severe");
+        sub->add_flag("--all", options.all, "Print all messages, not only the 50 most severe of a program");
         sub->add_option("-I,--library", options.compile.library_paths, "Search this folder for include, use and import; repeatable")
             ->type_name("DIR")
             ->take_all()
@@ -186,6 +168,7 @@ int run_program(int argc, char** argv) {
             ->check(CLI::Range(0.001, 1e9).description(""))
             ->type_name("SECONDS");
     }
+    check->add_flag("--fix", options.fix, "Apply the safe fixes to the files first, then print the messages that remain");
     compile
         ->add_option("-o,--output", options.output,
                      "Write the module to this file; by default it stays in the cache, and its path is printed")
@@ -205,6 +188,8 @@ int run_program(int argc, char** argv) {
         ->type_name("FILE")
         ->take_all()
         ->allow_extra_args(false);
+    compile->add_flag("--counters", options.compile.plan.counts,
+                      "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
     // Passed by meldsim bisect.
     compile->add_option("--ask", options.compile.question)->group("");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");
@@ -229,7 +214,9 @@ int run_program(int argc, char** argv) {
     if (const std::optional<int> code = cli::parse(app, argc, argv, choices(), {{"run", "meldsim"}, {"world", "meldsim"}})) return *code;
     std::optional<interrupt::TimeLimit> limit;
     if (options.timeout_seconds > 0) limit.emplace("meldc", options.timeout_seconds);
-    if (*check) return run_check(options);
+    if (*check)
+        return run_check(
+            {.files = options.files, .json = options.json, .how_many = how_many(options), .fix = options.fix, .compile = options.compile});
     if (*compile) return run_compile(options);
     if (*lsp) return run_language_server();
     if (*format) return run_format(options.format);

@@ -9,8 +9,10 @@ std::string emit_module(const plan::Plan& plan) {
     MELD_EXPECT(plan.stored.size() == plan.program.predicates.count(), "a plan without a layout reached emission");
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
+    if (plan.counts) w.raw("#define MELD_COUNTS");
     w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     if (keeps_fronts(plan)) w.raw("#include \"runtime/kernel/fronts.h\"");
+    if (plan.counts) w.raw("#include \"runtime/kernel/counts.h\"");
     w.raw("");
     w.raw("using namespace meld;");
     emit_externs(plan, w);

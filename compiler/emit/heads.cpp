@@ -132,6 +132,7 @@ void RuleEmitter::consume() {
             w_.line("u32 {}[] = {{{}}};", list, positions);
             w_.line("s.{}.remove_all({}, {});", name, list, n);
         }
+        if (plan_.counts) w_.line("count_consumed(*s.e, {}, {});", bag.index(), n);
         lower(bag);
     }
     consumed_.clear();
@@ -200,6 +201,7 @@ void RuleEmitter::head(const MakeFact& h) {
     if (p.kind == PredicateKind::Action) {
         values(h);
         w_.line("s.e->host->act(s.e, {}, values);", h.predicate.index());
+        if (plan_.counts) w_.line("count_gained(*s.e, {});", h.predicate.index());
     } else if (h.place != scope_.rule.site) {
         send(h);
     } else {
@@ -207,7 +209,7 @@ void RuleEmitter::head(const MakeFact& h) {
         w_.line("load_{}(s);", name);
         make_row(h);
         if (p.linear())
-            w_.line("s.{}.add(*s.e, row);", name);
+            w_.line("s.{}.add(*s.e, row);{}", name, plan_.counts ? fmt::format(" count_gained(*s.e, {});", h.predicate.index()) : "");
         else
             w_.open(fmt::format("if (give_base(*s.e, s.{}, row)) {{", name));
         raise(h.predicate);
@@ -229,12 +231,24 @@ void RuleEmitter::send(const MakeFact& h) {
     w_.raw("++s.e->derivations;");
     if (scope_.places.contains(h.place)) {
         w_.line("s.e->host->send(s.e, {}, {}, values);", scope_.at(h.place), h.predicate.index());
+        count_sent(h, scope_.port(h.place));
         return;
     }
     const std::string port = fresh("port");
     w_.line("const i32 {} = port_of(s, {});", port, scope_.value(h.place));
-    w_.line("if ({0} >= 0) s.e->host->send(s.e, static_cast<u32>(s.neighbour[{0}]), {1}, values);", port, h.predicate.index());
+    w_.line("if ({0} >= 0) {2}s.e->host->send(s.e, static_cast<u32>(s.neighbour[{0}]), {1}, values);", port, h.predicate.index(),
+            plan_.counts ? "{ " : "");
+    if (plan_.counts) {
+        count_sent(h, port);
+        w_.raw("}");
+    }
     w_.raw("else ++s.e->dropped;");
+}
+
+void RuleEmitter::count_sent(const MakeFact& h, const std::string& port) {
+    if (!plan_.counts) return;
+    const auto word = [](std::size_t argument) { return fmt::format("reinterpret_cast<u64>(values[{}].list)", argument - 1); };
+    w_.line("count_sent(*s.e, {}, {}, {}, {});", scope_.rule_index, h.predicate.index(), port, message_bits(plan_, h.predicate, word));
 }
 
 bool RuleEmitter::consumes(const plan::ForAll& h) const {

@@ -43,6 +43,10 @@ class RuleEmitter {
 
     // A selector reads all matches first, and then the chosen one again.
     void choose();
+    // In a module with counters: counts the derivations of the rest of the block, and for the whole rule its evaluation.
+    enum class Part { Whole, Branch };
+    void count(plan::RuleId rule, Part part);
+    void count_evaluation(plan::RuleId rule);
     // Ends a block: what it has bound is unknown outside.
     void restore(const Scope& before);
     void comment(const check::Rule& rule);
@@ -152,6 +156,8 @@ class RuleEmitter {
     void head(const plan::With& h);
     void values(const MakeFact& h);
     void send(const MakeFact& h);
+    // In a module with counters, after the fact in `values` has been sent over this port.
+    void count_sent(const MakeFact& h, const std::string& port);
     bool consumes(const plan::ForAll& h) const;
     // The heads of every match, which also feed the aggregates; `made` has an accumulator for each.
     void comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);

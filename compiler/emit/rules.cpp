@@ -14,6 +14,8 @@ void RuleEmitter::view() {
     w_.open(fmt::format("{} void {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     leaves_out_ = true;
+    if (rule_plan_.branches.empty()) count(rule_plan_.rule, Part::Whole);
+    for (const RulePlan& b : rule_plan_.branches) count_evaluation(b.rule);
     steps(rule_plan_.steps);
     if (rule_plan_.branches.empty())
         propose(rule_plan_.derived());
@@ -30,6 +32,7 @@ void RuleEmitter::branches() {
         const std::size_t outside = w_.depth();
         scope_.rule_index = b.rule.index();
         w_.line("s.e->rule = {};", b.rule.index());
+        count(b.rule, Part::Branch);
         steps(b.steps);
         propose(b.derived());
         close_to(outside);
@@ -62,6 +65,7 @@ void RuleEmitter::semi_naive(std::size_t number) {
                         rule_function(plan_.program, rule_plan_.rule), number));
     const std::size_t outside = w_.depth();
     leaves_out_ = true;
+    count(rule_plan_.rule, Part::Whole);
     steps(rule_plan_.steps);
     propose(rule_plan_.derived());
     close_to(outside);
@@ -76,6 +80,7 @@ void RuleEmitter::group() {
     w_.open(fmt::format("{} void {}_group(Self& s, const {}& group) {{", linkage(plan_.program.rules.count()),
                         rule_function(plan_.program, rule_plan_.rule), row_type(head.predicate)));
     const std::size_t outside = w_.depth();
+    count(rule_plan_.rule, Part::Whole);
     for (std::size_t i = 0; i < rule_plan_.given.size(); ++i) bind(rule_plan_.given[i], fmt::format("group.{}", field_name(i + 1)));
     steps(rule_plan_.steps);
     propose(head);
@@ -88,6 +93,7 @@ void RuleEmitter::linear() {
     comment(scope_.rule);
     w_.open(fmt::format("{} bool {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
+    count(rule_plan_.rule, Part::Whole);
     if (scope_.rule.select != Select::None) choose();
     steps(rule_plan_.steps);
     if (scope_.rule.select == Select::Random)
@@ -95,6 +101,7 @@ void RuleEmitter::linear() {
     else if (scope_.rule.select != Select::None)
         w_.open(fmt::format("if ({} == chosen) {{", scope_.value(scope_.rule.selected)));
     w_.raw("if (s.e->trap != Trap::None) return false;");
+    if (plan_.counts) w_.line("++s.e->counters->rules[{}].firings;", rule_plan_.rule.index());
     consume();
     freeze();
     heads(rule_plan_.heads);
@@ -104,6 +111,16 @@ void RuleEmitter::linear() {
     close_to(outside);
     if (!always) w_.raw("return false;");
     w_.close();
+}
+
+void RuleEmitter::count_evaluation(RuleId rule) {
+    if (plan_.counts) w_.line("++s.e->counters->rules[{}].evaluations;", rule.index());
+}
+void RuleEmitter::count(RuleId rule, Part part) {
+    if (!plan_.counts) return;
+    if (part == Part::Whole) count_evaluation(rule);
+    w_.line("const CountedRule counted(*s.e, {});", rule.index());
+    if (part == Part::Branch) w_.line("note_place(*s.e, {});", rule.index());
 }
 
 void RuleEmitter::choose() {

@@ -202,20 +202,38 @@ std::optional<std::uint64_t> named_catom(const Program& program, const Rule& r, 
     return named;
 }
 
+// The predicates that a rule reads at neighbours.
+std::set<PredicateId> reads_there(const Program& program, const Rule& rule) {
+    std::set<PredicateId> read;
+    const auto note = [&](const check::Atom& atom, bool) {
+        const Predicate& p = program.predicates[atom.predicate];
+        const bool elsewhere = !atom.arguments.empty() && atom.arguments[0].is_variable() && atom.arguments[0].variable != rule.site;
+        if (p.world == WorldSource::None && elsewhere) read.insert(atom.predicate);
+    };
+    check::each_atom(rule.body, note);
+    check::each_head(rule.heads, [&](const check::Head& head) { check::each_atom(head.body, note); });
+    return read;
+}
+
 void emit_rule_table(const plan::Plan& plan, Writer& w) {
     for (const RuleId id : plan.program.rules.ids()) {
         std::string heads;
         for (const PredicateId p : plan.program.rules[id].derives) heads += fmt::format("{}{}", heads.empty() ? "" : ", ", p.index());
         if (!heads.empty()) w.line("static constexpr u16 kHeads{}[] = {{{}}};", id.index(), heads);
+        std::string there;
+        for (const PredicateId p : reads_there(plan.program, plan.program.rules[id])) there += fmt::format("{}, ", p.index());
+        if (!there.empty()) w.line("static constexpr u16 kReadsThere{}[] = {{{}}};", id.index(), there);
     }
     w.open("static constexpr RuleInfo kRules[] = {");
     for (const RuleId id : plan.program.rules.ids()) {
         const check::Rule& r = plan.program.rules[id];
         const std::optional<std::uint64_t> named = named_catom(plan.program, r, r.body);
-        w.line("{{{}, {}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(),
-               r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()), named ? fmt::format("{}ull", *named) : "kEverywhere");
+        const std::size_t there = reads_there(plan.program, r).size();
+        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(r.name), quoted(r.text), r.line, quoted(r.file), r.derives.size(),
+               r.derives.empty() ? "nullptr" : fmt::format("kHeads{}", id.index()), named ? fmt::format("{}ull", *named) : "kEverywhere",
+               r.linear, there, there == 0 ? "nullptr" : fmt::format("kReadsThere{}", id.index()));
     }
-    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0, \"\", 0, nullptr, kEverywhere},");
+    if (plan.program.rules.empty()) w.raw("{\"\", \"\", 0, \"\", 0, nullptr, kEverywhere, false, 0, nullptr},");
     w.close("};");
 }
 
@@ -249,6 +267,18 @@ void emit_link_table(const plan::Plan& plan, Writer& w) {
     w.close("};");
 }
 
+bool sends(const plan::Plan& plan) {
+    bool any = false;
+    for (const auto* rules : {&plan.linear_rules, &plan.initial_facts})
+        for (const RulePlan& r : *rules)
+            plan::each_head_plan(r.heads, [&](const plan::HeadPlan& h) {
+                const plan::MakeFact* fact = plan::as<plan::MakeFact>(h);
+                if (fact == nullptr || plan.program.predicates[fact->predicate].kind == PredicateKind::Action) return;
+                any = any || fact->place != plan.program.rules[r.rule].site;
+            });
+    return any;
+}
+
 }  // namespace
 
 std::uint64_t schema_hash(const plan::Plan& plan) {
@@ -280,11 +310,16 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.open("static constexpr SourceInfo kSources[] = {");
     for (const check::Program::Source& source : p.sources) w.line("{{{}, {}}},", quoted(source.path), quoted(source.text));
     w.close("};");
+    std::string includes;
+    for (const std::optional<std::uint32_t>& source : p.includes) includes += source ? std::to_string(*source) + ", " : "kNone32, ";
+    w.line("static constexpr u32 kIncludes[] = {{{}kNone32}};", includes);
     w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
-    w.line("kAbiVersion, {}, {}, {}, kSources,", hex(schema_hash(plan)), quoted(p.name), p.sources.size());
-    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate,", types.count(),
-           p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick);
+    w.line("kAbiVersion, {}, {}, {}, kSources, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(),
+           p.includes.size());
+    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {},",
+           types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
+           sends(plan));
     w.close("};");
 }
 

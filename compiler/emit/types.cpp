@@ -111,14 +111,6 @@ void emit_combine(const Predicate& p, Writer& w) {
     w.close();
 }
 
-// The first rule that derives the predicate, which a trap names.
-std::uint32_t first_rule(const plan::Plan& plan, PredicateId id) {
-    for (const RuleId r : plan.program.rules.ids())
-        for (const Head& h : plan.program.rules[r].heads)
-            if (h.kind == Head::Kind::Fact && h.atom.predicate == id) return static_cast<std::uint32_t>(r.index());
-    return 0;
-}
-
 // The members of the struct that describes a predicate's rows.
 std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
@@ -174,7 +166,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
         group.resize(p.aggregate_at - 1);
         w.line("static int group({}) {{ {} }}", signature(group), chained_compare(p, group));
     }
-    std::string hash = "0x9e37ull";
+    std::string hash = "kGroupHash";
     for (const std::size_t f : group) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
     w.line("static u64 hash(const Row&{}) {{ return {}; }}", group.empty() ? "" : " row", hash);
     emit_combine(p, w);
@@ -236,138 +228,16 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("    if (s.neighbour[port] >= 0 && s.g->catom_id[s.neighbour[port]] == id) return port;");
     w.raw("return -1;");
     w.close();
+    if (plan.counts) {
+        w.open("inline u32 link_count(const Self& s) {");
+        w.raw("u32 count = 0;");
+        w.raw("for (i32 port = 0; port < s.g->ports; ++port) count += s.neighbour[port] >= 0;");
+        w.raw("return count;");
+        w.close();
+    }
     w.open("inline u32 port_bit(const Self& s, u64 id) {");
     w.raw("const i32 port = port_of(s, id);");
     w.raw("return port < 0 ? 0 : u32{1} << port;");
-    w.close();
-}
-
-namespace {
-
-std::string presence(const Stored& s, const std::string& record, const std::string& name) {
-    if (s.ranked) return fmt::format("{}.{}_rank != kAbsent", record, name);
-    return fmt::format("({}.present_{} & {:#x}u) != 0", record, s.presence_offset, s.presence_mask);
-}
-
-void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
-    const Stored& s = plan.of(id);
-    const std::string name = predicate_name(plan.program, id);
-    const std::string view = "s." + name;
-    const std::uint32_t rule = first_rule(plan, id);
-    w.raw("");
-    w.open(fmt::format("MELD_STEP static void open_{}(Self& s) {{", name));
-    w.line("s.loaded[{}] = true;", id.index());
-    if (s.storage == Storage::Rows) {
-        w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
-        if (plan.program.predicates[id].linear())
-            w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
-        else
-            w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
-    } else {
-        w.line("const {0}& r = record<{0}>(s, {1}, s.catom);", record_name(s.column), s.column.index());
-        if (s.storage == Storage::PerLink) {
-            w.line("auto* rows = static_cast<{}_t::Row*>(scratch(*s.e, kMaxPorts * sizeof({}_t::Row)));", name, name);
-            w.raw("u32 n = 0;");
-            w.open(fmt::format("for (u32 port = 0; port < {}; ++port) {{", kMaxPorts));
-            w.line("if ((r.{}_ports >> port & 1) == 0) continue;", name);
-            w.raw("rows[n].a1 = port;");
-            for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("rows[n].{1} = r.{0}_{1}[port];", name, field_name(i + 1));
-            w.raw("++n;");
-            w.close();
-            w.line("{}.open(rows, n, {});", view, rule);
-        } else {
-            w.open(fmt::format("if ({}) {{", presence(s, "r", name)));
-            for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("{0}.single.{2} = r.{1}_{2};", view, name, field_name(i + 1));
-            if (s.ranked)
-                w.line("{}.single.rank = r.{}_rank;", view, name);
-            else if (s.fields.empty())
-                w.line("{}.single.unit = 0;", view);
-            w.line("{0}.open(&{0}.single, 1, {1});", view, rule);
-            w.close();
-            w.open("else {");
-            w.line("{}.open(nullptr, 0, {});", view, rule);
-            w.close();
-        }
-    }
-    w.close();
-    w.open(fmt::format("inline void load_{}(Self& s) {{", name));
-    w.line("if (!s.loaded[{}]) open_{}(s);", id.index(), name);
-    w.close();
-}
-
-void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
-    const Stored& s = plan.of(id);
-    const std::string name = predicate_name(plan.program, id);
-    w.open(fmt::format("if (s.loaded[{}] && s.{}.changed) {{", id.index(), name));
-    w.raw("changed = true;");
-    if (s.storage == Storage::PerLink) {
-        w.line("r.{}_ports = 0;", name);
-        w.open(fmt::format("for (u32 i = 0; i < s.{}.count; ++i) {{", name));
-        w.line("const auto& row = s.{}.rows[i];", name);
-        w.line("r.{}_ports |= 1u << row.a1;", name);
-        for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("r.{0}_{1}[row.a1] = row.{1};", name, field_name(i + 1));
-        w.close();
-    } else {
-        const std::string clear = s.ranked ? fmt::format("r.{}_rank = kAbsent;", name)
-                                           : fmt::format("r.present_{} &= ~{:#x}u;", s.presence_offset, s.presence_mask);
-        const std::string set = s.ranked ? fmt::format("r.{0}_rank = s.{0}.rows[0].rank;", name)
-                                         : fmt::format("r.present_{} |= {:#x}u;", s.presence_offset, s.presence_mask);
-        w.open(fmt::format("if (s.{}.count == 0) {{", name));
-        w.raw(clear);
-        // Absent values are zero, so that equal states have equal bytes.
-        for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("r.{}_{} = {{}};", name, field_name(i + 1));
-        w.close();
-        w.open("else {");
-        w.raw(set);
-        for (std::size_t i = 0; i < s.fields.size(); ++i) w.line("r.{0}_{1} = s.{0}.rows[0].{1};", name, field_name(i + 1));
-        w.close();
-    }
-    w.close();
-}
-
-// Whether the runtime must count what the column's records point to.
-bool has_lists(const plan::Plan& plan, plan::ColumnId column) {
-    for (const PredicateId id : plan.columns[column].predicates)
-        for (const plan::Field& f : plan.of(id).fields)
-            if (f.type.compound()) return true;
-    return false;
-}
-
-}  // namespace
-
-void emit_load_and_save(const plan::Plan& plan, Writer& w) {
-    for (const PredicateId id : plan.program.predicates.ids())
-        if (has_view(plan, id)) emit_load(plan, id, w);
-    w.raw("");
-    w.raw("// Writes what has changed back: exported columns at the end of the tick, the others now.");
-    w.open("MELD_STEP static void save(Self& s) {");
-    for (const plan::ColumnId column : plan.columns.ids()) {
-        const plan::Column& c = plan.columns[column];
-        if (c.rows) {
-            const std::string name = predicate_name(plan.program, c.predicates[0]);
-            const bool linear = plan.program.predicates[c.predicates[0]].linear();
-            const std::string list = linear ? "s." + name + ".list" : "s." + name;
-            if (c.follows_rows && c.exported) {
-                w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->change_rows(s.e, {2}, own_changes(*s.e, s.{1}));",
-                       c.predicates[0].index(), name, column.index());
-                continue;
-            }
-            w.line("if (s.loaded[{0}] && s.{1}.changed) s.e->host->assign_rows(s.e, {2}, {3}.rows, {3}.count);", c.predicates[0].index(),
-                   name, column.index(), list);
-            continue;
-        }
-        std::string any;
-        for (const PredicateId id : c.predicates) any += fmt::format("{}s.loaded[{}]", any.empty() ? "" : " || ", id.index());
-        w.open(fmt::format("if ({}) {{", any));
-        w.line("{0} r = record<{0}>(s, {1}, s.catom);", record_name(column), column.index());
-        w.raw("bool changed = false;");
-        for (const PredicateId id : c.predicates) emit_store(plan, id, w);
-        if (c.exported || has_lists(plan, column))
-            w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
-        else
-            w.line("if (changed) reinterpret_cast<{}*>(s.e->subdomain->columns[{}])[s.catom] = r;", record_name(column), column.index());
-        w.close();
-    }
     w.close();
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -122,6 +123,14 @@ std::string element(const Scope& scope, const check::Term& t, const check::Type&
 
 // Declares a constant list or string as static data at namespace level; returns a pointer to it. `number` makes the names unique.
 std::string static_list(const check::Term& t, int& number, Writer& w);
+
+// In a module with counters: the bits of a message that tells a fact, as a C++ expression. word(i): that of its argument i, counted from 1.
+std::string message_bits(const plan::Plan& plan, PredicateId id, const std::function<std::string(std::size_t)>& word);
+
+// The statement that sets the rule which a failure message names, and which a profile finds.
+std::string now_at(const plan::Plan& plan, const RulePlan& r);
+// The first rule that derives the predicate, which a trap names.
+std::uint32_t first_rule(const plan::Plan& plan, PredicateId id);
 
 // A call of a function of the program.
 std::string call(const Scope& scope, check::FunctionId id, const std::vector<check::Term>& operands);

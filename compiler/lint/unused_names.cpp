@@ -11,6 +11,7 @@ namespace meld::lint {
 using namespace check;
 using diagnostics::Diagnostic;
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
@@ -55,6 +56,7 @@ class Uses {
     };
     struct Declared {
         Span name;
+        Span item;
         std::vector<Use> uses = {};  // In its own declaration.
         bool outside = false;        // An extern: no module owns it.
         bool needed = false;
@@ -62,18 +64,18 @@ class Uses {
 
     void look_through() {
         for (const syntax::Item& any : tree_.items) {
-            if (const auto* c = std::get_if<syntax::Constant>(&any)) declare(Sort::Constant, c->name);
-            if (const auto* f = std::get_if<syntax::Function>(&any)) declare(Sort::Function, f->name);
-            if (const auto* e = std::get_if<syntax::Extern>(&any)) declare(e->result ? Sort::Function : Sort::Type, e->name, true);
-            if (const auto* a = std::get_if<syntax::Alias>(&any)) declare(Sort::Type, a->name);
-            if (const auto* k = std::get_if<syntax::NodeKind>(&any)) declare(Sort::Type, k->name);
+            if (const auto* c = std::get_if<syntax::Constant>(&any)) declare(Sort::Constant, c->name, c->span);
+            if (const auto* f = std::get_if<syntax::Function>(&any)) declare(Sort::Function, f->name, f->span);
+            if (const auto* e = std::get_if<syntax::Extern>(&any)) declare(e->result ? Sort::Function : Sort::Type, e->name, e->span, true);
+            if (const auto* a = std::get_if<syntax::Alias>(&any)) declare(Sort::Type, a->name, a->span);
+            if (const auto* k = std::get_if<syntax::NodeKind>(&any)) declare(Sort::Type, k->name, k->span);
             if (const auto* r = std::get_if<syntax::Rule>(&any)) rules_ = rules_ || r->span.file == file_;
             if (const auto* m = std::get_if<syntax::Module>(&any)) module_ = module_ || m->span.file == file_;
             if (const auto* e = std::get_if<syntax::Export>(&any)) exports_ = exports_ || e->span.file == file_;
         }
     }
-    void declare(Sort sort, const syntax::Name& name, bool outside = false) {
-        declared_.emplace(Key{sort, name.text}, Declared{.name = name.span, .outside = outside});
+    void declare(Sort sort, const syntax::Name& name, Span item, bool outside = false) {
+        declared_.emplace(Key{sort, name.text}, Declared{.name = name.span, .item = item, .outside = outside});
     }
 
     void item(std::size_t i) {
@@ -121,9 +123,10 @@ class Uses {
         const std::string_view name = files_.text(declared.name);
         Diagnostic d{
             .kind = Kind::UnusedName, .span = declared.name, .message = fmt::format("the {} `{}` is never used", word(key.first), name)};
-        bool itself = false;
+        bool itself = false, others = false;
         for (const auto& [other, by] : declared_)
             for (const Use& u : by.uses) {
+                others = others || (u.key == key && other != key);
                 if (u.key != key || by.name.file != file_) continue;
                 itself = itself || other == key;
                 if (other != key && d.labels.empty())
@@ -135,6 +138,12 @@ class Uses {
             d.help += fmt::format(", or name it `_{}`", name);
         else if (!declared.outside)
             d.help += fmt::format(", or write `export {}.` if other files are to use it", name);
+        // What others name goes after them.
+        if (!others) d.fixes = {diagnostics::leave_out(declared.item, "the declaration", Fit::Item)};
+        if (!others && key.first == Sort::Constant) d.fixes.push_back(diagnostics::write(declared.name, fmt::format("_{}", name)));
+        if (key.first != Sort::Constant && !declared.outside)
+            d.fixes.push_back({.title = fmt::format("Write `export {}.`", name),
+                               .edits = {{declared.item, fmt::format("export {}.", name), Fit::After}}});
         return d;
     }
     static const char* word(Sort sort) { return sort == Sort::Constant ? "constant" : sort == Sort::Function ? "function" : "type"; }

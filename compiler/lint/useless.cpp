@@ -12,6 +12,7 @@ namespace meld::lint {
 
 using namespace check;
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
@@ -97,6 +98,11 @@ class Useless {
     }
     static constexpr const char* kHeadOfNothing = "so this part of the head produces nothing";
 
+    // A rule that never fires does nothing, so it can go.
+    static void suggest_no_rule(const Rule& rule, diagnostics::Diagnostic& d) {
+        if (d.kind == Kind::NeverFires) d.fixes = {diagnostics::leave_out(rule.span, "this rule", Fit::Item)};
+    }
+
     // Whether these can never match; reports that, and its consequence.
     bool impossible(const Rule& rule, const Around& around, const std::vector<Clause>& body, Kind kind, const std::string& so) {
         const auto known = with(around, conditions(sizes_of(body)));
@@ -104,12 +110,14 @@ class Useless {
         for (const Clause& c : body) {
             if (c.kind != Clause::Kind::Atom) continue;
             if (links_itself(c.atom)) {
-                report_.add(kind, c.atom.span, "no catom is its own neighbour, " + so);
+                suggest_no_rule(rule, report_.add(kind, c.atom.span, "no catom is its own neighbour, " + so));
                 return true;
             }
             if (const Term* nothing = count_of_nothing(c.atom)) {
-                report_.add(kind, nothing->span, fmt::format("{}, {}", kNoCount, so)).help =
-                    fmt::format("write `not {}` where there is nothing to count", any_of(rule, c.atom));
+                const std::string none = "not " + any_of(rule, c.atom);
+                auto& d = report_.add(kind, nothing->span, fmt::format("{}, {}", kNoCount, so));
+                d.help = fmt::format("write `{}` where there is nothing to count", none);
+                if (kind == Kind::NeverFires) d.fixes = {diagnostics::write(c.atom.span, none)};
                 return true;
             }
         }
@@ -173,6 +181,7 @@ class Useless {
                                                        : " with the other conditions";
         auto& d = report_.add(kind, test.span,
                               fmt::format("this is {} true{}, {}", denied || !found->test.holds ? "always" : "never", others, so));
+        suggest_no_rule(rule, d);
         for (const Term* other : found->with) {
             const bool holds = std::none_of(around.begin(), around.end(), [&](const Condition& c) { return c.term == other && !c.holds; });
             d.labels.push_back({other->span, is_size(*other)           ? "a count, which is at least 1"
@@ -258,10 +267,10 @@ class Useless {
 
     void unused(PredicateId id) {
         if (!ours(id) || read_[id.index()] || made_[id.index()] || given_[id.index()]) return;
-        report_
-            .add(Kind::NeverRead, program_.predicates[id].span,
-                 fmt::format("`{}` is declared and never used", program_.predicates[id].name))
-            .help = "leave out the declaration";
+        const Predicate& p = program_.predicates[id];
+        auto& d = report_.add(Kind::NeverRead, p.span, fmt::format("`{}` is declared and never used", p.name));
+        d.help = "leave out the declaration";
+        d.fixes = {diagnostics::leave_out(p.declaration, "the declaration", Fit::Item)};
     }
 
     void unknown_action(PredicateId id) {
@@ -286,8 +295,9 @@ class Useless {
         for (std::size_t i = 0; i < f.parameter_count; ++i) {
             const Variable& v = f.variables[VariableId(i)];
             if (used[i] || v.name.starts_with("_")) continue;
-            report_.add(Kind::UnusedParameter, v.span, fmt::format("the parameter `{}` of `{}` is never used", v.name, f.name)).help =
-                fmt::format("leave it out, or name it `_{}` if the function must have it", v.name);
+            auto& d = report_.add(Kind::UnusedParameter, v.span, fmt::format("the parameter `{}` of `{}` is never used", v.name, f.name));
+            d.help = fmt::format("leave it out, or name it `_{}` if the function must have it", v.name);
+            d.fixes = {diagnostics::write(v.span, "_" + v.name)};
         }
     }
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "compiler/driver/front_end.h"
+#include "compiler/front/front_end.h"
 #include "compiler/lsp/prelude_file.h"
 #include "runtime/base/assert.h"
 
@@ -32,14 +32,14 @@ Analysis::Analysis(const std::string& path, const OpenTexts& open) {
         prelude_files_ = 1;
         checked = files_.add("", "");
     } else {
-        prelude_files_ = driver::add_prelude(files_);
+        prelude_files_ = front::add_prelude(files_);
         for (const auto& [name, text] : open) {
             const std::uint32_t index = files_.add(name, text);
             if (name == path) root_ = checked = index;
         }
     }
-    driver::ParsedProgram parsed = driver::parse_program(files_, checked, prelude_files_, report_, {});
-    program_ = driver::check_program(files_, checked, prelude_files_, std::move(parsed), report_);
+    front::ParsedProgram parsed = front::parse_program(files_, checked, prelude_files_, report_, {});
+    program_ = front::check_program(files_, checked, prelude_files_, std::move(parsed), report_);
     for (std::uint32_t i = 0; i < prelude_files_; ++i) add_file(i);
     if (!tokens_.contains(root_)) add_file(root_);
     for (const auto& [file, tokens] : tokens_) add_declared(tokens, declared_);
@@ -97,7 +97,8 @@ std::vector<Message> Analysis::messages() const {
                         std::string(kind.code),
                         diagnostic.message,
                         {},
-                        is_without_use(diagnostic.kind)};
+                        is_without_use(diagnostic.kind),
+                        diagnostic.fixes};
         if (diagnostic.span.file != root_) message.related.emplace_back(place(diagnostic.span), diagnostic.message);
         for (const diagnostics::Label& label : diagnostic.labels) message.related.emplace_back(place(label.span), label.text);
         if (!diagnostic.help.empty()) message.text += "\nhelp: " + diagnostic.help;

@@ -31,6 +31,7 @@ struct Message {
     // Related places, with a note for each.
     std::vector<std::pair<Place, std::string>> related;
     bool without_use;  // Editors show such names in grey.
+    std::vector<diagnostics::Fix> fixes = {};
 };
 
 class Analysis {

@@ -1,9 +1,11 @@
 // The texts that an editor shows: hovers, completions, outlines. All are plain data; server.cpp turns them into protocol messages.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "compiler/lsp/analysis.h"
@@ -37,6 +39,17 @@ struct Outline {
     Range name_range;
 };
 std::vector<Outline> outline(const Analysis& analysis);
+
+// A cure of a message, as changes of files by their paths; whoever included them sees the message.
+struct Action {
+    std::string title;
+    Message message;
+    // The first that the message offers.
+    bool preferred = false;
+    std::map<std::string, std::vector<std::pair<Range, std::string>>> edits = {};
+};
+// The cures of the messages that are shown in this range or touch it.
+std::vector<Action> actions(const Analysis& analysis, Range range);
 
 // Edits by path that rename the symbol at the position in all the given programs; the first is the program of the position.
 struct Edit {

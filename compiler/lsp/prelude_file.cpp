@@ -2,7 +2,7 @@
 #include "compiler/lsp/prelude_file.h"
 
 #include "compiler/build/module_cache.h"
-#include "compiler/driver/embedded.h"
+#include "compiler/front/embedded.h"
 #include "runtime/base/input_file.h"
 
 namespace meld::lsp {
@@ -13,7 +13,7 @@ std::string written_path() {
     const std::string folder = default_cache_dir();
     if (!make_cache_dir(folder)) return "";
     const std::string path = folder + "/prelude.meld";
-    const std::string text = driver::kPrelude;
+    const std::string text = front::kPrelude;
     if (read_input(path, text.size()) == text) return path;
     TemporaryFile file(folder, ".prelude");
     return file.write(text) && file.publish(path) ? path : "";

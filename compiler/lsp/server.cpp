@@ -3,7 +3,6 @@
 #include "compiler/lsp/server.h"
 
 #include <mlir/Tools/lsp-server-support/Logging.h>
-#include <mlir/Tools/lsp-server-support/Protocol.h>
 #include <mlir/Tools/lsp-server-support/Transport.h>
 
 #include <algorithm>
@@ -15,109 +14,20 @@
 
 #include "compiler/format/format.h"
 #include "compiler/lsp/describe.h"
-#include "compiler/lsp/prelude_file.h"
+#include "compiler/lsp/protocol.h"
 #include "compiler/lsp/shallow_input.h"
 #include "runtime/base/version.h"
 
 namespace meld::lsp {
-
-namespace json = llvm::json;
-namespace protocol = mlir::lsp;
-
-// Parameters that LLVM's library does not know.
-struct RenameParams : protocol::TextDocumentPositionParams {
-    std::string name;
-};
-
-static bool fromJSON(const json::Value& value, RenameParams& result, json::Path path) {
-    if (!protocol::fromJSON(value, static_cast<protocol::TextDocumentPositionParams&>(result), path)) return false;
-    json::ObjectMapper map(value, path);
-    return map && map.map("newName", result.name);
-}
-
-struct FormattingParams {
-    protocol::TextDocumentIdentifier document;
-};
-
-static bool fromJSON(const json::Value& value, FormattingParams& result, json::Path path) {
-    json::ObjectMapper map(value, path);
-    return map && map.map("textDocument", result.document);
-}
 
 namespace {
 
 template <class T>
 using Reply = protocol::Callback<T>;
 
-Position from(const protocol::Position& position) { return {position.line, position.character}; }
-protocol::Position to(Position position) { return {position.line, position.character}; }
-protocol::Range to(Range range) { return {to(range.start), to(range.end)}; }
-
 llvm::Error failed(const std::string& why) { return llvm::make_error<protocol::LSPError>(why, protocol::ErrorCode::RequestFailed); }
 
 std::string normal(llvm::StringRef path) { return std::filesystem::path(path.str()).lexically_normal().string(); }
-
-// DiagnosticTag of the protocol.
-constexpr int kUnnecessary = 1;
-
-int severity(diagnostics::Severity severity) {
-    switch (severity) {
-        case diagnostics::Severity::Error:
-            return 1;
-        case diagnostics::Severity::Warning:
-            return 2;
-        case diagnostics::Severity::Note:
-            return 3;
-    }
-    return 1;
-}
-
-protocol::CompletionItemKind to(Completion::Kind kind) {
-    switch (kind) {
-        case Completion::Kind::Predicate:
-            return protocol::CompletionItemKind::Struct;
-        case Completion::Kind::Action:
-            return protocol::CompletionItemKind::Event;
-        case Completion::Kind::Constant:
-            return protocol::CompletionItemKind::Constant;
-        case Completion::Kind::Function:
-            return protocol::CompletionItemKind::Function;
-        case Completion::Kind::Variable:
-            return protocol::CompletionItemKind::Variable;
-        case Completion::Kind::Keyword:
-            return protocol::CompletionItemKind::Keyword;
-    }
-    return protocol::CompletionItemKind::Text;
-}
-
-protocol::SymbolKind to(Outline::Kind kind) {
-    switch (kind) {
-        case Outline::Kind::Predicate:
-            return protocol::SymbolKind::Struct;
-        case Outline::Kind::Action:
-            return protocol::SymbolKind::Event;
-        case Outline::Kind::Constant:
-            return protocol::SymbolKind::Constant;
-        case Outline::Kind::Function:
-            return protocol::SymbolKind::Function;
-        case Outline::Kind::Rule:
-            return protocol::SymbolKind::Operator;
-        case Outline::Kind::File:
-            return protocol::SymbolKind::File;
-    }
-    return protocol::SymbolKind::Null;
-}
-
-std::optional<protocol::Location> location(const Place& place) {
-    const std::string path = place.path.empty() ? prelude_path() : place.path;
-    if (path.empty()) return std::nullopt;
-    auto uri = protocol::URIForFile::fromFile(path);
-    if (!uri) {
-        llvm::consumeError(uri.takeError());
-        return std::nullopt;
-    }
-    return protocol::Location(*uri, to(place.range));
-}
 
 class Server {
   public:
@@ -132,6 +42,7 @@ class Server {
         handler_.method("textDocument/completion", this, &Server::complete);
         handler_.method("textDocument/documentSymbol", this, &Server::symbols);
         handler_.method("textDocument/formatting", this, &Server::format);
+        handler_.method("textDocument/codeAction", this, &Server::code_actions);
         handler_.notification("initialized", this, &Server::ignore);
         handler_.notification("textDocument/didOpen", this, &Server::opened);
         handler_.notification("textDocument/didChange", this, &Server::changed);
@@ -170,6 +81,7 @@ class Server {
                  {"completionProvider", json::Object{{"triggerCharacters", json::Array{}}}},
                  {"documentSymbolProvider", true},
                  {"documentFormattingProvider", true},
+                 {"codeActionProvider", json::Object{{"codeActionKinds", json::Array{kQuickFix}}}},
              }},
         });
     }
@@ -229,27 +141,9 @@ class Server {
         }
     }
 
-    // The library's JSON of an address borrows its text; a message that outlives the address must own it.
-    static json::Object owned(const protocol::Location& where) {
-        return json::Object{{"uri", where.uri.uri().str()}, {"range", protocol::toJSON(where.range)}};
-    }
-
     void publish(const Document& document, const std::vector<Message>& messages) {
         json::Array list;
-        for (const Message& message : messages) {
-            json::Array related;
-            for (const auto& [place, text] : message.related) {
-                if (const auto where = location(place)) related.push_back(json::Object{{"location", owned(*where)}, {"message", text}});
-            }
-            json::Object one{{"range", protocol::toJSON(to(message.range))},
-                             {"severity", severity(message.severity)},
-                             {"code", message.code},
-                             {"source", "meldc"},
-                             {"message", message.text},
-                             {"relatedInformation", std::move(related)}};
-            if (message.without_use) one["tags"] = json::Array{kUnnecessary};
-            list.push_back(std::move(one));
-        }
+        for (const Message& message : messages) list.push_back(to_json(message));
         publish_(json::Object{{"uri", document.uri.uri().str()}, {"version", document.version}, {"diagnostics", std::move(list)}});
     }
 
@@ -381,6 +275,17 @@ class Server {
         if (**text != before)
             edits.push_back({to(Range{{}, position_of(program->root(), static_cast<std::uint32_t>(before.size()))}), **text});
         reply(std::move(edits));
+    }
+
+    // The fixes of the messages in a range.
+    void code_actions(const CodeActionParams& params, Reply<json::Value> reply) {
+        const Analysis* program = analysis(params.document);
+        if (program == nullptr) return reply(not_open());
+        json::Array list;
+        if (params.wants(kQuickFix))
+            for (const Action& action : actions(*program, {from(params.range.start), from(params.range.end)}))
+                list.push_back(to_json(action));
+        reply(std::move(list));
     }
 
     protocol::MessageHandler handler_;

@@ -6,6 +6,7 @@
 // Computing max(X, Y) from a value X of a max tests existence in the same way, so it becomes two rules, for X and for Y. Assumes that given
 // facts are separate.
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <set>
@@ -71,13 +72,9 @@ class Existence {
         if (rule.linear || std::none_of(rule.body.begin(), rule.body.end(),
                                         [&](const Clause& c) { return read_by(rule, c).kind == ValueRead::Kind::Used; }))
             return;
-        const Predicate& p = program_.predicates[rule.heads[0].atom.predicate];
-        if (!keeps_best(p.aggregate)) return;
-        const Term made = rule.heads[0].atom.arguments[p.aggregate_at];
-        if (made.op != (keeps_greatest(p.aggregate) ? Op::Max : Op::Min)) return;
-        Rule sides[] = {rule, rule};
-        for (std::size_t i = 0; i < 2; ++i) sides[i].heads[0].atom.arguments[p.aggregate_at] = made.operands[i];
-        if (!asks(sides[0]) && !asks(sides[1])) return;
+        std::optional<std::array<Rule, 2>> both = sides_of_best(program_, rule);
+        if (!both || (!asks((*both)[0]) && !asks((*both)[1]))) return;
+        auto& sides = *both;
         sides[1].name += ".or";
         program_.rules[id] = std::move(sides[0]);
         program_.rules.add(std::move(sides[1]));

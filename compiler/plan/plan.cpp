@@ -68,6 +68,7 @@ std::vector<std::string_view> passes(Passes which) {
 Plan make_plan(check::Program program, const PlanOptions& options) {
     Plan plan;
     plan.program = std::move(program);
+    plan.counts = options.counts;
     for (const Pass& p : kPasses) {
         if (std::find(options.without.begin(), options.without.end(), p.name) == options.without.end()) {
             if (p.on_program != nullptr) p.on_program(plan.program);

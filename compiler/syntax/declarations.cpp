@@ -165,6 +165,8 @@ Type DeclarationReader::base_type(const DeclarationWords& words, std::size_t& at
         if (word.form == Form::Variable)
             diagnostic.help = is_type_word(lower_case(word.text)) ? fmt::format("types are lower-case: `{}`", lower_case(word.text))
                                                                   : fmt::format("the type comes before the name: int {}", word.text);
+        if (word.form == Form::Variable && is_type_word(lower_case(word.text)))
+            diagnostic.fixes = {safe(diagnostics::write(word.span, lower_case(word.text)))};
         return result;
     }
     if (is_collection(word.text)) {
@@ -261,7 +263,10 @@ void Builder::import_item(DeclarationWords words, Span span) {
     const char* const form = "import p as q from file.  import linear p(node, int) from \"file.meld\".";
     const bool has_source = words.size() >= 3 && is_name(words[words.size() - 2], "from") &&
                             (words.back().form == Form::Name || words.back().form == Form::Text);
-    if (!has_source) return wrong(span, "an import says from which file", form);
+    if (!has_source) {
+        wrong(span, "an import says from which file", form);
+        return;
+    }
     Import result;
     result.span = span;
     result.path = words.back().text;
@@ -276,7 +281,8 @@ void Builder::import_item(DeclarationWords words, Span span) {
     const bool all_names =
         std::all_of(parts.before.begin(), parts.before.end(), [](const DeclarationWord& word) { return word.form == Form::Name; });
     if (parts.before.empty() || !all_names || !parts.after.empty() || (parts.group == nullptr && parts.before.size() > 1)) {
-        return wrong(span_of(words), "an import names one predicate", form);
+        wrong(span_of(words), "an import names one predicate", form);
+        return;
     }
     result.predicate = name_of(parts.before.back());
     if (!renamed) result.as = result.predicate;

@@ -73,12 +73,22 @@ bool Includes::enter(source::Span where, diagnostics::Reporter& report) {
 std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where,
                                             diagnostics::Reporter& report) {
     MELD_EXPECT(from < files_.count(), "there is no file {}", from);
-    const auto failed = [&](std::string message, std::string help) {
-        report.add(Kind::IncludeFailed, where, std::move(message)).help = std::move(help);
+    const auto failed = [&](std::string message, std::string help, const std::string& near = "") {
+        auto& diagnostic = report.add(Kind::IncludeFailed, where, std::move(message));
+        diagnostic.help = std::move(help);
+        // An import names its file with or without quotes.
+        const bool quoted = files_.text(where).starts_with('"');
+        if (!near.empty()) diagnostic.fixes = {diagnostics::write(where, quoted ? fmt::format("\"{}\"", near) : near)};
         return std::nullopt;
     };
     if (path.empty()) return failed("this include names no file", "include \"file.meld\".");
     if (path.find('\0') != std::string::npos) return failed("a path cannot contain a NUL byte", "");
+    if (meant_) {
+        if (found_ < meant_->size() && (*meant_)[found_]) return (*meant_)[found_++];
+        ++found_;
+        if (const auto library = open_library(library_name(path))) return library;
+        return failed(fmt::format("there is no file \"{}\"", path), "");
+    }
     const fs::path folder = fs::path(files_.file(from).path()).parent_path();
     std::vector<fs::path> beside, in_libraries;
     add_candidates(path, folder, beside);
@@ -109,7 +119,7 @@ std::optional<std::uint32_t> Includes::find(Lookup lookup, std::uint32_t from, c
     std::string help = "looked for " + places;
     const std::string near = lookup == Lookup::Import ? nearest_library(path) : "";
     if (!near.empty()) help += fmt::format("; did you mean the library `{}`?", near);
-    return failed(fmt::format("there is no file \"{}\"", path), std::move(help));
+    return failed(fmt::format("there is no file \"{}\"", path), std::move(help), near);
 }
 
 // The file of this path, read if it is not in the set; `exists` is set, and trouble_ says why, if it is there and cannot be read.
@@ -150,8 +160,9 @@ void Includes::unknown_library(const std::string& path, source::Span where, diag
     for (const Library& library : libraries_) list += (list.empty() ? "" : ", ") + library.name;
     const std::string near = nearest_library(path);
     const std::string have = list.empty() ? "" : "the libraries are " + list + "; ";
-    report.add(Kind::UnknownLibrary, where, fmt::format("there is no library \"{}\"", path)).help =
-        (near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near)) + have + "-I adds a folder with more";
+    auto& diagnostic = report.add(Kind::UnknownLibrary, where, fmt::format("there is no library \"{}\"", path));
+    diagnostic.help = (near.empty() ? "" : fmt::format("did you mean \"{}\"? ", near)) + have + "-I adds a folder with more";
+    if (!near.empty()) diagnostic.fixes = {diagnostics::write(where, fmt::format("\"{}\"", near))};
 }
 
 }  // namespace meld::syntax

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compiler/diagnostics/diagnostics.h"
@@ -26,6 +27,9 @@ class Includes {
   public:
     // library_paths: folders searched after the including file's own; main_file is read already, as unit 0.
     Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file);
+
+    // From now on find() gives these files of the set, one after the other, and searches nothing; none: a library of the compiler.
+    void mean(std::vector<std::optional<std::uint32_t>> files) { meant_ = std::move(files); }
 
     // Searches the files of the set, then the disk. Nothing if there is none, which is reported at `where`.
     std::optional<std::uint32_t> find(Lookup lookup, std::uint32_t from, const std::string& path, source::Span where,
@@ -56,6 +60,8 @@ class Includes {
     std::set<std::pair<std::uint32_t, std::uint32_t>> read_;
     std::string trouble_, help_;
     int depth_ = 0;
+    std::optional<std::vector<std::optional<std::uint32_t>>> meant_;
+    std::size_t found_ = 0;  // How many of them.
 };
 
 }  // namespace meld::syntax

@@ -104,9 +104,11 @@ class FileParser {
         const std::size_t path = with_text ? at_ + 1 : at_;
         at_ = path + 1;
         if (tokens_[at_].kind == TokenKind::Period) ++at_;
+        tree.includes.push_back({tokens_[path].span, std::nullopt});
         if (includes_ == nullptr) return true;
         const auto included =
             includes_->find(kind == TokenKind::Use ? Lookup::Use : Lookup::Include, file_, tokens_[path].text, tokens_[path].span, report_);
+        tree.includes.back().file = included;
         if (included)
             read_file(*included, tokens_[path].span, tree);
         else
@@ -126,8 +128,11 @@ class FileParser {
 
     void stray_period() {
         ++error_count_;
-        report_.add(Kind::SyntaxError, tokens_[at_].span, "there is nothing before this full stop");
+        auto& diagnostic = report_.add(Kind::SyntaxError, tokens_[at_].span, "there is nothing before this full stop");
+        const std::size_t first = at_;
         while (tokens_[at_].kind == TokenKind::Period) ++at_;
+        diagnostic.fixes = {
+            safe(diagnostics::leave_out(tokens_[first].span.to(tokens_[at_ - 1].span), "the full stop", diagnostics::Edit::Fit::Word))};
     }
 
     bool nested_too_deep() {
@@ -154,7 +159,7 @@ class FileParser {
         const std::size_t stop = item.current();
         if (stop > begin && ends_before(stop, item.expected())) return read_item_without_period(stop, tree);
         build_.discard();
-        report_stop({tokens_, begin, stop, item.expected()});
+        report_stop({tokens_, begin, stop, item.expected(), starts_item(stop + 1, begin)});
         recover(begin, stop);
     }
 
@@ -182,9 +187,14 @@ class FileParser {
     bool ends_before(std::size_t stop, const std::vector<TokenKind>& expected) const {
         bool fits = false;
         for (const TokenKind kind : expected) fits = fits || kind == TokenKind::Period;
-        const Token& token = tokens_[stop];
-        return fits &&
-               (token.kind == TokenKind::End || starts_declaration(token.kind) || (token.first_on_line && column(stop) <= column(at_)));
+        return fits && starts_item(stop, at_);
+    }
+
+    // Whether this token, behind the item at `begin`, looks like the start of the next one, or is the end.
+    bool starts_item(std::size_t index, std::size_t begin) const {
+        if (index >= tokens_.size()) return true;
+        const Token& token = tokens_[index];
+        return token.kind == TokenKind::End || starts_declaration(token.kind) || (token.first_on_line && column(index) <= column(begin));
     }
 
     // A declaration is a row of words, so the grammar reads on over a forgotten full stop: type p(node) q(A) :- ...
@@ -219,13 +229,14 @@ class FileParser {
         MELD_EXPECT(stop > at_, "an item from {} to {}", at_, stop);
         build_.discard();
         ++error_count_;
-        // A string without its closing quote may have swallowed the full stop.
-        if (!is_damaged(at_, stop)) report_missing_period(tokens_, at_, stop, report_);
+        // A string without its closing quote may have swallowed the full stop, and `;` instead of it is a mistake of its own.
+        if (!is_damaged(at_, stop) && tokens_[stop - 1].kind != TokenKind::Semicolon) report_missing_period(tokens_, at_, stop, report_);
         const std::size_t begin = at_;
         at_ = stop;
         if (parser_.parse(begin, stop)) return finish_item(tree);
         build_.discard();
-        report_stop({tokens_, begin, parser_.item().current(), parser_.item().expected()});
+        const std::size_t at = parser_.item().current();
+        report_stop({tokens_, begin, at, parser_.item().expected(), starts_item(at + 1, begin)});
     }
 
     // After the next full stop, or at a declaration that starts on a new line before it. A string without its closing quote may have
@@ -278,6 +289,7 @@ void read_imports(source::FileSet& files, diagnostics::Reporter& report, Include
         if (import == nullptr) continue;
         const Span where = import->path_span;
         const auto file = includes.find(Lookup::Import, where.file, import->path, where, report);
+        tree.includes.push_back({where, file});
         std::uint32_t unit = tree.unit_of[i];
         if (file && !includes.is_read(*file, unit)) {
             if (const auto known = includes.module_of(*file)) {
@@ -303,6 +315,7 @@ Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& re
     Tree tree;
     tree.units.emplace_back();
     Includes includes(files, options.library_paths, options.libraries, file);
+    if (options.meant) includes.mean(*options.meant);
     FileParser(files, file, report, options.follow_includes ? &includes : nullptr).run(0, tree);
     if (options.follow_includes) read_imports(files, report, includes, tree);
     return tree;

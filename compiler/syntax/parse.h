@@ -1,6 +1,8 @@
 // Text to syntax tree: tokens, grammar, includes.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,9 @@ struct ParseOptions {
     std::vector<Library> libraries = {};
     // If false, the tree holds only the items of the file, and the files that an include or import names need not exist.
     bool follow_includes = true;
+    // Which file of the set each include and import means, in the order of reading; none: a library of the compiler. Then nothing is
+    // searched for or read from disk.
+    std::optional<std::vector<std::optional<std::uint32_t>>> meant = {};
 };
 
 // Brackets and operators nested deeper than this are refused, so that all code can walk a tree by recursion.

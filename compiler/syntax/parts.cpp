@@ -71,8 +71,10 @@ Atom with_sigil(Atom atom, Sigil sigil, Span span) {
     return atom;
 }
 
-void Builder::wrong(Span span, std::string message, std::string help) {
-    report_.add(Kind::SyntaxError, span, std::move(message)).help = std::move(help);
+diagnostics::Diagnostic& Builder::wrong(Span span, std::string message, std::string help) {
+    auto& diagnostic = report_.add(Kind::SyntaxError, span, std::move(message));
+    diagnostic.help = std::move(help);
+    return diagnostic;
 }
 
 std::optional<Item> Builder::finish(diagnostics::Reporter& report) {
@@ -83,9 +85,7 @@ std::optional<Item> Builder::finish(diagnostics::Reporter& report) {
     std::optional<Item> result;
     if (!report_.has_errors()) result = std::exchange(item_, std::nullopt);
     for (diagnostics::Diagnostic& found : report_.sorted()) {
-        diagnostics::Diagnostic& added = report.add(found.kind, found.span, std::move(found.message));
-        added.labels = std::move(found.labels);
-        added.help = std::move(found.help);
+        report.add(std::move(found));
     }
     discard();
     return result;
@@ -287,13 +287,16 @@ HeadItem Builder::head(Part part) {
                     // p(A) <- q(A) reads as a comparison with -q(A).
                     const auto* less = std::get_if<Binary>(&value->node);
                     const auto* minus = less == nullptr ? nullptr : std::get_if<Unary>(&less->right->node);
-                    if (less != nullptr && less->op == BinaryOp::Less && minus != nullptr && minus->op == UnaryOp::Negate)
-                        return wrong({value->span.file, less->left->span.end, minus->operand->span.begin}, "`<-` is no arrow of Meld",
-                                     "write `:-`");
-                    return wrong(
-                        value->span, "a head is made of facts, and this is not one",
-                        "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
-                        "write conditions in the body");
+                    if (less != nullptr && less->op == BinaryOp::Less && minus != nullptr && minus->op == UnaryOp::Negate &&
+                        file_.text()[less->right->span.begin - 1] == '<') {
+                        const Span arrow{value->span.file, less->right->span.begin - 1, less->right->span.begin + 1};
+                        wrong(arrow, "`<-` is no arrow of Meld", "write `:-`").fixes = {safe(diagnostics::write(arrow, ":-"))};
+                        return;
+                    }
+                    wrong(value->span, "a head is made of facts, and this is not one",
+                          "a head is p(A, ...), { X | body | head }, [sum => S | X | body | head], exists X. (head), or 1 for nothing;\n"
+                          "write conditions in the body");
+                    return;
                 }
                 const auto name_end = value->span.begin + static_cast<std::uint32_t>(call->name.size());
                 Name name{call->name, {value->span.file, value->span.begin, name_end}};

@@ -93,7 +93,7 @@ class Builder {
     HeadItem head(Part part);
     void bracketed_head(Bracketed bracketed, HeadItem& item);
     std::optional<Selector> selector(const Bracketed& bracketed, Span span);
-    void wrong(Span span, std::string message, std::string help = {});
+    diagnostics::Diagnostic& wrong(Span span, std::string message, std::string help = {});
 
     const source::File& file_;
     std::uint32_t file_index_;

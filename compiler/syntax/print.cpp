@@ -194,6 +194,8 @@ std::string print(const Rule& rule) {
             return fmt::format("{} :- {}.", print_heads(rule.head), body);
         case Arrow::Linear:
             return fmt::format("{} -o {}.", body, print_heads(rule.head));
+        case Arrow::Question:
+            return body;
     }
     return "";
 }

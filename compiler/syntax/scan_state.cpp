@@ -23,6 +23,17 @@ constexpr std::size_t kMaxUnexpected = 20;
 // One past the largest int: legal only as the digits of the smallest one.
 constexpr std::uint64_t kTwoTo63 = std::uint64_t{1} << 63;
 
+// What Meld writes for a sign of papers, word processors or other languages; empty if that is not known.
+std::string_view in_meld(std::string_view written) {
+    static constexpr std::pair<std::string_view, std::string_view> kSigns[] = {
+        {"#", "//"},           {"\\+", "not "},        {"\xc2\xa0", " "},      {"\xe2\x80\x93", "-"},
+        {"\xe2\x88\x92", "-"}, {"\xe2\x89\xa0", "<>"}, {"\xe2\x89\xa4", "<="}, {"\xe2\x89\xa5", ">="},
+        {"\xc3\x97", "*"},     {"\xe2\x88\xa7", ","}};
+    for (const auto& [sign, meld] : kSigns)
+        if (written == sign) return meld;
+    return "";
+}
+
 }  // namespace
 
 Token& ScanState::push(TokenKind kind) {
@@ -129,6 +140,7 @@ void ScanState::computed_delay() {
 void ScanState::foreign_comment() {
     if (++unexpected_count_ > kMaxUnexpected) return;
     auto& diagnostic = report_.add(Kind::UnexpectedCharacter, {file_, begin_, begin_ + 1}, "`#` starts no comment");
+    diagnostic.fixes = {diagnostics::safe(diagnostics::write(diagnostic.span, "//"))};
     diagnostic.help =
         unexpected_count_ == kMaxUnexpected ? "more of these are not shown; is this file a Meld program?" : "comments start with `//`";
 }
@@ -147,18 +159,21 @@ void ScanState::include_path(std::string_view written) {
     if (!token.text.empty() && token.text.back() == '.') token.text.pop_back();
 }
 
-void ScanState::unexpected_character(std::string_view help) {
+void ScanState::unexpected_character(std::string_view written, std::string_view help) {
     damaged_ = true;
     if (++unexpected_count_ > kMaxUnexpected) return;
     auto& diagnostic =
         wrong(Kind::UnexpectedCharacter, span(),
               fmt::format("{} nothing in Meld", end_ - begin_ == 1 || help.empty() ? "this character starts" : "this means"));
     diagnostic.help = help;
+    if (const std::string_view meld = in_meld(written); !meld.empty()) diagnostic.fixes = {diagnostics::write(span(), std::string(meld))};
     if (unexpected_count_ == kMaxUnexpected) diagnostic.help = "more of these are not shown; is this file a Meld program?";
 }
 
 void ScanState::single_quotes() {
-    wrong(Kind::UnexpectedCharacter, span(), "a string has double quotes, not single ones").help = R"(write "text", in double quotes)";
+    auto& diagnostic = wrong(Kind::UnexpectedCharacter, span(), "a string has double quotes, not single ones");
+    diagnostic.help = R"(write "text", in double quotes)";
+    diagnostic.fixes = {{.title = "Write double quotes", .edits = {{{file_, begin_, begin_ + 1}, "\""}, {{file_, end_ - 1, end_}, "\""}}}};
     // A text stands in for it, so that the rule around it is not reported as well.
     push(TokenKind::String);
 }
@@ -207,9 +222,11 @@ void ScanState::text_escape(char letter) {
         case '\\':
             text_ += letter;
             return;
-        default:
-            wrong(Kind::UnexpectedCharacter, span(), "there is no such escape in a string").help =
-                R"(escapes are \n \t \r \" \\ and \x41 for a byte; a backslash itself is \\)";
+        default: {
+            auto& diagnostic = wrong(Kind::UnexpectedCharacter, span(), "there is no such escape in a string");
+            diagnostic.help = R"(escapes are \n \t \r \" \\ and \x41 for a byte; a backslash itself is \\)";
+            diagnostic.fixes = {diagnostics::insert(span(), "\\")};
+        }
     }
 }
 
@@ -222,8 +239,13 @@ void ScanState::close_text() {
 
 void ScanState::text_never_ends(bool at_line_end) {
     const std::uint32_t text_end = at_line_end ? end_ - 1 : end_;
-    wrong(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this string has no closing quote").help =
-        R"(a string ends on the line where it starts; write \n for a new line)";
+    auto& diagnostic = wrong(Kind::UnterminatedString, {file_, text_begin_, text_end}, "this string has no closing quote");
+    diagnostic.help = R"(a string ends on the line where it starts; write \n for a new line)";
+    // Brackets and a full stop at the end of the line are more likely those of the rule.
+    const std::size_t last = text_.find_last_not_of(" \t\r.)]}");
+    const std::size_t behind = last == std::string::npos ? 0 : text_.size() - last - 1;
+    const auto quote = static_cast<std::uint32_t>(text_end - std::min<std::size_t>(behind, text_end - text_begin_ - 1));
+    diagnostic.fixes = {{.title = "Close the string", .edits = {{{file_, quote, quote}, "\""}}}};
     const std::uint32_t resume = end_;
     end_ = text_end;
     close_text();

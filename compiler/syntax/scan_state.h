@@ -38,7 +38,7 @@ class ScanState {
     // A line that is a comment in another language.
     void foreign_comment();
     void include_path(std::string_view written);
-    void unexpected_character(std::string_view help = {});
+    void unexpected_character(std::string_view written, std::string_view help = {});
     void single_quotes();
 
     void open_comment();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <optional>
 #include <string>
 
@@ -13,6 +14,7 @@
 namespace meld::syntax {
 
 using diagnostics::Kind;
+using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
@@ -126,6 +128,9 @@ std::optional<std::size_t> earlier_arrow(const Stop& stop) {
 bool is_closing(TokenKind kind) {
     return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace;
 }
+std::string_view closing_of(TokenKind open) {
+    return open == TokenKind::LeftBrace ? "}" : open == TokenKind::LeftBracket || open == TokenKind::NeighbourOpen ? "]" : ")";
+}
 bool is_arrow(TokenKind kind) { return kind == TokenKind::ViewArrow || kind == TokenKind::LinearArrow; }
 
 bool starts_operand(TokenKind kind) {
@@ -147,11 +152,11 @@ void unknown_declaration(const Token& word, diagnostics::Reporter& report) {
     const std::vector<std::string> known = {"type",   "const",  "fun",      "extern", "node",    "include", "use",      "import",
                                             "export", "module", "priority", "index",  "compact", "data",    "allocator"};
     const std::string near = diagnostics::nearest_name(word.text, known);
-    report.add(Kind::SyntaxError, word.span, fmt::format("no declaration starts with `{}`", word.text)).help =
-        near.empty()
-            ? "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
-              "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out"
-            : fmt::format("did you mean `{}`?", near);
+    auto& diagnostic = report.add(Kind::SyntaxError, word.span, fmt::format("no declaration starts with `{}`", word.text));
+    if (!near.empty()) return diagnostic.did_you_mean(near, word.span);
+    diagnostic.help =
+        "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
+        "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out";
 }
 
 // Mistakes that are recognized by the token that was found; false if it is none of them.
@@ -159,7 +164,8 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
     const Token& token = stop.tokens[stop.at];
     const std::optional<std::size_t> open = open_bracket(stop);
     if (is_closing(token.kind) && !open) {
-        report.add(Kind::SyntaxError, token.span, fmt::format("this {} closes nothing", description(token.kind)));
+        report.add(Kind::SyntaxError, token.span, fmt::format("this {} closes nothing", description(token.kind))).fixes = {
+            diagnostics::leave_out(token.span, description(token.kind), Fit::Exact)};
         return true;
     }
     if (is_arrow(token.kind) && !open) {
@@ -182,6 +188,9 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
         auto& diagnostic =
             report.add(Kind::SyntaxError, name.span, fmt::format("{} is a variable, and a variable has no arguments", quoted(name.text)));
         diagnostic.help = "names of predicates and functions start with a lower-case letter";
+        std::string lower = name.text;
+        lower[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(lower[0])));
+        if (lower != name.text) diagnostic.fixes = {diagnostics::write(name.span, std::move(lower))};
         return true;
     }
     if (token.kind == TokenKind::AtName) {
@@ -194,8 +203,9 @@ bool report_known_mistake(const Stop& stop, diagnostics::Reporter& report) {
         return true;
     }
     if (token.kind == TokenKind::Catom && has(stop.expected, TokenKind::Delay)) {
-        report.add(Kind::SyntaxError, token.span, "a delay is written with a plus sign").help =
-            "@+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
+        auto& diagnostic = report.add(Kind::SyntaxError, token.span, "a delay is written with a plus sign");
+        diagnostic.help = "@+2s for seconds, @+250ms for milliseconds, @+3 for ticks";
+        diagnostic.fixes = {diagnostics::insert({token.span.file, token.span.begin + 1, token.span.begin + 1}, "+")};
         return true;
     }
     if (token.kind == TokenKind::Aggregate || token.kind == TokenKind::SizedAggregate) {
@@ -220,16 +230,21 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
     const bool wrong_closing = is_closing(token.kind) && open && !closes(stop.tokens[*open].kind, token.kind);
     const bool ends = token.kind == TokenKind::Period || token.kind == TokenKind::End || is_arrow(token.kind) || wrong_closing;
     const bool other_arrow = token.kind == TokenKind::Colon || token.kind == TokenKind::ResultArrow;
-    const std::string cure = cure_of_other_language(stop);
-    if (!cure.empty()) {
-        diagnostic.help = cure;
+    Cure cure = cure_of_other_language(stop);
+    if (!cure.help.empty()) {
+        diagnostic.help = std::move(cure.help);
+        if (cure.fix) diagnostic.fixes = {std::move(*cure.fix)};
     } else if (other_arrow && has(stop.expected, TokenKind::ViewArrow)) {
         diagnostic.help = "write head :- body for a view, body -o head for a linear rule";
     } else if (ends && open) {
         const Token& bracket = stop.tokens[*open];
         diagnostic.labels.push_back({bracket.span, fmt::format("this {} is not closed", description(bracket.kind))});
+        const Span last = stop.tokens[stop.at - 1].span;
+        diagnostic.fixes = {diagnostics::insert({last.file, last.end, last.end}, std::string(closing_of(bracket.kind)))};
     } else if (has(stop.expected, TokenKind::Comma) && starts_operand(token.kind)) {
         diagnostic.help = fmt::format("is a `,` missing before {}?", found(token));
+        const Span last = stop.tokens[stop.at - 1].span;
+        diagnostic.fixes = {diagnostics::insert({last.file, last.end, last.end}, ",")};
     }
 }
 
@@ -241,6 +256,7 @@ void report_missing_period(const std::vector<Token>& tokens, std::size_t begin, 
     end.begin = end.end;
     auto& diagnostic = report.add(Kind::MissingPeriod, end, fmt::format("this {} has no full stop", declaration ? "declaration" : "rule"));
     diagnostic.help = "put a `.` here";
+    diagnostic.fixes = {safe(diagnostics::insert(end, "."))};
     if (tokens[at].kind != TokenKind::End) diagnostic.labels.push_back({tokens[at].span, "the next one starts here"});
 }
 

@@ -18,6 +18,7 @@ struct Stop {
     std::size_t begin;
     std::size_t at;
     const std::vector<TokenKind>& expected;
+    bool next_starts_item;  // The token behind it looks like the start of another item, or there is none.
 };
 
 void report_syntax_error(const Stop& stop, diagnostics::Reporter& report);

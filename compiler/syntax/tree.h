@@ -200,7 +200,7 @@ struct HeadItem {
     Span span;
 };
 
-enum class Arrow { View, Linear, Axiom };  // :-   -o   a fact alone
+enum class Arrow { View, Linear, Axiom, Question };  // :-   -o   a fact alone   a body alone, which nobody can write in a program
 
 struct Selector {
     enum class Order { Ascending, Descending, Random, Minimum } order;
@@ -314,6 +314,12 @@ struct Tree {
     // that they are not. Where a whole file is missing that holds for every name.
     std::set<std::string> lost = {};
     bool lost_file = false;
+    // Every include and import, in the order of reading.
+    struct Include {
+        Span where;                         // The name.
+        std::optional<std::uint32_t> file;  // None if it was not looked for, or not found.
+    };
+    std::vector<Include> includes = {};
 
     void add(Item item, std::uint32_t unit) {
         items.push_back(std::move(item));

@@ -1,8 +1,9 @@
-// Starts `meldc lsp` and connects VS Code with it; everything else is done there.
+// Starts `meldc lsp` and connects VS Code with it; everything else is done there. The debugger is in debug.js.
 "use strict";
 
 const vscode = require("vscode");
 const { LanguageClient } = require("vscode-languageclient/node");
+const debug = require("./debug");
 
 let client;
 
@@ -25,6 +26,7 @@ async function stop() {
 }
 
 function activate(context) {
+    debug.register(context);
     const changed = vscode.workspace.onDidChangeConfiguration(async (event) => {
         if (!event.affectsConfiguration("meld.meldc")) return;
         await stop();

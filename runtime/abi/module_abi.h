@@ -41,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 11;
+inline constexpr u32 kAbiVersion = 13;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -157,6 +157,9 @@ struct RuleInfo {
     u32 head_count;    // The predicates that it derives or makes, as in the program.
     const u16* heads;
     u64 at;  // The catom that the rule is for; for facts of the text, the greatest of their catoms; or kEverywhere.
+    bool linear;
+    u32 reads_there_count;  // The predicates that it reads at neighbours, each once.
+    const u16* reads_there;
 };
 inline constexpr u64 kEverywhere = ~u64{0};
 
@@ -225,6 +228,7 @@ constexpr bool is_limit(Trap trap) {
 inline constexpr u32 kMaxTrapText_bytes = 32;
 
 struct Host;
+struct Counters;
 
 // One thread's evaluation.
 struct Eval {
@@ -248,7 +252,11 @@ struct Eval {
     u32 rule = kNone32;                       // The rule under evaluation, for failures that only the runtime notices; kNone32: none.
     u32 stratum = 0;                          // For views, the stratum under evaluation.
     u64 undefined = 0;                        // The strata of the catom that have undefined derivations, as undefined_bit().
+    Counters* counters = nullptr;             // For a module that counts (counts_abi.h), which also says where it is:
+    u32 place = kNone32;                      // written and read as an atomic word, by two threads.
 };
+// The thread is at a rule, or at one of the places of counts_abi.h.
+inline void note_place(Eval& e, u32 place) { __atomic_store_n(&e.place, place, __ATOMIC_RELAXED); }
 constexpr u64 undefined_bit(u32 stratum) { return u64{1} << (stratum % 64); }
 
 // The functions that the runtime provides to a module, for use within evaluate() only. All calls concern the catom under evaluation; the
@@ -305,6 +313,8 @@ struct ModuleInfo {
     const char* program_name;
     u32 source_count;
     const SourceInfo* sources;  // The files that the program was read from, its own first.
+    u32 include_count;
+    const u32* includes;  // The source that each include and import means, in the order of reading; kNone32: a library of the compiler.
     u32 type_count;
     const TypeInfo* types;
     u32 predicate_count;
@@ -320,6 +330,8 @@ struct ModuleInfo {
     bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
+    bool counts;  // It counts what its rules do (counts_abi.h).
+    bool sends;   // Some rule sends linear facts.
 };
 
 }  // namespace meld

@@ -18,6 +18,8 @@ namespace meld {
 
 namespace {
 
+constexpr std::string_view kBefore = ".", kBehind = ".claymeld-lock";
+
 // The holder of the lock, as written in the file.
 std::string holder_of(int descriptor) {
     std::array<char, 24> text{};
@@ -36,9 +38,14 @@ bool still_there(const std::string& file, int descriptor) {
 
 }  // namespace
 
+std::optional<std::string> OutputLock::locked_by(const std::string& name) {
+    if (!name.starts_with(kBefore) || !name.ends_with(kBehind) || name.size() < kBefore.size() + kBehind.size()) return std::nullopt;
+    return name.substr(kBefore.size(), name.size() - kBefore.size() - kBehind.size());
+}
+
 Result<OutputLock> OutputLock::take(const std::string& path, const std::string& shown) {
     const std::size_t name = path.rfind('/') + 1;
-    const std::string file = path.substr(0, name) + "." + path.substr(name, kMostOfAName) + ".claymeld-lock";
+    const std::string file = fmt::format("{}{}{}{}", path.substr(0, name), kBefore, path.substr(name, kMostOfAName), kBehind);
     const interrupt::Undivided undivided;
     while (true) {
         const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);

@@ -1,6 +1,7 @@
 // One writer at a time for a path: a lock that the system releases when the process ends, for any reason.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "runtime/base/error.h"
@@ -15,6 +16,9 @@ class OutputLock {
     // The folder of `path` must exist. Errors: another process, which the error names, writes to this path; the folder cannot be written.
     // `shown` is the path as the user wrote it.
     static Result<OutputLock> take(const std::string& path, const std::string& shown);
+
+    // The name of the output, if a file with this name is the lock of one.
+    static std::optional<std::string> locked_by(const std::string& name);
 
     OutputLock(OutputLock&& other) noexcept;
     OutputLock& operator=(OutputLock&& other) noexcept;

@@ -2,6 +2,8 @@
 // caller waits only for workers that have joined the job, never for a thread the machine has not yet scheduled.
 #include "runtime/base/parallel_for.h"
 
+#include <pthread.h>
+
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -195,6 +197,35 @@ void Workers::run(std::size_t count, const std::function<void(int worker, std::s
     const std::exception_ptr failure = std::exchange(shared_->failure, nullptr);
     shared_->running.store(false);
     if (failure) std::rethrow_exception(failure);
+}
+
+struct Periodic::Shared {
+    std::mutex mutex;
+    std::condition_variable ended;
+    bool end = false;
+    std::thread thread;
+};
+
+Periodic::Periodic(std::chrono::microseconds every, std::function<void()> f) : shared_(std::make_unique<Shared>()) {
+    shared_->thread = std::thread([shared = shared_.get(), every, call = std::move(f)] {
+        std::unique_lock lock(shared->mutex);
+        while (!shared->ended.wait_for(lock, every, [&] { return shared->end; })) call();
+    });
+}
+
+Periodic::~Periodic() {
+    {
+        const std::lock_guard lock(shared_->mutex);
+        shared_->end = true;
+    }
+    shared_->ended.notify_one();
+    shared_->thread.join();
+}
+
+clockid_t own_cpu_clock() {
+    clockid_t clock = CLOCK_THREAD_CPUTIME_ID;
+    pthread_getcpuclockid(pthread_self(), &clock);
+    return clock;
 }
 
 }  // namespace meld

@@ -1,7 +1,9 @@
 // The only way this project starts threads.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <ctime>
 #include <functional>
 #include <memory>
 
@@ -25,5 +27,21 @@ class Workers {
     int threads_;
     std::unique_ptr<Shared> shared_;
 };
+
+// Calls f() every so often from a thread of its own, from construction to destruction.
+class Periodic {
+  public:
+    Periodic(std::chrono::microseconds every, std::function<void()> f);
+    ~Periodic();
+    Periodic(const Periodic&) = delete;
+    Periodic& operator=(const Periodic&) = delete;
+
+  private:
+    struct Shared;
+    std::unique_ptr<Shared> shared_;
+};
+
+// The clock of the CPU time that the calling thread has used; other threads of the process may read it.
+clockid_t own_cpu_clock();
 
 }  // namespace meld

@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <charconv>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/stage_clock.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"
 
@@ -36,8 +36,6 @@ std::string_view cut_to(std::string_view text, int columns) {
     return text;
 }
 
-double steady_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 }  // namespace
 
 bool stderr_is_terminal() {
@@ -55,7 +53,7 @@ int terminal_columns() {
 
 ProgressOutput ProgressOutput::on_stderr() {
     const auto write = [](std::string_view text) { static_cast<void>(print(stderr, text)); };
-    return {.write = write, .seconds_now = steady_seconds, .terminal = stderr_is_terminal(), .columns = terminal_columns()};
+    return {.write = write, .seconds_now = meld::seconds_now, .terminal = stderr_is_terminal(), .columns = terminal_columns()};
 }
 
 ProgressOutput ProgressOutput::nowhere() {

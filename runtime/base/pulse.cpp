@@ -11,7 +11,7 @@ namespace meld::pulse {
 
 Place* detail::own = nullptr;
 
-bool attach(std::size_t place) {
+bool attach(std::size_t place, int here) {
     const char* const variable = std::getenv(kVariable);
     if (variable == nullptr) return false;
     const std::string path = variable;
@@ -26,7 +26,10 @@ bool attach(std::size_t place) {
     close(file);
     if (table == MAP_FAILED) return parent_supervises;
     detail::own = static_cast<Place*>(table) + place;
+    detail::own->here.store(here);
     detail::own->process.store(getpid());
+    // Not for a signal, an abort and whatever else ends a process in the middle.
+    std::atexit([] { detail::own->left.store(true); });
     beat();
     return parent_supervises;
 }

@@ -19,14 +19,17 @@ struct alignas(64) Place {
     std::atomic<std::int32_t> process;  // The system's number; 0: nobody is here yet.
     std::atomic<bool> waits;            // For other processes.
     std::atomic<std::int32_t> writes;   // How many of its threads write to a stream, whose reader may take any time.
+    std::atomic<std::int32_t> here;     // How many processes of the run are on its machine.
+    std::atomic<bool> left;             // It has come to its own end: nothing that it had to do is lost.
 };
 
 // The variable by which a supervisor tells its processes where the table is.
 inline constexpr const char* kVariable = "CLAYMELD_PULSE";
 
-// Takes the place with this number in the supervisor's table, if there is one; further processes started from here have none. Call it once,
-// before other threads start. Returns whether the supervisor is the parent of this process.
-bool attach(std::size_t place);
+// Takes the place with this number in the supervisor's table, if there is one; further processes started from here have none. So many
+// processes of the run are on this machine. Call it once, before other threads start. Returns whether the supervisor is the parent of this
+// process.
+bool attach(std::size_t place, int here);
 
 namespace detail {
 extern Place* own;

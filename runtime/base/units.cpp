@@ -157,6 +157,12 @@ std::string format_count(double count) {
     return in_units(count, 1000, units);
 }
 
+std::string grouped(std::uint64_t n) {
+    std::string text = std::to_string(n);
+    for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3) text.insert(static_cast<std::size_t>(i), ",");
+    return text;
+}
+
 std::string format_duration(double seconds) {
     if (!std::isfinite(seconds) || seconds < 0) return "?";
     if (seconds < 59.95) {

@@ -26,6 +26,8 @@ Result<double> parse_duration(std::string_view text);
 std::string format_bytes(std::uint64_t bytes);
 // "1.2 M", "950", "12 k", "0.25"; two or three significant digits, for rates as well as counts.
 std::string format_count(double count);
+// "1,234,567".
+std::string grouped(std::uint64_t n);
 // "1.2 ms", "35 s", "4 min 05 s", "2 h 07 min", "3 d 04 h".
 std::string format_duration(double seconds);
 

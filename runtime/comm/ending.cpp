@@ -48,19 +48,26 @@ ProgramFile find_program(const std::string& name) {
 
 }  // namespace
 
-Ending::Ending(pid_t mpirun, const std::string& program) : mpirun_(mpirun), program_(find_program(program)) {
+Ending::Ending(pid_t mpirun, const std::string& program, int processes)
+    : mpirun_(mpirun), program_(find_program(program)), processes_of_run_(static_cast<std::size_t>(processes)) {
     prctl(PR_SET_CHILD_SUBREAPER, 1);
 }
 
 Ending::~Ending() { prctl(PR_SET_CHILD_SUBREAPER, 0); }
 
-void Ending::ask() {
+void Ending::ask(int signal) {
     if (asked_) return;
     asked_ = true;
+    signal_ = signal;
     asked_at_ = all_there_at_ = next_look_ = Clock::now();
     // Nothing can end under an mpirun that is stopped.
     kill(mpirun_, SIGCONT);
     look();
+}
+
+void Ending::forget() {
+    asked_ = false;
+    told_.clear();
 }
 
 void Ending::insist() {
@@ -84,10 +91,10 @@ std::vector<pid_t> Ending::processes() const {
 // A signal that finds no handler ends a process; that is for mpirun to do.
 void Ending::tell(const std::vector<pid_t>& processes) {
     for (const pid_t process : processes) {
-        if (told_.contains(process) || !catches(process, kEndWellSignal)) continue;
-        // Those on other machines hear of it through mpirun.
-        if (told_.empty()) kill(mpirun_, kEndWellSignal);
-        kill(process, kEndWellSignal);
+        if (told_.contains(process) || !catches(process, signal_)) continue;
+        // Those on other machines hear of it through mpirun, and so do those here once more: a session would take that for another request.
+        if (told_.empty() && processes.size() < processes_of_run_ && signal_ == kEndWellSignal) kill(mpirun_, signal_);
+        kill(process, signal_);
         told_.insert(process);
     }
 }

@@ -17,15 +17,17 @@ namespace meld::comm {
 
 class Ending {
   public:
-    // `program` is what mpirun was told to run. The caller is the parent of mpirun and has no other children; it also becomes that of
-    // processes whose parent ends, as long as this object lives.
-    Ending(pid_t mpirun, const std::string& program);
+    // `program` is what mpirun was told to run, as so many processes. The caller is the parent of mpirun and has no other children; it also
+    // becomes that of processes whose parent ends, as long as this object lives.
+    Ending(pid_t mpirun, const std::string& program, int processes);
     ~Ending();
     Ending(const Ending&) = delete;
     Ending& operator=(const Ending&) = delete;
 
-    // The processes are to end well: each gets kEndWellSignal as soon as it handles it.
-    void ask();
+    // The processes are to end well: each gets this signal as soon as it handles it. Only kEndWellSignal reaches those on other machines.
+    void ask(int signal);
+    // They have done what they were asked for, and have not ended.
+    void forget();
     // They are to end at once.
     void insist();
     // They do nothing any more, and are killed, mpirun too.
@@ -35,6 +37,8 @@ class Ending {
     // mpirun has ended and has been waited for. Whatever has outlived it, and what it has left behind, goes.
     void clean_up();
 
+    // What mpirun was told to run.
+    const ProgramFile& program() const { return program_; }
     bool asked() const { return asked_; }
     // A process has been told, and says what comes of it; otherwise none had come so far.
     bool heard() const { return !told_.empty(); }
@@ -54,6 +58,8 @@ class Ending {
 
     pid_t mpirun_;
     ProgramFile program_;
+    std::size_t processes_of_run_;
+    int signal_ = 0;  // That they were asked by.
     bool asked_ = false, insisted_ = false, killed_ = false;
     Clock::time_point asked_at_, insisted_at_, next_look_;
     Clock::time_point all_there_at_;  // When the last look had found all that were told.

@@ -3,8 +3,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <span>
 #include <string>
-#include <vector>
 
 #include "runtime/base/pulse.h"
 
@@ -20,6 +20,8 @@ class Heartbeat {
 
     // Where processes find the table, for the variable pulse::kVariable.
     const std::string& place() const { return place_; }
+    // The table; empty if there can be none. A place is the process with that number.
+    std::span<const pulse::Place> places() const { return {table_, table_ == nullptr ? 0 : count_}; }
     // Before the processes start, also again.
     void begin();
     // To be called every second at least while they run. Time in which this process itself was stopped does not count, nor time in which

@@ -8,17 +8,20 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <map>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/interrupt.h"
 #include "runtime/base/progress.h"
 #include "runtime/comm/ending.h"
+#include "runtime/comm/losses.h"
 #include "runtime/comm/relay.h"
 #include "runtime/comm/shared_folder.h"
 
@@ -124,13 +127,53 @@ std::optional<LaunchOutcome> outcome_of(pid_t child) {
     return outcome;
 }
 
+// Why the processes are killed although nobody has asked for it, and where they were.
+struct Trouble {
+    enum class Kind { None, Hung, Lost, MpirunHung } kind = Kind::None;
+    Heartbeat::Standing standing = {};
+};
+
+Trouble look(Heartbeat& heartbeat, Losses& losses) {
+    using Kind = Trouble::Kind;
+    const Losses::Sees seen = losses.look();
+    const Kind kind = seen == Losses::Sees::AllEnded  ? Kind::MpirunHung
+                      : seen != Losses::Sees::Nothing ? Kind::Lost
+                      : heartbeat.missed()            ? Kind::Hung
+                                                      : Kind::None;
+    if (kind == Kind::None) return {};
+    return {kind, heartbeat.standing()};
+}
+
+// What becomes of the outcome of mpirun when the processes have been told to end, or have been killed.
+LaunchOutcome complete(LaunchOutcome outcome, Ending& ending, int interrupted_by, const Trouble& trouble, const Heartbeat* heartbeat) {
+    outcome.interrupted_by = interrupted_by;
+    outcome.heard = ending.heard();
+    const bool killed = ending.killed();
+    if (killed || outcome.exit_code > 128) ending.clean_up();
+    if (heartbeat != nullptr) outcome.standing = heartbeat->standing();
+    if (trouble.kind != Trouble::Kind::None) {
+        outcome.standing = trouble.standing;
+        outcome.hung = trouble.kind == Trouble::Kind::Hung;
+        outcome.lost = trouble.kind == Trouble::Kind::Lost;
+        outcome.exit_code = 128 + SIGKILL;
+        outcome.launcher_signal = trouble.kind == Trouble::Kind::MpirunHung ? SIGKILL : 0;
+        return outcome;
+    }
+    if (killed) outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .heard = ending.heard()};
+    // Whatever mpirun makes of processes that it had to end.
+    if (ending.insisted() && outcome.exit_code != 0) outcome.exit_code = 128 + SIGTERM;
+    return outcome;
+}
+
 // Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
-LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& awaited, Relay& relay, Heartbeat* heartbeat) {
-    Ending ending(child, program);
+LaunchOutcome wait_for(pid_t child, Ending& ending, const sigset_t& awaited, Relay& relay, Relay::Input input, Heartbeat* heartbeat) {
+    // A session takes kEndWellSignal for Ctrl-C, which does not end it.
+    const auto given_as = [&](int signal) { return input == Relay::Input::Typed && signal != SIGINT ? SIGTERM : kEndWellSignal; };
     int interrupted_by = 0;
+    std::uint64_t shown_before = 0;
     int looks_unheard = 0;
-    bool hung = false;
-    Heartbeat::Standing standing;
+    Losses losses(heartbeat == nullptr ? std::span<const pulse::Place>() : heartbeat->places(), child, ending.program());
+    Trouble trouble;
     while (true) {
         std::optional<LaunchOutcome> outcome = outcome_of(child);
         const timespec at_once = {.tv_sec = 0, .tv_nsec = 0};
@@ -142,29 +185,22 @@ LaunchOutcome wait_for(pid_t child, const std::string& program, const sigset_t& 
             if (ending.asked())
                 ending.insist();
             else
-                ending.ask();
+                ending.ask(given_as(signal));
+            shown_before = relay.shown();
         }
-        if (outcome) {
-            outcome->interrupted_by = interrupted_by;
-            outcome->heard = ending.heard();
-            const bool killed = ending.killed();
-            if (killed || outcome->exit_code > 128) ending.clean_up();
-            if (heartbeat != nullptr) outcome->standing = hung ? standing : heartbeat->standing();
-            outcome->hung = hung;
-            if (hung) return *outcome;
-            if (killed) *outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .heard = ending.heard()};
-            // Whatever mpirun makes of processes that it had to end.
-            if (ending.insisted() && outcome->exit_code != 0) outcome->exit_code = 128 + SIGTERM;
-            return *outcome;
-        }
+        if (outcome) return complete(*outcome, ending, interrupted_by, trouble, heartbeat);
         relay.pass(kLookMilliseconds);
+        const bool answered = interrupted_by == SIGINT && ending.heard() && !ending.insisted() && relay.shown() > shown_before;
+        if (input == Relay::Input::Typed && answered) {
+            interrupted_by = 0;
+            ending.forget();
+        }
         // Nobody hears what the processes say: they end as if the user had asked for it, unless they are at their end anyway. A signal
         // that reaches mpirun while it ends makes it crash.
-        if (relay.output_error() != 0 && ++looks_unheard > kLooksUntilToldToEnd) ending.ask();
-        if (heartbeat != nullptr && !ending.asked() && heartbeat->missed()) {
-            hung = true;
-            standing = heartbeat->standing();
-            ending.kill_now();
+        if (relay.output_error() != 0 && ++looks_unheard > kLooksUntilToldToEnd) ending.ask(given_as(SIGTERM));
+        if (heartbeat != nullptr && !ending.asked()) {
+            trouble = look(*heartbeat, losses);
+            if (trouble.kind != Trouble::Kind::None) ending.kill_now();
         }
         ending.look();
     }
@@ -196,7 +232,11 @@ LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command,
     const pid_t child = fork();
     if (child == 0) become(arguments.data(), environment.data(), before, launcher, relay);
     relay.leave_child();
-    LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : wait_for(child, command[0], awaited, relay, heartbeat);
+    LaunchOutcome outcome{.exit_code = kCannotStart};
+    if (child >= 0) {
+        Ending ending(child, command[0], processes);
+        outcome = wait_for(child, ending, awaited, relay, typed, heartbeat);
+    }
     relay.finish();
     outcome.output_error = relay.output_error();
 

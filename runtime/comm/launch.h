@@ -35,6 +35,8 @@ struct LaunchOutcome {
     int output_error = 0;
     // The processes gave no sign of life and were killed.
     bool hung = false;
+    // A process was killed or crashed, which mpirun had not noticed; the others were killed. The exit code is as if it was killed.
+    bool lost = false;
     // Where they were at the end.
     Heartbeat::Standing standing = {};
 };
@@ -42,11 +44,13 @@ struct LaunchOutcome {
 // Runs `command` (looked up along PATH) as that many processes under mpirun and waits. Standard output and error of the processes come
 // through as they are (and when stderr is a terminal, the processes are told so, see runtime/base/progress.h); standard input goes to
 // process 0; of a terminal only if it is `typed`, by lines that are passed on. The first SIGINT, SIGTERM or SIGHUP that is not ignored is
-// given to the processes as kEndWellSignal, the second ends them at once. Processes that do not handle it yet are ended; what does not end
-// is killed within two seconds, but for a process that takes its time for its results. If this process dies, so do they; if its standard
-// output takes nothing any more, they end as at a first signal. Call it from a process that has no other threads and children and has not
-// started MPI itself. The processes find the table of the heartbeat, if there is one, and are killed when they miss it. What a killed run
-// leaves in shared memory and in the folder of its session is removed.
+// given to the processes as kEndWellSignal, the second ends them at once. Where input is typed, SIGINT stops what is being done: whatever
+// is shown after it answers it, and the next one is the first again; SIGTERM and SIGHUP, which end the session, are given as SIGTERM.
+// Processes that do not handle it yet are ended; what does not end is killed within two seconds, but for a process that takes its time for
+// its results. If this process dies, so do they; if its standard output takes nothing any more, they end as at a first SIGTERM. Call it
+// from a process that has no other threads and children and has not started MPI itself. The processes find the table of the heartbeat, if
+// there is one, and are killed when they miss it, or when one of them is gone and mpirun waits for it. What a killed run leaves
+// in shared memory and in the folder of its session is removed.
 LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command, Heartbeat* heartbeat = nullptr,
                          Relay::Input typed = Relay::Input::Inherited);
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <charconv>
+#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -45,6 +47,11 @@ std::optional<pid_t> number(const std::string& name) {
 bool is_stopped(pid_t process) {
     const char state = status_of(process).state;
     return state == 'T' || state == 't';
+}
+
+bool has_ended(pid_t process) {
+    const char state = status_of(process).state;
+    return state == '?' ? kill(process, 0) != 0 && errno == ESRCH : state == 'Z' || state == 'X';
 }
 
 std::vector<pid_t> offspring_of(pid_t process) {

@@ -12,6 +12,9 @@ namespace meld::comm {
 // Whether it has been stopped, by a signal or a debugger.
 bool is_stopped(pid_t process);
 
+// Whether it has ended; its parent may not have waited for it yet.
+bool has_ended(pid_t process);
+
 // Its children, their children and so on, without those that have ended. It looks at all processes of the machine: microseconds each.
 std::vector<pid_t> offspring_of(pid_t process);
 

@@ -75,6 +75,7 @@ void Relay::pass(Channel& channel) {
     const ssize_t size = read(channel.read_end, block.data(), block.size());
     if (size < 0 && errno == EINTR) return;
     if (size <= 0) return close_end(channel.read_end);
+    channel.bytes += static_cast<std::uint64_t>(size);
     if (channel.error == 0) channel.error = write_all(channel.to, {block.data(), static_cast<std::size_t>(size)});
 }
 

@@ -5,13 +5,14 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdint>
 
 namespace meld::comm {
 
 class Relay {
   public:
-    // Makes two pipes; if that fails (no descriptors left), the child writes to our streams.
     enum class Input { Inherited, Typed };
+    // Makes the pipes; of one that fails (no descriptors left), the child gets our stream.
     explicit Relay(Input input = Input::Inherited);
     ~Relay();
     Relay(const Relay&) = delete;
@@ -27,6 +28,8 @@ class Relay {
     void finish();
     // Why our standard output can no longer be written, an errno, or 0. Later output is then read and dropped.
     int output_error() const { return channels_[0].error; }
+    // The bytes of standard output so far.
+    std::uint64_t shown() const { return channels_[0].bytes; }
 
   private:
     struct Channel {
@@ -34,6 +37,7 @@ class Relay {
         int read_end = -1;
         int write_end = -1;
         int error = 0;
+        std::uint64_t bytes = 0;
     };
     void pass(Channel& channel);
     // A child in a process group of its own must not read from the terminal itself.

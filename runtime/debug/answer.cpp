@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/units.h"
@@ -24,6 +26,8 @@ EndingWords words_of(sim::Ending ending) {
             return {"ticks", "the last tick by the limits of the run"};
         case sim::Ending::Finished:
             return {"finished", "a catom has ended the program"};
+        case sim::Ending::Watched:
+            return {"watched", "the end by what is watched"};
         case sim::Ending::Interrupted:
             return {"interrupted", "interrupted"};
         case sim::Ending::Failed:
@@ -43,12 +47,107 @@ Json or_null(const std::optional<T>& value) {
 
 Json ending_json(const std::optional<sim::Ending>& ended) { return ended ? Json(words_of(*ended).name) : Json(); }
 
+// As comments of Meld, before its facts.
+std::string catom_text(const inspect::CatomState& at) {
+    std::string out = fmt::format("// @{} ", at.id);
+    out += at.cell ? fmt::format("in cell ({}, {}, {})", (*at.cell)[0], (*at.cell)[1], (*at.cell)[2])
+                   : fmt::format("at ({:.3f}, {:.3f}, {:.3f})", at.position[0], at.position[1], at.position[2]);
+    if (at.links.empty()) out += ", touches nothing";
+    for (std::size_t i = 0; i < at.links.size(); ++i)
+        out += fmt::format("{} @{} at port {}",
+                           i == 0                     ? ", touches"
+                           : i + 1 == at.links.size() ? " and"
+                                                      : ",",
+                           at.links[i].catom, at.links[i].port);
+    out += "\n";
+    for (const std::string& action : at.actions) out += fmt::format("// asks for {}\n", action);
+    for (const auto& coming : at.coming) out += fmt::format("// {} comes in tick {}\n", coming.fact, coming.tick);
+    return out;
+}
+
+Json catom_json(const inspect::CatomState& at) {
+    Json links = Json::array(), coming = Json::array();
+    for (const auto& link : at.links) links.push_back({{"port", link.port}, {"catom", link.catom}});
+    for (const auto& fact : at.coming) coming.push_back({{"fact", fact.fact}, {"tick", fact.tick}});
+    return {{"id", at.id},    {"cell", or_null(at.cell)}, {"position", at.position},
+            {"links", links}, {"actions", at.actions},    {"coming", coming}};
+}
+
+// So many ways of one break are shown to people.
+constexpr std::size_t kMostWays = 10;
+
+std::string stop_text(const Stop& stop) {
+    std::string out;
+    const std::string name = stop.number ? fmt::format("{}: {}", *stop.number, stop.what) : "until " + stop.what;
+    for (std::size_t i = 0; i < std::min(stop.ways.size(), kMostWays); ++i)
+        out += fmt::format("{}{}{}\n", name, stop.ways[i].empty() ? "" : ": ", stop.ways[i]);
+    if (stop.ways.size() > kMostWays) out += fmt::format("{}: and {} more\n", name, stop.ways.size() - kMostWays);
+    return out;
+}
+
 struct Text {
-    std::string operator()(const Moved& moved) const { return tick_text(moved.tick, moved.ended); }
-    std::string operator()(const FactsFound& found) const {
+    std::string operator()(const Moved& moved) const {
+        std::string out = tick_text(moved.tick, moved.ended);
+        for (const Stop& stop : moved.stops) out += stop_text(stop);
+        return out;
+    }
+    std::string operator()(const BreaksFound& found) const {
         std::string out;
+        for (const BreaksFound::One& one : found.breaks) {
+            out += fmt::format("{}: {} {}\n", one.number, one.rule ? "break" : "watch", one.what);
+            for (const std::string& rule : one.rules) out += fmt::format("   {}\n", rule);
+        }
+        return out.empty() ? "no breaks and no watches\n" : out;
+    }
+    std::string operator()(const EventsFound& found) const {
+        std::string out;
+        for (const EventsFound::One& one : found.events) out += fmt::format("tick {}: {} {}\n", one.tick, one.verb, one.fact);
+        if (found.dropped > 0)
+            out += fmt::format("dropped: {} of later ticks, which {} done by hand\n", found.dropped, found.dropped == 1 ? "was" : "were");
+        return out.empty() ? "nothing has been done by hand\n" : out;
+    }
+    std::string operator()(const Written& written) const {
+        return fmt::format("{}: {} {}{}\n", written.path, written.count, written.what, written.count == 1 ? "" : "s");
+    }
+    std::string operator()(const FactsFound& found) const {
+        std::string out = found.catom ? catom_text(*found.catom) : "";
         for (const std::string& line : found.lines) out += line + "\n";
         if (found.lines.size() < found.count) out += fmt::format("... and {} more\n", found.count - found.lines.size());
+        return out;
+    }
+    std::string operator()(const RowsFound& rows) const {
+        std::string out = rows.table.to_text(rows.most_rows);
+        if (rows.table.failures > 0)
+            out += fmt::format("left out: {} value{} that cannot be computed, the first for {}\n", rows.table.failures,
+                               rows.table.failures == 1 ? "" : "s", rows.table.first_failure);
+        return out;
+    }
+    std::string operator()(const WhyFound& found) const {
+        const inspect::Explanation& why = found.explanation;
+        if (!why.roots.empty()) return why.to_text();
+        return found.holds ? fmt::format("{} does not hold after tick {}; why-not tells more\n", why.asked, why.tick)
+                           : fmt::format("{} holds after tick {}; why tells more\n", why.asked, why.tick);
+    }
+    std::string operator()(const inspect::Comings& all) const {
+        std::string out;
+        for (const std::string& fact : all.at_first) out += fmt::format("tick {:<6} {} is there\n", all.first_tick, fact);
+        for (const auto& tick : all.ticks) {
+            for (const std::string& fact : tick.went) out += fmt::format("tick {:<6} -{}\n", tick.tick, fact);
+            for (const std::string& fact : tick.came) out += fmt::format("tick {:<6} +{}\n", tick.tick, fact);
+        }
+        if (out.empty()) out = fmt::format("no fact from tick {} to tick {}\n", all.first_tick, all.last_tick);
+        return out;
+    }
+    std::string operator()(const RulesListed& listed) const {
+        std::string out;
+        for (const RulesListed::Rule& rule : listed.rules) out += fmt::format("{}:{}: {}\n", rule.file, rule.line, rule.text);
+        return out.empty() ? "no rule\n" : out;
+    }
+    std::string operator()(const PredicatesListed& listed) const {
+        std::string out;
+        for (const bool own : {true, false})
+            for (const PredicatesListed::Predicate& p : listed.predicates)
+                if (p.own == own) out += p.declaration + ".\n";
         return out;
     }
     std::string operator()(const Standing& at) const {
@@ -69,8 +168,68 @@ struct Text {
 };
 
 struct AsJson {
-    Json operator()(const Moved& moved) const { return {{"from", moved.from}, {"tick", moved.tick}, {"ended", ending_json(moved.ended)}}; }
-    Json operator()(const FactsFound& found) const { return {{"tick", found.tick}, {"count", found.count}, {"facts", found.lines}}; }
+    Json operator()(const Moved& moved) const {
+        Json json = {{"from", moved.from}, {"tick", moved.tick}, {"ended", ending_json(moved.ended)}};
+        for (const Stop& stop : moved.stops)
+            json["stops"].push_back({{"number", or_null(stop.number)}, {"what", stop.what}, {"ways", stop.ways}});
+        return json;
+    }
+    Json operator()(const BreaksFound& found) const {
+        Json all = Json::array();
+        for (const BreaksFound::One& one : found.breaks)
+            all.push_back({{"number", one.number}, {"kind", one.rule ? "break" : "watch"}, {"what", one.what}, {"rules", one.rules}});
+        return {{"breaks", std::move(all)}};
+    }
+    Json operator()(const EventsFound& found) const {
+        Json events = Json::array();
+        for (const EventsFound::One& one : found.events) events.push_back({{"tick", one.tick}, {"kind", one.verb}, {"fact", one.fact}});
+        return {{"tick", found.tick}, {"dropped", found.dropped}, {"events", std::move(events)}};
+    }
+    Json operator()(const Written& written) const { return {{"written", written.path}, {written.what + "s", written.count}}; }
+    Json operator()(const FactsFound& found) const {
+        Json json = {{"tick", found.tick}, {"count", found.count}};
+        if (found.catom) json["catom"] = catom_json(*found.catom);
+        json["facts"] = found.lines;
+        return json;
+    }
+    Json operator()(const RowsFound& rows) const {
+        Json json = {{"tick", rows.tick},
+                     {"query", rows.body},
+                     {"columns", rows.table.columns_json()},
+                     {"count", rows.table.rows()},
+                     {"rows", rows.table.rows_json(rows.most_rows)}};
+        if (rows.table.failures > 0) json["left_out"] = {{"count", rows.table.failures}, {"first", rows.table.first_failure}};
+        return json;
+    }
+    Json operator()(const WhyFound& found) const {
+        Json json = {{found.holds ? "why" : "why_not", found.explanation.asked}};
+        json.update(found.explanation.to_json());
+        json.erase("asked");
+        return json;
+    }
+    Json operator()(const inspect::Comings& all) const {
+        Json ticks = Json::array();
+        for (const auto& tick : all.ticks) ticks.push_back({{"tick", tick.tick}, {"came", tick.came}, {"went", tick.went}});
+        return {
+            {"history", all.asked}, {"first_tick", all.first_tick}, {"tick", all.last_tick}, {"at_first", all.at_first}, {"ticks", ticks}};
+    }
+    Json operator()(const RulesListed& listed) const {
+        Json rules = Json::array();
+        for (const RulesListed::Rule& r : listed.rules)
+            rules.push_back({{"name", r.name},
+                             {"text", r.text},
+                             {"file", r.file},
+                             {"library", r.library},
+                             {"line", r.line},
+                             {"last_line", r.last_line}});
+        return {{"rules", std::move(rules)}};
+    }
+    Json operator()(const PredicatesListed& listed) const {
+        Json predicates = Json::array();
+        for (const PredicatesListed::Predicate& p : listed.predicates)
+            predicates.push_back({{"name", p.name}, {"declaration", p.declaration}, {"own", p.own}});
+        return {{"predicates", std::move(predicates)}};
+    }
     Json operator()(const Standing& at) const {
         return {{"tick", at.tick},           {"first_tick", at.first_tick},
                 {"catoms", at.catoms},       {"ended", ending_json(at.ended)},
@@ -92,6 +251,20 @@ std::string line(const Json& json) { return json.dump(-1, ' ', true, Json::error
 std::string to_text(const Answer& answer) { return std::visit(Text{}, answer); }
 
 std::string to_json(const Answer& answer) { return line(std::visit(AsJson{}, answer)); }
+
+std::string to_json_with_text(const Answer& answer) {
+    Json json = std::visit(AsJson{}, answer);
+    json["text"] = to_text(answer);
+    // A rule may fire everywhere at once.
+    if (json.contains("stops"))
+        for (Json& stop : json["stops"]) {
+            const std::size_t count = stop["ways"].size();
+            if (count <= kMostWays) continue;
+            stop["ways"].erase(stop["ways"].begin() + static_cast<std::ptrdiff_t>(kMostWays), stop["ways"].end());
+            stop["more"] = count - kMostWays;
+        }
+    return line(json);
+}
 
 std::string to_json(const Error& error) {
     return line({{"error", error.problem}, {"suggestion", error.suggestion}, {"code", static_cast<int>(error.code)}});

@@ -7,20 +7,74 @@
 #include <variant>
 #include <vector>
 
+#include "runtime/debug/listing.h"
+#include "runtime/inspect/catom.h"
+#include "runtime/inspect/explanation.h"
+#include "runtime/inspect/makers.h"
+#include "runtime/inspect/table.h"
 #include "runtime/sim/simulation.h"
 
 namespace meld::debug {
 
-// Of step, back, to and run.
+// A break or a watch that has ended a way forward, or what `until` has waited for.
+struct Stop {
+    std::optional<std::uint64_t> number = {};  // None: of `until`.
+    std::string what = {};                     // The rule, or the body.
+    std::vector<std::string> ways = {};        // A = @3, D = 7. Those that are new; of `until` the first. On process 0.
+};
+
+// Of step, back, to, run and until.
 struct Moved {
     std::int64_t from = 0, tick = 0;
     std::optional<sim::Ending> ended = {};
+    std::vector<Stop> stops = {};  // On process 0.
+};
+
+// Of break, watch, breaks and delete: all that there are then, but of break and watch the new one alone.
+struct BreaksFound {
+    struct One {
+        std::uint64_t number = 0;
+        bool rule = false;  // Otherwise a body.
+        std::string what = {};
+        std::vector<std::string> rules = {};  // "gradient.meld:10: dist(B, D + 1) :- ..."
+    };
+    std::vector<One> breaks = {};
+};
+
+// Of give, take and events: what was done by hand.
+struct EventsFound {
+    struct One {
+        std::int64_t tick = 0;  // In which it happens.
+        std::string verb = {};  // give or take
+        std::string fact = {};
+        std::string predicate = {};
+        std::uint64_t catom = 0;
+        std::vector<std::string> arguments = {};  // After the catom; literals.
+    };
+    std::int64_t tick = 0;
+    std::uint64_t dropped = 0;  // Of later ticks, which are no more.
+    std::vector<One> events = {};
+};
+
+// A file or folder that somebody has asked for.
+struct Written {
+    std::string path = {};
+    std::string what = {};  // It holds so many of these.
+    std::uint64_t count = 0;
 };
 
 struct FactsFound {
     std::int64_t tick = 0;
     std::uint64_t count = 0;
-    std::vector<std::string> lines = {};  // As `--facts-out` writes them, in its order; the first of them where there are many.
+    std::vector<std::string> lines = {};            // As `--facts-out` writes them, in its order; the first of them where there are many.
+    std::optional<inspect::CatomState> catom = {};  // Where everything about one was asked for.
+};
+
+struct RowsFound {
+    std::int64_t tick = 0;
+    std::string body = {};
+    inspect::Table table = {};
+    std::uint64_t most_rows = 0;  // So many of them are shown.
 };
 
 struct Standing {
@@ -43,16 +97,25 @@ struct Changes {
     std::vector<Predicate> predicates = {};
 };
 
+// Of why and why-not. Without roots it is otherwise: the fact does not hold, or it does.
+struct WhyFound {
+    bool holds = true;
+    inspect::Explanation explanation = {};
+};
+
 struct Explained {
     std::string text;
 };
 
-using Answer = std::variant<Moved, FactsFound, Standing, Changes, Explained>;
+using Answer = std::variant<Moved, BreaksFound, EventsFound, Written, FactsFound, RowsFound, WhyFound, inspect::Comings, RulesListed,
+                            PredicatesListed, Standing, Changes, Explained>;
 
 // For people: lines, each with its end.
 std::string to_text(const Answer& answer);
 // For programs: one object on one line.
 std::string to_json(const Answer& answer);
+// For programs that also show it to people: the object has the text, too.
+std::string to_json_with_text(const Answer& answer);
 std::string to_json(const Error& error);
 
 }  // namespace meld::debug

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <limits>
 #include <vector>
 
 #include "runtime/base/nearest.h"
@@ -65,6 +66,72 @@ Result<Command> read_facts(const Entry& entry, const Words& words) {
     return facts;
 }
 
+// The words as they were typed, with the blanks between them.
+std::string_view rest(const Words& words) {
+    return {words.front().data(), static_cast<std::size_t>(words.back().data() + words.back().size() - words.front().data())};
+}
+
+template <class Asks>
+Result<Command> read_body(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the body is missing");
+    return Asks{std::string(rest(words))};
+}
+
+Result<Command> read_change(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the fact is missing");
+    return Change{.fact = std::string(rest(words)), .gives = entry.name == "give"};
+}
+
+// A path may have blanks in it.
+Result<Command> read_save_events(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the file is missing");
+    return SaveEvents{std::string(rest(words))};
+}
+
+Result<Command> read_break(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the rule is missing");
+    Break stop{.rule = std::string(words[0])};
+    if (words.size() == 1) return stop;
+    if (words[1] != "if") return wrong(entry, fmt::format("'{}' is too much", words[1]));
+    if (words.size() == 2) return wrong(entry, "the body behind if is missing");
+    stop.condition = std::string(rest({words.begin() + 2, words.end()}));
+    return stop;
+}
+
+Result<Command> read_delete(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the number is missing");
+    if (words[0] == "all") return Delete{};
+    return number<std::uint64_t>(entry, words[0], 1).map([](std::uint64_t n) -> Command { return Delete{n}; });
+}
+
+Result<Command> read_why(const Entry& entry, const Words& words) {
+    Why why{.holds = entry.name == "why"};
+    std::size_t at = 0;
+    for (; at < words.size() && words[at].starts_with("--"); ++at) {
+        if (words[at] == "--all") {
+            why.all = true;
+        } else if (words[at] == "--no-replay" && why.holds) {
+            why.replay = false;
+        } else if (words[at] == "--depth" && at + 1 < words.size()) {
+            const auto depth = number<std::uint64_t>(entry, words[++at], 0);
+            if (!depth) return tl::unexpected<Error>(depth.error());
+            why.depth = *depth;
+        } else {
+            return wrong(entry, fmt::format("there is no option {}", words[at]));
+        }
+    }
+    if (at == words.size()) return wrong(entry, "the fact is missing");
+    why.fact = std::string(rest({words.begin() + static_cast<std::ptrdiff_t>(at), words.end()}));
+    return why;
+}
+
+Result<Command> read_history(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the fact is missing");
+    return History{std::string(rest(words))};
+}
+
+Result<Command> read_rules(const Entry&, const Words& words) { return Rules{words.empty() ? "" : std::string(words[0])}; }
+
 Result<Command> read_diff(const Entry& entry, const Words& words) {
     if (words.empty()) return Diff{};
     return number<std::int64_t>(entry, words[0], 0).map([](std::int64_t tick) -> Command { return Diff{tick}; });
@@ -77,12 +144,32 @@ Result<Command> read_alone(const Entry&, const Words&) {
 
 Result<Command> read_help(const Entry&, const Words& words);
 
-constexpr std::array<Entry, 10> kCommands = {{
+constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
+
+constexpr std::array<Entry, 25> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
     {"run", "", "go on until nothing is left to do, or to the limits of the run", 0, read_alone<Run>},
+    {"until", "BODY", "go on until a body holds after a tick: until dist(A, D), D > 9", kAnyNumber, read_body<Until>},
+    {"break", "RULE [if BODY]", "stop on the way after a tick in which a rule, by its line or its head, fires: break 12 if D > 3",
+     kAnyNumber, read_break},
+    {"watch", "BODY", "stop on the way after a tick in which a body begins to hold", kAnyNumber, read_body<Watch>},
+    {"breaks", "", "the breaks and watches that there are, with their numbers", 0, read_alone<Breaks>},
+    {"delete", "N", "drop a break or a watch; delete all drops all of them", 1, read_delete},
+    {"give", "FACT", "give a fact at the start of the next tick: give token(@3, 7)", kAnyNumber, read_change},
+    {"take", "FACT", "take a fact that was given, at the start of the next tick", kAnyNumber, read_change},
+    {"events", "", "what was done by hand, and in which ticks", 0, read_alone<Events>},
+    {"save-events", "FILE", "write that as events of a world", kAnyNumber, read_save_events},
     {"facts", "[@N] [NAME]", "what holds now: everything, what holds at catom N, or the facts of one predicate", 2, read_facts},
+    {"query", "BODY", "all ways to satisfy a body, in Meld: query dist(A, D), D > 9, not leaf(A)", kAnyNumber, read_body<Query>},
+    {"why", "[--all] [--depth N] [--no-replay] FACT", "what a fact rests on, down to what was given and sensed: why dist(@42, 7)",
+     kAnyNumber, read_why},
+    {"why-not", "[--depth N] FACT", "for each rule that could give a fact, the part of its body that fails: why-not dist(@42, 5)",
+     kAnyNumber, read_why},
+    {"history", "FACT", "the ticks until now in which facts came and went: history dist(@42, _)", kAnyNumber, read_history},
+    {"rules", "[NAME]", "the rules, with the lines where they stand: all, or those that give facts of one predicate", 1, read_rules},
+    {"predicates", "", "what can be asked about: predicates with their declarations", 0, read_alone<Predicates>},
     {"where", "", "the tick, the number of catoms, the digest, and how far back snapshots reach", 0, read_alone<Where>},
     {"catoms", "", "the same as where", 0, read_alone<Where>},
     {"diff", "[T]", "how many facts have come and gone since tick T, or since before the last step, back, to or run", 1, read_diff},

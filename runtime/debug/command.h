@@ -21,10 +21,49 @@ struct To {
     std::int64_t tick = 0;
 };
 struct Run {};
+struct Until {
+    std::string body = {};  // In Meld.
+};
+struct Break {
+    std::string rule = {};       // 12, gradient.meld:12 or dist.
+    std::string condition = {};  // In Meld, with the variables of the rule; empty: none.
+};
+struct Watch {
+    std::string body = {};  // In Meld.
+};
+struct Breaks {};  // Those that there are, and watches.
+struct Delete {
+    std::optional<std::uint64_t> number = {};  // Otherwise all.
+};
+struct Change {
+    std::string fact = {};  // In Meld, without variables.
+    bool gives = true;      // Otherwise it is taken.
+};
+struct Events {};  // Those that were made by hand.
+struct SaveEvents {
+    std::string path = {};
+};
 struct Facts {
     std::optional<std::uint64_t> catom = {};
     std::string name = {};  // Of a predicate; empty: all.
 };
+struct Query {
+    std::string body = {};  // In Meld.
+};
+struct Why {
+    std::string fact = {};  // In Meld.
+    bool holds = true;      // Otherwise why it does not.
+    std::optional<std::uint64_t> depth = {};
+    bool all = false;
+    bool replay = true;  // What made linear facts is looked for, by making the run again.
+};
+struct History {
+    std::string fact = {};  // In Meld.
+};
+struct Rules {
+    std::string predicate = {};  // Whose facts they give; empty: all.
+};
+struct Predicates {};
 struct Where {};
 struct Diff {
     std::optional<std::int64_t> since = {};  // Otherwise where the last command that moved came from.
@@ -34,7 +73,8 @@ struct Help {
 };
 struct Quit {};
 
-using Command = std::variant<Step, Back, To, Run, Facts, Where, Diff, Help, Quit>;
+using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Facts, Query, Why,
+                             History, Rules, Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -10,6 +10,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
+#include "runtime/inspect/catom.h"
 #include "runtime/record/fact_tables.h"
 #include "runtime/record/sorted_facts.h"
 #include "runtime/tuple/facts.h"
@@ -136,6 +137,11 @@ u64 only_in_first(const Lines& a, const Lines& b) {
 
 }  // namespace
 
+bool catom_exists(sim::Subdomain& subdomain, std::uint64_t id) {
+    const std::optional<sim::Catom> catom = subdomain.ensemble.find(id);
+    return sum_of_all(catom && subdomain.owned(*catom) ? 1 : 0, subdomain.comm) > 0;
+}
+
 Result<FactsFound> find_facts(sim::Subdomain& subdomain, const WhichFacts& which) {
     const Result<std::vector<FactTable>> tables = tables_named(subdomain.module, which.name);
     if (!tables) return tl::unexpected<Error>(tables.error());
@@ -144,12 +150,13 @@ Result<FactsFound> find_facts(sim::Subdomain& subdomain, const WhichFacts& which
     if (which.catom) {
         const std::optional<sim::Catom> catom = subdomain.ensemble.find(*which.catom);
         if (catom && subdomain.owned(*catom)) catoms.emplace_back(*which.catom, *catom);
-        if (sum_of_all(catoms.size(), subdomain.comm) == 0)
+        if (!catom_exists(subdomain, *which.catom))
             return fail(fmt::format("there is no catom @{} in tick {}", *which.catom, subdomain.tick()));
     } else {
         catoms = record::catoms_by_id(subdomain);
     }
     FactsFound found{.tick = subdomain.tick()};
+    if (which.catom && which.name.empty()) found.catom = inspect::find_catom(subdomain, *which.catom);
     for (const FactTable& table : *tables) {
         Rows rows = gather_rows(rows_of(subdomain, catoms, table, which.most_lines), subdomain);
         if (subdomain.comm.process() != 0) continue;

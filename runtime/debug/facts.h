@@ -11,6 +11,9 @@
 
 namespace meld::debug {
 
+// On every process: whether any has this catom.
+bool catom_exists(sim::Subdomain& subdomain, std::uint64_t id);
+
 struct WhichFacts {
     std::optional<std::uint64_t> catom = {};
     std::string name = {};         // Of a predicate or its table; empty: all.

@@ -21,14 +21,25 @@ constexpr std::size_t kMostLine_bytes = std::size_t{1} << 16;
 // A signal that comes just before the wait is noticed after so long.
 constexpr int kLook_ms = 200;
 
+// Where a comment begins, if one does: not within a string of a question.
+std::size_t end_of_command(std::string_view line) {
+    bool string = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        if (line[i] == '"') string = !string;
+        if (string && line[i] == '\\') ++i;
+        if (!string && line[i] == '#') return i;
+    }
+    return line.size();
+}
+
 }  // namespace
 
-Result<Input> Input::open(const std::string& path, bool typed) {
+Result<Input> Input::open(const std::string& path, From from) {
     Input input;
-    input.from_file_ = !path.empty() && path != "-";
-    input.name_ = input.from_file_ ? path : "standard input";
-    if (!input.from_file_) {
-        input.terminal_ = typed;
+    const bool from_file = !path.empty() && path != "-";
+    input.name_ = from_file ? path : "standard input";
+    if (!from_file) {
+        input.from_ = from;
         return input;
     }
     Result<std::string> text = read_input(path, kMostFile_bytes, InputKind::FileOrPipe);
@@ -42,7 +53,8 @@ Result<Input> Input::open(const std::string& path, bool typed) {
 Result<bool> Input::more(std::string_view prompt) {
     while (true) {
         if (interrupt::received() != 0) {
-            if (!terminal_ || !interrupt::forget_request()) return fail("interrupted", "", ExitCode::Interrupted);
+            if (!forgives() || !interrupt::forget_request()) return fail("interrupted", "", ExitCode::Interrupted);
+            if (from_ == From::Program) continue;
             // The terminal has dropped what was typed of the line.
             text_.resize(at_);
             if (auto printed = print(stdout, "\n" + std::string(prompt)); !printed) return tl::unexpected<Error>(printed.error());
@@ -50,17 +62,38 @@ Result<bool> Input::more(std::string_view prompt) {
         pollfd in = {.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
         const int ready = ::poll(&in, 1, kLook_ms);
         if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
-        std::array<char, 4096> block;
-        const ssize_t size = ready < 0 ? -1 : ::read(STDIN_FILENO, block.data(), block.size());
-        if (size < 0 && (errno == EINTR || errno == EAGAIN)) continue;
-        if (size < 0) return fail(fmt::format("cannot read {}: {}", name_, std::strerror(errno)));
-        text_.append(block.data(), static_cast<std::size_t>(size));
-        return size > 0;
+        return read();
     }
 }
 
+// What there is; false at the end.
+Result<bool> Input::read() {
+    std::array<char, 4096> block;
+    ssize_t size = 0;
+    do size = ::read(STDIN_FILENO, block.data(), block.size());
+    while (size < 0 && (errno == EINTR || errno == EAGAIN));
+    if (size < 0) return fail(fmt::format("cannot read {}: {}", name_, std::strerror(errno)));
+    text_.append(block.data(), static_cast<std::size_t>(size));
+    return size > 0;
+}
+
+bool Input::says(std::string_view word) {
+    pollfd in = {.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    while (!at_end_ && text_.find('\n', at_) == std::string::npos && ::poll(&in, 1, 0) > 0) {
+        text_.erase(0, at_);
+        at_ = 0;
+        at_end_ = text_.size() > kMostLine_bytes || !read().value_or(false);
+    }
+    const std::size_t end = text_.find('\n', at_);
+    if (end == std::string::npos) return at_end_;
+    if (std::string_view(text_).substr(at_, end - at_) != word) return false;
+    at_ = end + 1;
+    ++line_;
+    return true;
+}
+
 Result<std::optional<std::string>> Input::next(std::string_view prompt) {
-    if (terminal_)
+    if (from_ == From::Terminal)
         if (auto printed = print(stdout, prompt); !printed) return tl::unexpected<Error>(printed.error());
     while (true) {
         const std::size_t end = text_.find('\n', at_);
@@ -75,16 +108,16 @@ Result<std::optional<std::string>> Input::next(std::string_view prompt) {
         }
         if (end == std::string::npos && at_ >= text_.size()) {
             // The prompt stays alone on its line otherwise.
-            if (terminal_) static_cast<void>(print(stdout, "\n"));
+            if (from_ == From::Terminal) static_cast<void>(print(stdout, "\n"));
             return std::nullopt;
         }
         std::string line = text_.substr(at_, end == std::string::npos ? end : end - at_);
         at_ = end == std::string::npos ? text_.size() : end + 1;
         ++line_;
-        if (const std::size_t comment = line.find('#'); comment != std::string::npos) line.resize(comment);
+        if (from_ != From::Program) line.resize(end_of_command(line));
         const std::size_t last = line.find_last_not_of(" \t\r");
         line.resize(last == std::string::npos ? 0 : last + 1);
-        if (!line.empty() || terminal_) return line;
+        if (!line.empty() || from_ == From::Terminal) return line;
     }
 }
 

@@ -1,4 +1,4 @@
-// Where the commands of a session come from: lines that somebody types at a prompt, or those of a file or a pipe.
+// Where the commands of a session come from: lines that somebody types at a prompt, or those of a file, a pipe or another program.
 #pragma once
 
 #include <cstdint>
@@ -12,23 +12,30 @@ namespace meld::debug {
 
 class Input {
   public:
-    // Errors: the file cannot be read. An empty path is standard input, which may be typed at a terminal.
-    static Result<Input> open(const std::string& path, bool typed);
+    // Who gives the commands: a script; somebody at a terminal; or a program, which waits for each answer and writes no comments.
+    enum class From { Script, Terminal, Program };
+    // Errors: the file cannot be read. An empty path is standard input; a file is a script.
+    static Result<Input> open(const std::string& path, From from);
 
-    // Somebody sits at a terminal: mistakes are told and forgiven, and Ctrl-C ends what is being done and not the session.
-    bool is_terminal() const { return terminal_; }
+    // Whoever it is goes on after a mistake, and Ctrl-C ends what is being done and not the session.
+    bool forgives() const { return from_ != From::Script; }
 
     // The next line with something in it, without comments, which begin with #; at a terminal also an empty one. Nothing at the end.
     // Errors: the input cannot be read; a signal has asked for the end (interrupted).
     Result<std::optional<std::string>> next(std::string_view prompt);
+    // Whether this word is the next line, as far as that has come, or the input is at its end: somebody wants what is being done to end.
+    // It does not wait, and the word is gone. Of standard input only.
+    bool says(std::string_view word);
     // Of the line that came last: "session.txt:3: ".
     std::string place() const;
 
   private:
     Result<bool> more(std::string_view prompt);
+    Result<bool> read();
 
     std::string name_, text_;
-    bool from_file_ = false, terminal_ = false, at_end_ = false;
+    From from_ = From::Script;
+    bool at_end_ = false;
     std::size_t at_ = 0;
     std::uint64_t line_ = 0;
 };

@@ -2,17 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <limits>
 #include <utility>
 
 #include "runtime/base/bytes.h"
 #include "runtime/debug/facts.h"
+#include "runtime/inspect/query.h"
+#include "runtime/inspect/why.h"
 
 namespace meld::debug {
 
 namespace {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
+
+template <class Listed>
+Result<Answer> listed(Result<Listed> found) {
+    if (!found) return tl::unexpected<Error>(found.error());
+    return std::move(*found);
+}
 
 template <class... Calls>
 struct Overloaded : Calls... {
@@ -25,12 +34,31 @@ Result<Answer> Session::execute(const Command& command) {
     const std::int64_t now = timeline_.tick();
     return std::visit(
         Overloaded{[&](const Step& step) { return go(step.ticks > kForever - now ? kForever : now + step.ticks); },
-                   [&](const Back& past) { return back(past.ticks); }, [&](const To& to) { return go(to.tick); },
+                   [&](const Back& past) { return back(past.ticks); },
+                   [&](const To& to) { return go(to.tick); },
                    [&](const Run&) { return go(kForever); },
+                   [&](const Until& asked) { return until(asked.body); },
+                   [&](const Break& asked) { return breaks_.add(module(), asked); },
+                   [&](const Watch& asked) { return breaks_.add(module(), asked); },
+                   [&](const Breaks&) -> Result<Answer> { return breaks_.all(); },
+                   [&](const Delete& asked) { return breaks_.remove(asked.number); },
+                   [&](const Change& asked) { return change(asked); },
+                   [&](const Events&) -> Result<Answer> { return by_hand_.all(now); },
+                   [&](const SaveEvents& asked) { return by_hand_.write(path_of(asked.path), timeline_.simulation().subdomain().comm); },
                    [&](const Facts& facts) -> Result<Answer> {
-                       return find_facts(timeline_.simulation().subdomain(), {facts.catom, facts.name, most_lines_});
+                       return find_facts(timeline_.simulation().subdomain(), {facts.catom, facts.name, options_.most_lines});
                    },
-                   [&](const Where&) { return stand(); }, [&](const Diff& diff) { return compare(diff.since.value_or(came_from_)); },
+                   [&](const Query& asked) { return query(asked.body); },
+                   [&](const Why& asked) { return why(asked); },
+                   [&](const History& asked) -> Result<Answer> {
+                       auto found = inspect::history(timeline_, asked.fact);
+                       if (!found) return tl::unexpected<Error>(found.error());
+                       return std::move(*found);
+                   },
+                   [&](const Rules& asked) { return listed(list_rules(timeline_.simulation().subdomain().module, asked.predicate)); },
+                   [&](const Predicates&) { return listed(list_predicates(timeline_.simulation().subdomain().module)); },
+                   [&](const Where&) { return stand(); },
+                   [&](const Diff& diff) { return compare(diff.since.value_or(came_from_)); },
                    [&](const Help& help) -> Result<Answer> { return Explained{help.text}; },
                    [&](const Quit&) -> Result<Answer> { return Explained{}; }},
         command);
@@ -41,9 +69,44 @@ Result<Answer> Session::go(std::int64_t tick) {
     if (tick < first)
         return fail(fmt::format("to {}: the first tick here is {}", tick, first),
                     fmt::format("This is a checkpoint of tick {}, and what came before is not in it", first));
-    if (auto done = timeline_.to(tick); !done) return tl::unexpected<Error>(done.error());
+    if (tick > from && !breaks_.empty()) return forward(tick, nullptr, "");
+    const Result<void> done = timeline_.to(tick);
+    breaks_.forget();
+    if (!done) return tl::unexpected<Error>(done.error());
     came_from_ = from;
     return Moved{.from = from, .tick = timeline_.tick(), .ended = timeline_.ended()};
+}
+
+Result<Answer> Session::until(const std::string& body) {
+    // The first way is enough, and one from before counts as well.
+    Result<std::unique_ptr<inspect::Watches>> watches =
+        inspect::Watches::make(module(), {rule_of(body, front::WatchRule::Verb::Never)}, nullptr);
+    if (!watches) return tl::unexpected<Error>(watches.error());
+    return forward(kForever, watches->get(), body);
+}
+
+// Tick by tick, with a look at what is watched after each.
+Result<Answer> Session::forward(std::int64_t tick, inspect::Watches* until, const std::string& body) {
+    const std::int64_t from = timeline_.tick();
+    if (auto ready = breaks_.begin(timeline_.simulation().subdomain()); !ready) return tl::unexpected<Error>(ready.error());
+    std::vector<Stop> stops;
+    const Result<void> done = timeline_.forward_until(tick, [&](sim::Simulation& simulation) -> Result<bool> {
+        Result<std::vector<Stop>> here = breaks_.after(simulation.subdomain());
+        if (!here) return tl::unexpected<Error>(here.error());
+        stops = std::move(*here);
+        if (until != nullptr) {
+            Result<inspect::Watches::Looked> looked = until->look(simulation.subdomain());
+            if (!looked) return tl::unexpected<Error>(looked.error());
+            for (auto& news : looked->news) stops.push_back({.what = body, .ways = std::move(news.lines)});
+        }
+        return BreakList::agreed(!stops.empty(), simulation.subdomain().comm);
+    });
+    if (!done) {
+        breaks_.forget();
+        return tl::unexpected<Error>(done.error());
+    }
+    came_from_ = from;
+    return Moved{.from = from, .tick = timeline_.tick(), .ended = timeline_.ended(), .stops = std::move(stops)};
 }
 
 Result<Answer> Session::back(std::int64_t ticks) {
@@ -52,6 +115,33 @@ Result<Answer> Session::back(std::int64_t ticks) {
         return fail(fmt::format("back {}: this is tick {}, and the first is {}", ticks, now, first),
                     fmt::format("`to {}` goes there", first));
     return go(now - ticks);
+}
+
+Result<Answer> Session::change(const Change& asked) {
+    if (options_.recorded)
+        return fail("a recording says itself what happens in its run, so nothing can be done by hand",
+                    "Debug the program of the run, or a checkpoint of it");
+    if (const auto ended = timeline_.ended(); ended && *ended != sim::Ending::Quiet && *ended != sim::Ending::Interrupted)
+        return fail(fmt::format("the run ends with tick {}, so nothing comes after it", timeline_.tick()), "Go back, and then do it");
+    return by_hand_.change(timeline_, asked);
+}
+
+std::string Session::path_of(const std::string& path) const {
+    return (std::filesystem::path(options_.folder) / path).lexically_normal().string();
+}
+
+Result<Answer> Session::query(const std::string& body) {
+    Result<inspect::Table> table = inspect::query(timeline_.simulation().subdomain(), body, looked_);
+    if (!table) return tl::unexpected<Error>(table.error());
+    return RowsFound{.tick = timeline_.tick(), .body = body, .table = std::move(*table), .most_rows = options_.most_lines};
+}
+
+Result<Answer> Session::why(const Why& asked) {
+    const inspect::WhyOptions options{
+        .depth = asked.depth.value_or(asked.holds ? inspect::kWhyDepth : inspect::kWhyNotDepth), .all = asked.all, .makers = asked.replay};
+    auto found = asked.holds ? inspect::why(timeline_, asked.fact, options) : inspect::why_not(timeline_, asked.fact, options);
+    if (!found) return tl::unexpected<Error>(found.error());
+    return WhyFound{.holds = asked.holds, .explanation = std::move(*found)};
 }
 
 Result<Answer> Session::stand() const {

@@ -2,33 +2,57 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/debug/answer.h"
+#include "runtime/debug/breaks.h"
+#include "runtime/debug/by_hand.h"
 #include "runtime/debug/command.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld::debug {
 
+struct SessionOptions {
+    std::uint64_t most_lines = 0;  // Beyond these, facts are only counted.
+    std::string folder = {};       // Where paths in commands begin; empty: where the process is.
+    bool recorded = false;         // What happens in the run is recorded, so nobody can change it.
+};
+
 // Every process of the run has one and gives it the same commands in the same order.
 class Session {
   public:
-    // The timeline has been started, and outlives the session. Beyond so many lines, facts are only counted.
-    Session(timeline::Timeline& timeline, std::uint64_t most_lines)
-        : timeline_(timeline), most_lines_(most_lines), came_from_(timeline.tick()) {}
+    // The timeline has been started, and it and its world outlive the session.
+    Session(timeline::Timeline& timeline, world::World& world, SessionOptions options)
+        : timeline_(timeline), options_(std::move(options)), by_hand_(world), came_from_(timeline.tick()) {}
 
     // Process 0 has all of the answer. Nothing is to be done for Quit. Errors: it cannot be done, and the session stays where it was; the
     // program fails; a tick is not what it was before.
     Result<Answer> execute(const Command& command);
 
+    // Called now and then while a question is answered, with the number of facts that were looked at.
+    void looked(std::function<void(std::uint64_t)> call) { looked_ = std::move(call); }
+
   private:
     Result<Answer> go(std::int64_t tick);
+    Result<Answer> until(const std::string& body);
+    Result<Answer> forward(std::int64_t tick, inspect::Watches* until, const std::string& body);
     Result<Answer> back(std::int64_t ticks);
+    Result<Answer> query(const std::string& body);
+    Result<Answer> why(const Why& asked);
+    const ModuleInfo& module() const { return timeline_.simulation().subdomain().module; }
+    Result<Answer> change(const Change& asked);
+    std::string path_of(const std::string& path) const;
     Result<Answer> stand() const;
     Result<Answer> compare(std::int64_t since);
 
     timeline::Timeline& timeline_;
-    std::uint64_t most_lines_;
+    SessionOptions options_;
+    std::function<void(std::uint64_t)> looked_;
+    BreakList breaks_;
+    ByHand by_hand_;
     std::int64_t came_from_;  // Where the last command that moved began.
 };
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,6 +18,8 @@
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"
 #include "runtime/driver/report.h"
+#include "runtime/inspect/why.h"
+#include "runtime/timeline/timeline.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 
@@ -147,7 +149,8 @@ std::string answer_text(const Question& question, const std::optional<Found>& fo
     return text + "\n";
 }
 
-std::string answer_json(const Question& question, const std::optional<Found>& found, std::int64_t tick) {
+std::string answer_json(const Question& question, const std::optional<Found>& found, std::int64_t tick,
+                        const std::optional<inspect::Explanation>& why) {
     nlohmann::ordered_json json = {{"body", question.body},
                                    {"asked", question.asks == Question::Asks::Until ? "until" : "while"},
                                    {"found", found.has_value()},
@@ -158,20 +161,40 @@ std::string answer_json(const Question& question, const std::optional<Found>& fo
         nlohmann::ordered_json witness = nlohmann::ordered_json::object();
         for (const auto& [name, value] : found->witness) witness[name] = value;
         json["witness"] = std::move(witness);
+        if (why) json["why"] = why->to_json();
     }
     return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+// The derivation of the witness, in a second run to that tick: only that one must be able to go back.
+Result<std::optional<inspect::Explanation>> explain(const RunOptions& options, const Found& found, std::int64_t tick, const Inputs& inputs,
+                                                    comm::Communicator& comm) {
+    const Question& question = *options.question;
+    // What no longer holds has no derivation.
+    if (question.asks != Question::Asks::Until || question.depth == 0) return std::nullopt;
+    const auto make = [&] { return std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads); };
+    timeline::Timeline timeline(make, inputs.registry, {.limits = {options.ticks, options.strict}});
+    // A component that cannot be saved.
+    if (!timeline.start()) return std::nullopt;
+    timeline.each([](sim::Simulation& simulation) {
+        if (interrupt::received() != 0) simulation.subdomain().request_stop();
+    });
+    if (auto there = timeline.to(tick); !there) return tl::unexpected<Error>(there.error());
+    auto why = inspect::why_body(timeline, {question.body, found.least, found.witness}, {.depth = question.depth});
+    if (!why) return tl::unexpected<Error>(why.error());
+    return std::move(*why);
+}
+
 }  // namespace
 
-Result<int> find_tick(const RunOptions& options, sim::Simulation& simulation) {
+Result<int> find_tick(const RunOptions& options, const Inputs& inputs, sim::Simulation& simulation) {
     const sim::RunLimits limits{options.ticks, options.strict};
     sim::Subdomain& subdomain = simulation.subdomain();
     const bool speaks = subdomain.comm.process() == 0;
     Asker asker(options, simulation);
     std::optional<Progress> progress;
     if (speaks && !options.quiet) progress.emplace();
-    const auto begin = std::chrono::steady_clock::now();
+    Pace pace(simulation.summary());
     std::optional<Found> found;
     std::optional<sim::Ending> ended;
     while (!found && !(ended = simulation.ended(limits))) {
@@ -179,18 +202,21 @@ Result<int> find_tick(const RunOptions& options, sim::Simulation& simulation) {
         if (auto done = simulation.step(limits); !done) return tl::unexpected<Error>(done.error());
         found = asker.look();
         if (!progress) continue;
-        progress->update([&] {
-            const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
-            return progress_line(simulation, since.count(), options.ticks);
-        });
+        progress->update([&] { return progress_line(simulation, pace, options.ticks); });
     }
     progress.reset();
     if (!found && ended == sim::Ending::Interrupted)
         return fail(fmt::format("interrupted after tick {}, before there was an answer", subdomain.tick()), "", ExitCode::Interrupted);
+    std::optional<inspect::Explanation> why;
+    if (found) {
+        auto explained = explain(options, *found, subdomain.tick(), inputs, subdomain.comm);
+        if (!explained) return tl::unexpected<Error>(explained.error());
+        why = std::move(*explained);
+    }
     if (speaks) {
         const Question& question = *options.question;
-        const std::string text =
-            options.json ? answer_json(question, found, subdomain.tick()) : visible(answer_text(question, found, subdomain.tick()));
+        const std::string text = options.json ? answer_json(question, found, subdomain.tick(), why)
+                                              : visible(answer_text(question, found, subdomain.tick()) + (why ? why->to_text() : ""));
         if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
     }
     return static_cast<int>(found ? ExitCode::Fine : ExitCode::PropertyFailed);

@@ -119,6 +119,8 @@ Result<std::unique_ptr<compare::State>> load_state(const sim::Checkpoint& checkp
     auto comm = comm::make_single();
     Result<Inputs> inputs = read_inputs(*options, *comm, *module);
     if (!inputs) return fail(inputs.error().problem, inputs.error().suggestion);
+    if (const auto counted = count_catoms(*options, *comm, *inputs); !counted)
+        return fail(counted.error().problem, counted.error().suggestion);
     const sim::RunIdentity now = identity(*options, claims(*options, inputs->module, inputs->world), inputs->world);
     if (const std::string other = sim::difference(manifest.run, now); !other.empty()) return fail(other);
     auto state = std::make_unique<LoadedState>(std::move(*inputs), std::move(comm));

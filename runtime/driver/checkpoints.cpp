@@ -80,7 +80,8 @@ void Checkpoints::write() {
     sim::Subdomain& subdomain = simulation_.subdomain();
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     pulse::enter(pulse::Phase::Checkpoint);
-    const auto save = [&](sim::ShareSink& sink) { return simulation_.save(sink); };
+    const ByteWriter counters = simulation_.counters();
+    const auto save = [&](sim::ShareSink& sink) { return simulation_.save(counters.view(), sink); };
     const auto digest = [&] { return record::state_digest(subdomain).to_string(); };
     Result<void> written = simulation_.secure();
     if (written) written = folder_.write({.tick = subdomain.tick(), .digest = "", .run = run_, .shares = {}}, save, digest, subdomain.comm);

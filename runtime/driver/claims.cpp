@@ -41,6 +41,13 @@ Claim files(std::string name, const std::vector<std::string>& paths) {
     return all;
 }
 
+// A body that is watched for is compared as it is written, a file by what is in it.
+Claim watched(std::string name, const std::vector<std::string>& bodies) {
+    Claim out = files(std::move(name), bodies);
+    out.what_it_is = false;
+    return out;
+}
+
 // With the option that it was given by.
 std::string body_of(const RunOptions& options) {
     if (!options.question) return "";
@@ -53,22 +60,27 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
     std::vector<std::string> parameters;
     for (const auto& [name, value] : world.set) parameters.push_back(name + "=" + value);
     Claim compiled{.name = "the module", .shown = module.path(), .hash = module.note().checksum, .code = ExitCode::ModuleRefused};
-    return {claim("the version of Claymeld", std::string(kVersion)),
-            files("the program", {options.program}),
-            std::move(compiled),
-            {.name = "the world", .shown = world.path, .hash = world.source_hash},
-            claim("the parameters", fmt::format("{}", fmt::join(parameters, ", "))),
-            claim("the seed", std::to_string(world.seed)),
-            files("--extension", options.extensions),
-            option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
-            // Who has a time limit asks the others whether it has passed.
-            option("--timeout", options.timeout_seconds > 0 ? fmt::format("{}", options.timeout_seconds) : ""),
-            option("the body", body_of(options)),
-            option("--facts-out", options.facts_out),
-            option("--record", options.replay.empty() ? options.record : ""),
-            option("--digest", options.digest),
-            option("--checkpoint", options.checkpoint),
-            option("--checkpoint-every", options.checkpoint_every)};
+    std::vector<Claim> all = {claim("the version of Claymeld", std::string(kVersion)),
+                              files("the program", {options.program}),
+                              std::move(compiled),
+                              {.name = "the world", .shown = world.path, .hash = world.source_hash},
+                              claim("the parameters", fmt::format("{}", fmt::join(parameters, ", "))),
+                              claim("the seed", std::to_string(world.seed)),
+                              files("--extension", options.extensions),
+                              option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
+                              // Who has a time limit asks the others whether it has passed.
+                              option("--timeout", options.timeout_seconds > 0 ? fmt::format("{}", options.timeout_seconds) : ""),
+                              option("the body", body_of(options)),
+                              option("--stats", options.stats ? "given" : ""),
+                              option("--checkpoint", options.checkpoint),
+                              option("--checkpoint-every", options.checkpoint_every)};
+    for (const BodiesOption& watch : kWatches) all.push_back(watched(watch.name, options.*watch.bodies));
+    for (const OutputOption& output : kOutputs) {
+        // A replay records into a folder of its own.
+        const bool own = output.path == &RunOptions::record && !options.replay.empty();
+        all.push_back(option(output.name, own ? "" : options.*output.path));
+    }
+    return all;
 }
 
 }  // namespace meld::driver

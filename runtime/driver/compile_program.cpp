@@ -41,6 +41,7 @@ Result<std::string> compile_program(const RunOptions& options) {
     const std::string seconds = fmt::format("{}", options.timeout_seconds);
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
     if (options.question) arguments.insert(arguments.end(), {"--ask", options.question->body.c_str()});
+    if (options.counts()) arguments.push_back("--counters");
     if (options.quiet) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
     const pid_t parent = getpid();

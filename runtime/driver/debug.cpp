@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -17,14 +18,15 @@
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
 #include "runtime/comm/outcome.h"
-#include "runtime/compare/compare.h"
 #include "runtime/debug/input.h"
 #include "runtime/debug/session.h"
 #include "runtime/driver/checkpoints.h"
+#include "runtime/driver/looked_at.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/scratch.h"
+#include "runtime/driver/shot.h"
 #include "runtime/driver/tell.h"
 #include "runtime/sim/state/checkpoint_folder.h"
 #include "runtime/timeline/timeline.h"
@@ -33,10 +35,10 @@ namespace meld::driver {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-// So many lines of facts are shown on a terminal.
-constexpr std::uint64_t kLinesOnTerminal = 40;
+// So many lines of facts are shown on a terminal, and in an editor.
+constexpr std::uint64_t kLinesOnTerminal = 40, kLinesServed = 1000;
+// What another program says instead of a signal: what is being done is to end.
+constexpr std::string_view kPause = "pause";
 
 // In place of a module of the run that writes: what that has kept in a checkpoint is read and forgotten.
 class Silent : public sim::SimModule {
@@ -49,16 +51,6 @@ class Silent : public sim::SimModule {
         return {};
     }
 };
-
-// The modules that write, of the run of a checkpoint, as simulate() adds and names them.
-std::vector<std::string> writing_modules(const RunOptions& options) {
-    std::vector<std::string> names;
-    if (options.resume.empty()) return names;
-    if (!options.record.empty()) names.emplace_back("recorder");
-    names.insert(names.end(), {"printer", "watcher"});
-    if (!options.digest.empty()) names.emplace_back("digests");
-    return names;
-}
 
 // The checkpoint at which a session begins, if it does not begin with the world. Every process calls it.
 Result<std::unique_ptr<sim::OpenCheckpoint>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims,
@@ -79,56 +71,122 @@ Result<std::unique_ptr<sim::OpenCheckpoint>> open_beginning(const RunOptions& op
 // Shows how far the run is while a command is carried out, and asks it to stop when a signal has come.
 class OnTheWay {
   public:
-    OnTheWay(timeline::Timeline& timeline, bool shows, std::int64_t last_tick) : timeline_(timeline) {
+    // Whoever serves says on its input that it is to stop.
+    OnTheWay(timeline::Timeline& timeline, debug::Session& session, bool shows, std::int64_t last_tick, debug::Input* served)
+        : timeline_(timeline), session_(session), pace_(timeline.simulation().summary()) {
         if (shows) progress_.emplace();
-        timeline_.each([this, last_tick](sim::Simulation& simulation) {
-            if (interrupt::received() != 0) simulation.subdomain().request_stop();
-            if (!progress_) return;
-            progress_->update([&] {
-                const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin_;
-                return progress_line(simulation, since.count(), last_tick);
+        const auto listen = [served] {
+            if (served != nullptr && interrupt::received() == 0 && served->says(kPause)) static_cast<void>(::raise(SIGINT));
+        };
+        if (progress_ || served != nullptr)
+            session_.looked([this, listen](std::uint64_t facts) {
+                listen();
+                if (!progress_) return;
+                progress_->update([&] { return fmt::format("{:.1f} million facts looked at", 1e-6 * static_cast<double>(facts)); });
             });
+        timeline_.each([this, listen, last_tick](sim::Simulation& simulation) {
+            listen();
+            if (interrupt::received() != 0) simulation.subdomain().request_stop();
+            if (progress_) progress_->update([&] { return progress_line(simulation, pace_, last_tick); });
         });
     }
-    ~OnTheWay() { timeline_.each({}); }
+    ~OnTheWay() {
+        timeline_.each({});
+        session_.looked({});
+    }
     OnTheWay(const OnTheWay&) = delete;
     OnTheWay& operator=(const OnTheWay&) = delete;
 
   private:
     timeline::Timeline& timeline_;
+    debug::Session& session_;
     std::optional<Progress> progress_;
-    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    Pace pace_;
 };
 
 // Process 0 reads commands and prints answers, all carry them out.
 class Conversation {
   public:
-    Conversation(const RunOptions& options, comm::Communicator& comm, timeline::Timeline& timeline, std::optional<debug::Input> input)
+    Conversation(const RunOptions& options, comm::Communicator& comm, timeline::Timeline& timeline, world::World& world,
+                 std::optional<debug::Input> input)
         : options_(options),
           comm_(comm),
           timeline_(timeline),
           input_(std::move(input)),
-          session_(timeline, !options.json && options.debug->shown ? kLinesOnTerminal : std::numeric_limits<std::uint64_t>::max()) {}
+          session_(timeline, world,
+                   {.most_lines = most_lines(options), .folder = options.debug->folder, .recorded = !options.replay.empty()}) {}
+
+    // One command instead of those that somebody gives. Returns the exit code.
+    Result<int> inquire(const Inquiry& inquiry) {
+        int code = 0;
+        const auto asked = [&]() -> Result<void> {
+            if (auto there = go_to(inquiry.tick); !there) return there;
+            std::string line = inquiry.command;
+            for (const auto* words : {&inquiry.flags, &inquiry.words})
+                for (const std::string& word : *words) line += " " + word;
+            const Result<debug::Command> command = debug::parse_command(line);
+            if (!command) return tl::unexpected<Error>(command.error());
+            const Result<debug::Answer> answer = execute(*command);
+            if (!answer) return tl::unexpected<Error>(answer.error());
+            const auto* rows = std::get_if<debug::RowsFound>(&*answer);
+            const auto* why = std::get_if<debug::WhyFound>(&*answer);
+            const bool none = (rows != nullptr && rows->table.rows() == 0) || (why != nullptr && why->explanation.roots.empty());
+            // As grep and diff say it.
+            if (none) code = static_cast<int>(ExitCode::ProgramWrong);
+            if (!input_) return {};
+            if (rows != nullptr && inquiry.csv) return print(stdout, rows->table.to_csv(rows->most_rows));
+            if (why != nullptr && inquiry.dot) return print(stdout, why->explanation.to_dot());
+            return print(stdout, shown(*answer));
+        }();
+        if (auto all = comm::outcome_of_first(comm_, asked); !all) return tl::unexpected<Error>(all.error());
+        const std::byte mine{static_cast<unsigned char>(code)};
+        return static_cast<int>(comm_.allgather({&mine, 1}).front());
+    }
 
     Result<void> hold() {
         while (true) {
             const Result<std::optional<std::string>> line = next_line();
             if (!line) return tl::unexpected<Error>(line.error());
+            // A request that came before it was answered at the prompt, of which only process 0 knows.
+            if (!input_) static_cast<void>(interrupt::forget_request());
             if (!*line) return {};
             const Result<debug::Command> command = debug::parse_command(line->value());
             if (command && std::holds_alternative<debug::Quit>(*command)) return {};
             const Result<debug::Answer> answer = command ? execute(*command) : tl::unexpected<Error>(command.error());
             const Result<void> told = input_ ? tell_answer(answer) : Result<void>{};
             if (auto all = comm::outcome_of_first(comm_, told); !all) return all;
-            if (!input_) static_cast<void>(interrupt::forget_request());
         }
     }
 
   private:
+    static std::uint64_t most_lines(const RunOptions& options) {
+        if (const auto& inquiry = options.debug->inquiry; inquiry && inquiry->limit) return *inquiry->limit;
+        if (options.debug->served) return kLinesServed;
+        const bool on_terminal = !options.json && options.debug->shown && !options.debug->inquiry;
+        return on_terminal ? kLinesOnTerminal : std::numeric_limits<std::uint64_t>::max();
+    }
+
+    // To the end of this tick; if none is asked for, to the end of the run, or to where the checkpoint is.
+    Result<void> go_to(std::int64_t tick) {
+        if (tick < 0 && !options_.resume.empty()) return {};
+        const Result<debug::Answer> moved = execute(tick < 0 ? debug::Command{debug::Run{}} : debug::Command{debug::To{tick}});
+        if (!moved) return tl::unexpected<Error>(moved.error());
+        if (std::get<debug::Moved>(*moved).ended == sim::Ending::Interrupted)
+            return fail(fmt::format("interrupted after tick {}", timeline_.tick()), "", ExitCode::Interrupted);
+        if (tick >= 0 && timeline_.tick() != tick)
+            return fail(fmt::format("the run ends with tick {}, before tick {}", timeline_.tick(), tick));
+        return {};
+    }
+
     // The same on all processes; nothing at the end.
     Result<std::optional<std::string>> next_line() {
         Result<std::optional<std::string>> mine = std::nullopt;
-        if (input_) mine = input_->next(fmt::format("tick {}> ", timeline_.tick()));
+        if (input_) {
+            const bool served = options_.debug->served;
+            do mine = input_->next(fmt::format("tick {}> ", timeline_.tick()));
+            // What it was to end had ended by itself.
+            while (served && mine && *mine && **mine == kPause);
+        }
         if (auto all = comm::outcome_of_first(comm_, mine.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
         ByteWriter out;
         if (input_) {
@@ -143,18 +201,26 @@ class Conversation {
     }
 
     Result<debug::Answer> execute(const debug::Command& command) {
-        const OnTheWay watched(timeline_, input_ && !options_.quiet, options_.ticks);
+        // At a terminal Ctrl-C ends the command and not the session, so a tick that has begun is made to its end.
+        std::optional<interrupt::Answering> soon;
+        if (!options_.debug->typed && !options_.debug->served) soon.emplace(interrupt::Answer::Soon);
+        const OnTheWay watched(timeline_, session_, input_ && !options_.quiet, options_.ticks,
+                               input_ && options_.debug->served ? &*input_ : nullptr);
         return session_.execute(command);
+    }
+
+    std::string shown(const debug::Answer& answer) const {
+        if (options_.debug->served) return debug::to_json_with_text(answer);
+        return options_.json ? debug::to_json(answer) : visible(debug::to_text(answer));
     }
 
     // Errors: the session ends.
     Result<void> tell_answer(const Result<debug::Answer>& answer) {
         const auto* moved = answer ? std::get_if<debug::Moved>(&*answer) : nullptr;
         const bool interrupted = interrupt::received() != 0 || (moved != nullptr && moved->ended == sim::Ending::Interrupted);
-        const bool goes_on = input_->is_terminal() && (interrupt::received() == 0 || interrupt::forget_request());
+        const bool goes_on = input_->forgives() && (interrupt::received() == 0 || interrupt::forget_request());
         if (answer)
-            if (auto printed = print(stdout, options_.json ? debug::to_json(*answer) : visible(debug::to_text(*answer))); !printed)
-                return printed;
+            if (auto printed = print(stdout, shown(*answer)); !printed) return printed;
         if (interrupted && !goes_on) return fail(fmt::format("interrupted after tick {}", timeline_.tick()), "", ExitCode::Interrupted);
         if (answer) return {};
         const Error& error = answer.error();
@@ -172,91 +238,11 @@ class Conversation {
     debug::Session session_;
 };
 
-// Options that say what is run, beside something that says so itself.
-Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code) {
-    const auto given = [&]() -> const char* {
-        if (!options.world.empty()) return "--world";
-        if (!options.library_paths.empty()) return "--library";
-        if (options.seed >= 0) return "--seed";
-        if (!options.set.empty()) return "--set";
-        if (!options.given.empty()) return "--arg";
-        if (options.optimisation) return "-O";
-        if (options.strict) return "--strict";
-        if (code && !options.link.empty()) return "--link";
-        if (code && !options.extensions.empty()) return "--extension";
-        return nullptr;
-    }();
-    if (given == nullptr) return {};
-    return fail(fmt::format("{} has no place here: {} says itself what was run", given, what), fmt::format("Leave out {}", given));
-}
-
-enum class Target { Program, Recording, Checkpoints };
-
-Target target_of(const std::string& path) {
-    std::error_code error;
-    if (fs::is_directory(path, error)) return Target::Checkpoints;
-    const Result<compare::Kind> kind = compare::kind_of(path);
-    return kind && *kind == compare::Kind::Recording ? Target::Recording : Target::Program;
-}
-
-Result<RunOptions> from_recording(const RunOptions& options, const std::string& scratch, Scratch& own) {
-    if (auto fits = carries_its_own(options, options.program, false); !fits) return tl::unexpected<Error>(fits.error());
-    ReplayOptions replay{
-        .recording = options.program, .link = options.link, .extensions = options.extensions, .run = options, .scratch = scratch};
-    if (options.ticks >= 0) replay.to = options.ticks;
-    replay.run.link.clear();
-    replay.run.extensions.clear();
-    Result<RunOptions> run = run_again(replay, "claymeld-debug", own);
-    // The second recording is for `meldsim replay`.
-    if (run) run->record.clear();
-    return run;
-}
-
-Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& parse) {
-    if (auto fits = carries_its_own(options, options.program, true); !fits) return tl::unexpected<Error>(fits.error());
-    std::error_code error;
-    const std::string folder = fs::absolute(options.program, error).lexically_normal().string();
-    const Result<sim::Manifest> manifest = sim::newest_manifest(folder);
-    if (!manifest) return tl::unexpected<Error>(manifest.error());
-    std::optional<RunOptions> run = parse(manifest->run.command);
-    if (!run)
-        return fail(fmt::format("the command of the run in {} is not one of this version of meldsim", options.program),
-                    "Look at it with the version that started it", ExitCode::RecordingRefused);
-    run->command = manifest->run.command;
-    run->resume = folder;
-    run->debug = options.debug;
-    if (!run->debug->commands.empty() && run->debug->commands != "-")
-        run->debug->commands = fs::absolute(run->debug->commands, error).string();
-    run->processes = options.processes;
-    run->threads = options.threads;
-    if (options.ticks >= 0) run->ticks = options.ticks;
-    run->json = options.json;
-    run->quiet = options.quiet;
-    run->module = options.module;
-    // Those that are started get the same words, from another folder.
-    run->arguments = {"meldsim", "debug", folder};
-    run->arguments.insert(run->arguments.end(), {"--processes", std::to_string(run->processes), "--threads", std::to_string(run->threads)});
-    run->arguments.insert(run->arguments.end(), {"--history", run->debug->history});
-    if (options.ticks >= 0) run->arguments.insert(run->arguments.end(), {"--ticks", std::to_string(options.ticks)});
-    if (!run->debug->commands.empty()) run->arguments.insert(run->arguments.end(), {"--commands", run->debug->commands});
-    if (run->json) run->arguments.emplace_back("--json");
-    if (run->quiet) run->arguments.emplace_back("--quiet");
-    if (run->debug->typed) run->arguments.emplace_back("--typed");
-    if (run->debug->shown) run->arguments.emplace_back("--shown");
-    // Paths in the command are as of then.
-    fs::current_path(manifest->run.folder, error);
-    if (error)
-        return fail(fmt::format("the run in {} was started in the folder {}, which cannot be entered: {}", options.program,
-                                manifest->run.folder, error.message()),
-                    "", ExitCode::RecordingRefused);
-    run->checkpoint.clear();
-    run->facts_out.clear();
-    return std::move(*run);
-}
-
 }  // namespace
 
 int debug_command(RunOptions options, std::string scratch, const ParseRun& parse) {
+    if (options.debug->shot)
+        if (const auto right = last_tick_of(*options.debug->shot); !right) return tell(right.error());
     if (const auto bytes = parse_bytes(options.debug->history); !bytes) return tell({"--history: " + bytes.error().problem});
     // The processes that are started here have pipes.
     const auto note = [&](bool& flag, bool is, const char* word) {
@@ -265,27 +251,22 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
         options.arguments.emplace_back(word);
     };
     const bool from_input = options.debug->commands.empty() || options.debug->commands == "-";
-    note(options.debug->typed, from_input && ::isatty(STDIN_FILENO) != 0, "--typed");
-    note(options.debug->shown, ::isatty(STDOUT_FILENO) != 0, "--shown");
-    switch (target_of(options.program)) {
-        case Target::Program:
-            return run_command(std::move(options));
-        case Target::Checkpoints: {
-            Result<RunOptions> run = from_checkpoints(options, parse);
-            return run ? run_command(std::move(*run)) : tell(run.error());
+    if (options.debug->served) options.json = options.quiet = true;
+    if (!options.debug->inquiry) {
+        if (options.debug->folder.empty()) {
+            std::error_code error;
+            options.debug->folder = std::filesystem::current_path(error).string();
+            options.arguments.insert(options.arguments.end(), {"--folder", options.debug->folder});
         }
-        case Target::Recording: {
-            Scratch own;
-            Result<RunOptions> run = from_recording(options, scratch, own);
-            return run ? run_command(std::move(*run)) : tell(run.error());
-        }
+        note(options.debug->typed, !options.debug->served && from_input && ::isatty(STDIN_FILENO) != 0, "--typed");
+        note(options.debug->shown, !options.debug->served && ::isatty(STDOUT_FILENO) != 0, "--shown");
     }
-    return 0;
+    Scratch own;
+    Result<RunOptions> run = looked_at(std::move(options), scratch, own, parse);
+    return run ? run_command(std::move(*run)) : tell(run.error());
 }
 
-Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm) {
-    // What is done is ended between two ticks, and the session by whoever reads its commands.
-    const interrupt::Answering patiently(interrupt::Answer::Patiently);
+Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm) {
     MakeModule check;
     if (!options.replay.empty()) {
         Result<MakeModule> made = make_check(options.replay);
@@ -296,17 +277,28 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
     if (const auto all = comm::outcome_of_all(comm, beginning.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
     std::optional<debug::Input> input;
     if (comm.process() == 0) {
-        Result<debug::Input> opened = debug::Input::open(options.debug->commands, options.debug->typed);
+        using From = debug::Input::From;
+        const From from = options.debug->served ? From::Program : options.debug->typed ? From::Terminal : From::Script;
+        Result<debug::Input> opened = debug::Input::open(options.debug->commands, from);
         if (const auto all = comm::outcome_of_first(comm, opened.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
         input = std::move(*opened);
     } else if (const auto all = comm::outcome_of_first(comm, {}); !all) {
         return tl::unexpected<Error>(all.error());
     }
 
+    record::Drawing* drawing = nullptr;
     const auto make = [&] {
         auto simulation = std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads);
         if (check) simulation->add(check(), "check");
-        for (const std::string& name : writing_modules(options)) simulation->add(std::make_unique<Silent>(), name);
+        // What catoms have drawn is known from where the run began, or from where it was recorded.
+        const bool recorded = std::ranges::find(options.debug->writers, "recorder") != options.debug->writers.end();
+        if (options.debug->shot && (options.resume.empty() || recorded)) {
+            auto follows = std::make_unique<record::Drawing>();
+            drawing = follows.get();
+            simulation->add(std::move(follows), "recorder");
+        }
+        for (const std::string& name : options.debug->writers)
+            if (drawing == nullptr || name != "recorder") simulation->add(std::make_unique<Silent>(), name);
         return simulation;
     };
     const timeline::TimelineOptions how{.limits = {options.ticks, options.strict},
@@ -318,7 +310,18 @@ Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std
         return fail(
             fmt::format("the checkpoint of tick {} in {} does not give back its state", from->checkpoint.manifest.tick, options.resume),
             "Please report this with the program and the world", ExitCode::OurBug);
-    Conversation conversation(options, comm, timeline, std::move(input));
+    // What is done is ended between two ticks, and the session by whoever reads its commands.
+    const interrupt::Answering patiently(interrupt::Answer::Patiently);
+    if (options.debug->shot && drawing == nullptr) {
+        // Its checkpoint has no such module; from here on it is followed.
+        auto follows = std::make_unique<record::Drawing>();
+        drawing = follows.get();
+        if (auto begun = drawing->start(timeline.simulation().subdomain()); !begun) return tl::unexpected<Error>(begun.error());
+        timeline.simulation().add(std::move(follows), "drawing");
+    }
+    if (options.debug->shot) return take_shot(options, inputs.world, comm, timeline, [&]() -> record::Drawing& { return *drawing; });
+    Conversation conversation(options, comm, timeline, inputs.world, std::move(input));
+    if (options.debug->inquiry) return conversation.inquire(*options.debug->inquiry);
     const Result<void> held = conversation.hold();
     if (!held) return tl::unexpected<Error>(held.error());
     return static_cast<int>(ExitCode::Fine);

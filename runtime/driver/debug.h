@@ -18,8 +18,8 @@ namespace meld::driver {
 // command line of `meldsim run`. Returns the exit code; prints its own messages.
 int debug_command(RunOptions options, std::string scratch, const ParseRun& parse);
 
-// The session, on every process, when it is known what is run. Returns the exit code. Errors: of a command that was not typed at a
-// terminal; a signal has asked for the end.
-Result<int> debug_run(const RunOptions& options, const Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm);
+// The session, on every process, when it is known what is run; what is done by hand is added to the world. Returns the exit code. Errors:
+// of a command that was not typed at a terminal; a signal has asked for the end.
+Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm);
 
 }  // namespace meld::driver

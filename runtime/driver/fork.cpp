@@ -13,6 +13,7 @@
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/tell.h"
+#include "runtime/driver/watching.h"
 #include "runtime/record/state_digest.h"
 
 namespace meld::driver {
@@ -70,10 +71,10 @@ RunOptions merge(RunOptions before, const RunOptions& given, const Paths& here) 
     if (!given.optimisation) out.optimisation = before.optimisation;
     if (given.seed < 0) out.seed = before.seed;
     out.strict = given.strict || before.strict;
-    out.facts_out = here(given.facts_out);
-    out.record = here(given.record);
-    out.digest = here(given.digest);
+    for (const OutputOption& output : kOutputs) out.*output.path = here(given.*output.path);
     out.checkpoint = here(given.checkpoint);
+    for (std::string& text : out.watch)
+        if (names_watch_file(text)) text = here(text);
     return out;
 }
 
@@ -81,33 +82,37 @@ RunOptions merge(RunOptions before, const RunOptions& given, const Paths& here) 
 std::vector<std::string> command_line(const RunOptions& run) {
     std::vector<std::string> words = {"meldsim", "run", run.program.starts_with('-') ? "./" + run.program : run.program};
     const auto add = [&](const char* option, const std::string& value) {
-        if (!value.empty()) words.push_back(fmt::format("--{}={}", option, value));
+        if (!value.empty()) words.push_back(fmt::format("{}={}", option, value));
     };
     const auto add_all = [&](const char* option, const std::vector<std::string>& values) {
-        for (const std::string& value : values) words.push_back(fmt::format("--{}={}", option, value));
+        for (const std::string& value : values) {
+            words.push_back(fmt::format("{}{}{}", option, value.empty() ? "" : "=", value));
+            // After `--arg=` the next word would be the value.
+            if (value.empty()) words.emplace_back();
+        }
     };
-    add("world", run.world);
-    add_all("library", run.library_paths);
-    if (run.ticks >= 0) add("ticks", std::to_string(run.ticks));
-    add("processes", std::to_string(run.processes));
-    add("threads", std::to_string(run.threads));
-    add_all("set", run.set);
-    add_all("arg", run.given);
-    add_all("link", run.link);
-    add_all("extension", run.extensions);
+    add("--world", run.world);
+    add_all("--library", run.library_paths);
+    if (run.ticks >= 0) add("--ticks", std::to_string(run.ticks));
+    add("--processes", std::to_string(run.processes));
+    add("--threads", std::to_string(run.threads));
+    add_all("--set", run.set);
+    add_all("--arg", run.given);
+    add_all("--link", run.link);
+    add_all("--extension", run.extensions);
     if (run.optimisation) words.push_back(fmt::format("-O{}", *run.optimisation));
-    if (run.seed >= 0) add("seed", std::to_string(run.seed));
-    add("facts-out", run.facts_out);
-    add("record", run.record);
-    add("digest", run.digest);
-    add("checkpoint", run.checkpoint);
-    add("checkpoint-every", run.checkpoint_every);
-    add("retries", std::to_string(run.retries));
-    add("heartbeat", run.heartbeat);
-    if (run.timeout_seconds > 0) add("timeout", fmt::format("{}", run.timeout_seconds));
-    for (const auto& [option, on] : {std::pair{"--strict", run.strict}, {"--sync", run.sync}, {"--json", run.json}, {"--quiet", run.quiet}})
+    if (run.seed >= 0) add("--seed", std::to_string(run.seed));
+    for (const OutputOption& output : kOutputs) add(output.name, run.*output.path);
+    for (const BodiesOption& watch : kWatches) add_all(watch.name, run.*watch.bodies);
+    add("--checkpoint", run.checkpoint);
+    add("--checkpoint-every", run.checkpoint_every);
+    add("--retries", std::to_string(run.retries));
+    add("--heartbeat", run.heartbeat);
+    if (run.timeout_seconds > 0) add("--timeout", fmt::format("{}", run.timeout_seconds));
+    for (const auto& [option, on] :
+         {std::pair{"--strict", run.strict}, {"--sync", run.sync}, {"--stats", run.stats}, {"--json", run.json}, {"--quiet", run.quiet}})
         if (on) words.emplace_back(option);
-    add("forked-from", run.fork);
+    add("--forked-from", run.fork);
     return words;
 }
 
@@ -120,11 +125,8 @@ Result<void> check_writes_elsewhere(const RunOptions& fork, const RunOptions& be
         else if (!is_standard_output(path) && !OutputFile::names_stream(path))
             paths.push_back({fmt::format("{} of the run in {}", option, folder), path, use});
     };
-    for (const auto& [run, use] : {std::pair{&before, NamedPath::Read}, std::pair{&fork, NamedPath::Written}}) {
-        add("--facts-out", run->facts_out, use);
-        add("--digest", run->digest, use);
-        add("--record", run->record, use);
-    }
+    for (const auto& [run, use] : {std::pair{&before, NamedPath::Read}, std::pair{&fork, NamedPath::Written}})
+        for (const OutputOption& output : kOutputs) add(output.name, run->*output.path, use);
     return check_distinct(paths);
 }
 
@@ -166,8 +168,11 @@ Result<void> compare(const sim::RunIdentity& was, const sim::RunIdentity& is, Fo
             return cannot(out.folder, "the extensions are not those that it was started with, and only they can read what they have kept",
                           "Give the same ones, with the same content");
         if (before.name == "the module" || before.name == "the parameters") out.anew = true;
-        // A module differs with its program, or with how it is compiled.
-        if (before.name != "the program") out.changed.push_back(before.name == "the module" ? "the program" : before.name);
+        // The file of the program comes before its module, which differs with it, and with more.
+        if (before.name != "the module")
+            out.changed.push_back(before.name);
+        else if (std::ranges::find(out.changed, "the program") == out.changed.end())
+            out.changed.emplace_back("how the program is compiled, or what it includes");
     }
     for (const std::string& part : parts_that_differ(was.world, is.world)) {
         if (!kMayChange.contains(part))

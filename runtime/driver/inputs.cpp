@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "runtime/comm/outcome.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/replay.h"
@@ -56,15 +57,22 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
         return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
     Result<world::World> world = choose_world(options);
     if (!world) return tl::unexpected<Error>(world.error());
-    const Result<MemoryNeed> memory = memory_need(*world, info, options, comm.processes());
-    if (!memory) return tl::unexpected<Error>(memory.error());
-    const int here = processes_on_this_machine(comm);
-    if (const auto fits = check_memory(*world, *memory, here); !fits) return tl::unexpected<Error>(fits.error());
     Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
-    Inputs inputs{std::move(*module), std::move(*world), std::move(*target), *memory, here};
+    Inputs inputs{.module = std::move(*module),
+                  .world = std::move(*world),
+                  .target = std::move(*target),
+                  .processes_here = processes_on_this_machine(comm)};
     if (auto done = add_extensions(options.extensions, inputs.registry); !done) return tl::unexpected<Error>(done.error());
     return inputs;
+}
+
+Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs) {
+    auto counts = sim::count_beforehand(inputs.world, comm);
+    if (!counts) return tl::unexpected<Error>(counts.error());
+    inputs.counts = std::move(*counts);
+    inputs.memory = memory_need(inputs.world, inputs.info(), options, comm.processes(), inputs.counts);
+    return comm::outcome_of_all(comm, check_memory(inputs.world, inputs.memory, inputs.processes_here));
 }
 
 }  // namespace meld::driver

@@ -1,6 +1,7 @@
 // What a run is made of: the program's module, the world with the changes of the command line, and the components.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "runtime/base/error.h"
@@ -24,7 +25,8 @@ struct Inputs {
     Module module;
     world::World world;
     world::Target target;
-    MemoryNeed memory;
+    std::optional<sim::BrickCounts> counts = {};  // From count_catoms() on, until the set-up.
+    MemoryNeed memory = {};
     int processes_here = 1;  // That share this machine.
     sim::Registry registry = sim::Registry::standard();
 
@@ -32,5 +34,9 @@ struct Inputs {
 };
 
 Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path);
+
+// Counts the catoms of processes that have the same inputs, and what memory they need. Collective; all return the same. Errors: the world
+// has no catoms, or does not fit.
+Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs);
 
 }  // namespace meld::driver

@@ -4,7 +4,6 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -12,9 +11,13 @@
 #include "runtime/base/error.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/dap/serve.h"
+#include "runtime/driver/asking.h"
 #include "runtime/driver/debug.h"
 #include "runtime/driver/diff_command.h"
 #include "runtime/driver/fork.h"
+#include "runtime/driver/option_groups.h"
+#include "runtime/driver/profile_command.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/world_command.h"
@@ -26,7 +29,7 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Fork, Diff, Bisect, Replay, Debug, World } command = Command::Run;
+    enum class Command { Run, Resume, Fork, Diff, Bisect, Replay, Debug, Serve, Inquire, Profile, World } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
     ForkOptions fork = {};
@@ -35,95 +38,15 @@ struct CommandLine {
     ReplayOptions replay = {};
     RunOptions debug = {};
     std::string debug_scratch = {};
+    bool debug_served = false;
+    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, shot = {};
+    ProfileOptions profile = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
 };
 
-// ---- groups of options that several commands have
-
-template <class Ticks>
-void add_ticks(CLI::App& command, Ticks& ticks, const std::string& text) {
-    command.add_option("--ticks", ticks, text)->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))->type_name("INT");
-}
-
-// Numbers that are optional are those of another run, if they are not given.
-template <class Number>
-void add_processes(CLI::App& command, Number& processes, Number& threads) {
-    CLI::Option* const n = command.add_option("-n,--processes", processes, "Number of processes, started through mpirun");
-    n->check(cli::whole_number(1, 100000))->type_name("INT");
-    CLI::Option* const t = command.add_option("--threads", threads, "Worker threads in each process");
-    t->check(cli::whole_number(1, 1024))->type_name("INT");
-    if constexpr (std::is_same_v<Number, int>)
-        for (CLI::Option* option : {n, t}) option->capture_default_str();
-}
-
-// Options that may be given several times, with one value each.
-CLI::Option* add_list(CLI::App& command, const std::string& name, std::vector<std::string>& values, const char* type, const char* text) {
-    return command.add_option(name, values, text)->type_name(type)->take_all()->allow_extra_args(false);
-}
-
-// What is run besides the program.
-void add_inputs(CLI::App& command, RunOptions& run, const char* world) {
-    command.add_option("--world", run.world, world)->type_name("FILE");
-    add_list(command, "-I,--library", run.library_paths, "DIR", "Search this folder for the program's includes and libraries; repeatable");
-    add_list(command, "--set", run.set, "NAME=VALUE", "Replace the value of a constant of the program; repeatable");
-    add_list(command, "--arg", run.given, "VALUE", "The value of @arg1 in the program; the next --arg sets @arg2, and so on");
-    add_list(command, "--link", run.link, "FILE", "A C or C++ file that defines extern functions of the program; repeatable");
-    add_list(command, "--extension", run.extensions, "FILE",
-             "A shared object with components in C++, which the world can choose; repeatable");
-    command.add_option("-O", run.optimisation, "Optimize the module at this level, 0 to 3, as meldc compile does")
-        ->check(cli::whole_number(0, 3))
-        ->type_name("N");
-    command.add_option("--seed", run.seed, "The seed of all random numbers")
-        ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
-        ->type_name("INT");
-    command.add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
-}
-
-CLI::Option* add_program(CLI::App& command, RunOptions& run) {
-    CLI::Option* const program =
-        command.add_option("PROGRAM", run.program, "The program: a .meld file, or a module that meldc compiled")->required();
-    add_inputs(command, run, "The world, a .toml file; the default is the .toml next to PROGRAM, or else a cube of 1,000 catoms");
-    add_ticks(command, run.ticks, "Stop after this many ticks");
-    add_processes(command, run.processes, run.threads);
-    return program;
-}
-
-// The files that a run writes, and what it says.
-void add_outputs(CLI::App& command, RunOptions& run) {
-    command
-        .add_option("--facts-out", run.facts_out,
-                    "Write all facts at the end: as text, - for standard output; FOLDER/ for CSV tables; .h5 for HDF5 tables")
-        ->type_name("FILE");
-    command.add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")
-        ->type_name("FILE");
-    command.add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
-    command
-        .add_option("--checkpoint", run.checkpoint,
-                    "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")
-        ->type_name("DIR");
-    command.add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
-        ->type_name("INTERVAL")
-        ->capture_default_str();
-    command
-        .add_option("--retries", run.retries, "With --checkpoint: how often to go on from it when a process is killed, crashes or hangs")
-        ->check(cli::whole_number(0, 1000000))
-        ->type_name("INT")
-        ->capture_default_str();
-    command
-        .add_option("--heartbeat", run.heartbeat,
-                    "With --checkpoint: a run without a sign of life for so long hangs; off: it may take any time")
-        ->type_name("TIME")
-        ->capture_default_str();
-    command.add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
-    command.add_option("--timeout", run.timeout_seconds, "End compilation and run, each after so many seconds, with exit code 4")
-        ->check(CLI::Range(0.001, 1e9).description(""))
-        ->type_name("SECONDS");
-    command.add_flag("--json", run.json, "Print the summary as JSON");
-    command.add_flag("--quiet", run.quiet, "Print no progress line and no summary");
-}
-
 // ---- the commands
+
 CLI::App* add_run(CLI::App& app, RunOptions& run) {
     CLI::App* r = app.add_subcommand("run",
                                      "Run a program until nothing is left to do, compiling it if needed.\nExample: meldsim run "
@@ -144,6 +67,7 @@ CLI::App* add_resume(CLI::App& app, ResumeOptions& resume) {
     s->add_option("DIR", resume.folder, "The folder that meldsim run --checkpoint has written to")->required();
     add_processes(*s, resume.processes, resume.threads);
     add_ticks(*s, resume.ticks, "Stop after this many ticks, counted from the start of the run");
+    add_supervision(*s, resume.retries, resume.heartbeat);
     s->add_flag("--json", resume.json, "Print the summary as JSON");
     s->add_flag("--quiet", resume.quiet, "Print no progress line and no summary");
     s->add_option("--module", resume.module)->group("");
@@ -176,6 +100,7 @@ CLI::App* add_diff(CLI::App& app, DiffOptions& diff) {
 // The bodies of both options; one is given.
 struct Bodies {
     std::string until = {}, holding = {};
+    std::size_t depth = 3;
 };
 
 CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
@@ -188,6 +113,9 @@ CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
         b->add_option("--while", bodies.holding, "Find the first tick in which this body no longer holds at a catom at which it held");
     until->type_name("BODY")->excludes(holding);
     holding->type_name("BODY");
+    b->add_option("--depth", bodies.depth, "Say why the body holds: follow its facts so many steps; 0: do not")
+        ->type_name("INT")
+        ->capture_default_str();
     b->add_flag("--json", run.json, "Print the answer as JSON");
     b->add_flag("--quiet", run.quiet, "Print no progress line");
     b->add_option("--module", run.module)->group("");
@@ -214,12 +142,18 @@ CLI::App* add_replay(CLI::App& app, ReplayOptions& replay) {
     return r;
 }
 
-CLI::App* add_debug(CLI::App& app, RunOptions& run, std::string& scratch) {
+CLI::App* add_debug(CLI::App& app, RunOptions& run, std::string& scratch, bool& served) {
     run.debug.emplace();
     CLI::App* d = app.add_subcommand("debug",
                                      "Walk through a run, forward and back, and see what holds: commands come from standard input, and "
                                      "help tells them.\nExample: meldsim debug examples/meld/gradient.meld");
-    add_program(*d, run)->description("The program, as for meldsim run; or a recording; or a folder of checkpoints");
+    add_program(*d, run)->description("The program, as for meldsim run; or a recording; or a folder of checkpoints")->required(false);
+    d->add_flag("--dap", served, "Serve an editor over standard input and output (Debug Adapter Protocol), which says what is run");
+    d->callback([d, &served] {
+        if (!served && d->count("PROGRAM") == 0) throw CLI::RequiredError("PROGRAM");
+        if (served && d->parse_order().size() > 1)
+            throw CLI::ValidationError("--dap", "it stands alone: the editor says what is run, and how");
+    });
     d->add_option("--history", run.debug->history, "Memory for snapshots, of each process; 0: every way back is from the start")
         ->type_name("BYTES")
         ->capture_default_str();
@@ -228,9 +162,23 @@ CLI::App* add_debug(CLI::App& app, RunOptions& run, std::string& scratch) {
     d->add_flag("--quiet", run.quiet, "Print no progress line");
     d->add_option("--module", run.module)->group("");
     d->add_option("--scratch", scratch)->group("");
+    d->add_option("--folder", run.debug->folder)->group("");
     d->add_flag("--typed", run.debug->typed)->group("");
     d->add_flag("--shown", run.debug->shown)->group("");
+    d->add_flag("--served", run.debug->served)->group("");
     return d;
+}
+
+CLI::App* add_profile(CLI::App& app, ProfileOptions& profile) {
+    CLI::App* p = app.add_subcommand("profile",
+                                     "Show the profile of a run: its hottest rules, what rules, predicates and catoms did, and where the "
+                                     "time went.\nExample: meldsim profile run.profile --trace run.json");
+    p->add_option("FILE", profile.file, "What meldsim run --profile has written")->required();
+    p->add_option("--trace", profile.trace,
+                  "Also write the ticks and stages of each process and thread as trace events, for Perfetto, Chrome or speedscope")
+        ->type_name("FILE");
+    p->add_flag("--json", profile.json, "Print the profile as JSON");
+    return p;
 }
 
 CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
@@ -249,9 +197,10 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     CLI::App app{"meldsim runs Meld programs on ensembles of catoms.\n\nExample: meldsim run examples/meld/gradient.meld", "meldsim"};
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 3 nothing found, or not as recorded, 4 limit, memory or disk, "
-        "5 an unusable module, 6 an unusable checkpoint, recording or table of facts, 70 a bug of meldsim, 130 interrupted, 143 "
-        "terminated. Of diff: 1 if there is a difference.");
+        "Exit codes: 0 success, 1 an error in the program, 2 usage or world, 3 nothing found, not as recorded, or not as watched for, 4 "
+        "limit, memory or disk, 5 an unusable module, 6 an unusable checkpoint, recording, profile or table of facts, 70 a bug of "
+        "meldsim, 130 interrupted, 143 terminated. Of diff: 1 if there is a difference. Of query and why: 1 if there is nothing; of "
+        "why-not: 1 if the fact holds.");
     add_run(app, line.run);
     const CLI::App* resume = add_resume(app, line.resume);
     const CLI::App* fork = add_fork(app, line.fork);
@@ -259,7 +208,14 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     Bodies bodies;
     const CLI::App* bisect = add_bisect(app, line.bisect, bodies);
     const CLI::App* replay = add_replay(app, line.replay);
-    const CLI::App* debug = add_debug(app, line.debug, line.debug_scratch);
+    const CLI::App* debug = add_debug(app, line.debug, line.debug_scratch, line.debug_served);
+    add_query(app, line.query);
+    add_facts(app, line.facts);
+    add_why(app, line.why, "why");
+    add_why(app, line.why_not, "why-not");
+    add_history(app, line.history);
+    add_shot(app, line.shot);
+    const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
@@ -273,16 +229,25 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
         using Asks = Question::Asks;
         const bool until = bisect->count("--until") > 0;
         if (until || bisect->count("--while") > 0)
-            line.bisect.question = {until ? Asks::Until : Asks::While, until ? bodies.until : bodies.holding};
+            line.bisect.question = {until ? Asks::Until : Asks::While, until ? bodies.until : bodies.holding, bodies.depth};
     }
     if (*replay) {
         line.command = CommandLine::Command::Replay;
         line.replay.run.arguments = line.run.arguments;
     }
     if (*debug) {
-        line.command = CommandLine::Command::Debug;
+        line.command = line.debug_served ? CommandLine::Command::Serve : CommandLine::Command::Debug;
         line.debug.arguments = line.run.arguments;
     }
+    if (*line.shot.command) note_flags(line.shot);
+    for (Asking* const asking : {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.shot}) {
+        if (!*asking->command) continue;
+        line.command = CommandLine::Command::Inquire;
+        line.debug = std::move(asking->run);
+        line.debug_scratch = std::move(asking->scratch);
+        line.debug.arguments = line.run.arguments;
+    }
+    if (*profile) line.command = CommandLine::Command::Profile;
     if (*world) line.command = CommandLine::Command::World;
     // The processes are told where the module is; nobody has typed that.
     std::vector<std::string>& typed = line.run.command;
@@ -318,7 +283,12 @@ int run_program(int argc, char** argv) {
         case CommandLine::Command::Replay:
             return replay_command(line.replay);
         case CommandLine::Command::Debug:
+        case CommandLine::Command::Inquire:
             return debug_command(std::move(line.debug), std::move(line.debug_scratch), run_options);
+        case CommandLine::Command::Serve:
+            return meld::dap::serve();
+        case CommandLine::Command::Profile:
+            return profile_command(line.profile);
         case CommandLine::Command::World:
             return world_command(line.world, line.world_extensions);
     }

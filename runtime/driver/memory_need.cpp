@@ -219,20 +219,20 @@ ByteRange MemoryNeed::peak() const {
     return {std::max(start, base + all.least), std::max(start, base + all.most)};
 }
 
-Result<MemoryNeed> memory_need(const world::World& world, const ModuleInfo& module, const RunOptions& options, int processes) {
-    const Result<sim::ExpectedShares> shares = sim::expected_shares(world, module, processes);
-    if (!shares) return tl::unexpected<Error>(shares.error());
+MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, const RunOptions& options, int processes,
+                       const std::optional<sim::BrickCounts>& counts) {
+    const sim::ExpectedShares shares = sim::expected_shares(world, module, processes, counts);
     const ResidentMemory now = resident_memory();
-    MemoryNeed need{.catoms = shares->catoms,
-                    .own_catoms = shares->largest.catoms,
+    MemoryNeed need{.catoms = shares.catoms,
+                    .own_catoms = shares.largest.catoms,
                     .base = static_cast<double>(now.now) + kLater + (world.is_free() ? kLaterOfBodies : 0),
                     .start = static_cast<double>(now.peak)};
-    const Counting counting(world, module, shares->largest, processes);
+    const Counting counting(world, module, shares.largest, processes);
     need.parts = {world.is_free() ? counting.bodies() : counting.ensemble(), counting.records(), counting.rows(),
                   counting.lists(options.threads), counting.tick()};
-    if (!options.record.empty()) need.parts.push_back(recording(world, module, shares->catoms));
-    if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares->catoms));
-    if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares->largest.catoms));
+    if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms));
+    if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares.catoms));
+    if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares.largest.catoms));
     return need;
 }
 

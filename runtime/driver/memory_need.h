@@ -5,11 +5,12 @@
 // which is certain, and a most, which assumes something about facts; where the two are near each other, this is an estimate.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
-#include "runtime/base/error.h"
 #include "runtime/driver/options.h"
+#include "runtime/sim/core/brick_counts.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::driver {
@@ -44,7 +45,8 @@ inline constexpr const char* kMemoryAssumed =
     "that catoms have one fact of a predicate, or one for each neighbour if an argument is a catom, that all may change and be sent in the "
     "same tick, and that lists are short";
 
-// Processes share a world; the first of them writes the files. Errors: the world has no catoms.
-Result<MemoryNeed> memory_need(const world::World& world, const ModuleInfo& module, const RunOptions& options, int processes);
+// Processes share a world, whose catoms have been counted by sim::count_beforehand(); the first of them writes the files.
+MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, const RunOptions& options, int processes,
+                       const std::optional<sim::BrickCounts>& counts);
 
 }  // namespace meld::driver

@@ -1,6 +1,7 @@
 // The options of `meldsim run`, and of the commands that run a program in another way.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -12,7 +13,8 @@ namespace meld::driver {
 // What `meldsim bisect` asks about a run.
 struct Question {
     enum class Asks { Until, While } asks = Asks::Until;
-    std::string body;  // In Meld.
+    std::string body;       // In Meld.
+    std::size_t depth = 0;  // The facts of the answer are followed so many steps; 0: they are not told.
 };
 
 // Why a run was started again, and where.
@@ -22,12 +24,50 @@ struct Restart {
     std::int64_t from_tick = 0;  // 0: from the start.
 };
 
+// Of `meldsim query`, `facts`, `why` and their like: one command of a session, in one tick.
+struct Inquiry {
+    std::string command;                      // Its name.
+    std::vector<std::string> words;           // What stands behind it.
+    std::vector<std::string> flags = {};      // Those of the command itself, before the words.
+    std::int64_t tick = -1;                   // -1: where the run ends, or where a checkpoint is.
+    std::optional<std::uint64_t> limit = {};  // Rows or lines that are printed.
+    bool csv = false;
+    bool dot = false;
+};
+
+// Of `meldsim shot`: what is in a picture, and from where it is seen.
+struct ShotOptions {
+    std::string file = {};
+    std::vector<std::string> ticks = {};  // Numbers, or "end": where the run ends, or where a checkpoint is. None: there.
+    std::string size = "1280x720";        // In pixels.
+    // Bodies, in Meld; runtime/picture/frame.h says what of.
+    std::string colour = {}, only = {}, hide = {}, links = {}, arrows = {}, labels = {};
+    std::string map = "viridis";
+    std::string range = {};                              // "LOW:HIGH"
+    std::string form = {};                               // Otherwise that of the lattice.
+    std::optional<double> azimuth = {}, elevation = {};  // Degrees; otherwise from the side, and in the plane from above.
+    std::optional<double> angle = {};
+    double zoom = 1;
+    std::optional<double> catom_size = {};  // As a part of what it is.
+    std::string title = {};
+    std::string background = "white";  // Or "transparent".
+    bool ground = false, scale = false, bare = false;
+    int columns = 0;  // Of a sheet with several ticks; 0: as they fit.
+    int samples = 2;
+};
+
 // Of `meldsim debug`: how the run is walked through.
 struct DebugOptions {
-    std::string history = "1GiB";  // Memory for snapshots, of each process.
-    std::string commands = {};     // A file with commands; empty: standard input.
-    bool typed = false;            // They are typed at a terminal, here or where the processes were started.
-    bool shown = false;            // Answers are shown on one.
+    std::string history = "1GiB";          // Memory for snapshots, of each process.
+    std::string folder = {};               // Where paths in commands begin; empty: where the process is.
+    std::string commands = {};             // A file with commands; empty: standard input.
+    bool typed = false;                    // They are typed at a terminal, here or where the processes were started.
+    bool shown = false;                    // Answers are shown on one.
+    bool served = false;                   // Commands come from another program, which takes answers as JSON with their text.
+    std::optional<Inquiry> inquiry = {};   // Instead of commands that somebody gives.
+    std::optional<ShotOptions> shot = {};  // Of an inquiry that is a picture.
+    // Modules that wrote in the run of the checkpoint: the session writes nothing, but finds what they have kept.
+    std::vector<std::string> writers = {};
 };
 
 struct RunOptions {
@@ -52,6 +92,10 @@ struct RunOptions {
     std::string heartbeat = "10min";         // The longest time without a sign of life, or "off".
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.
     std::string fork = {};                   // The folder from whose newest checkpoint the run branches off.
+    std::vector<std::string> watch = {};     // Bodies that stop the run, or files of rules that say what is watched.
+    std::vector<std::string> expect = {};    // Bodies that must hold at its end.
+    std::vector<std::string> never = {};     // Bodies that may hold in no tick.
+    std::string junit = {};                  // A file for how it went with each.
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
     std::string replay = {};                 // The recording whose run is made again.
@@ -59,12 +103,34 @@ struct RunOptions {
     std::optional<DebugOptions> debug = {};  // Somebody walks through the run, and it writes nothing.
     std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;
+    bool stats = false;        // What the run did in detail is part of the summary.
+    std::string profile = {};  // A file for that, and for where the time went.
+    bool counts() const { return stats || !profile.empty(); }
     bool json = false;
     bool quiet = false;
     std::vector<Restart> restarts = {};       // Of this run so far.
     std::vector<std::string> command = {};    // As typed where the run began, for the recording and for checkpoints.
     std::vector<std::string> arguments = {};  // Of the processes: of this command, which may go on with that run.
 };
+
+// The files that a run writes. Whatever runs a program in another way names each of them anew, or leaves it out.
+struct OutputOption {
+    const char* name;
+    std::string RunOptions::* path;
+};
+inline constexpr std::array<OutputOption, 5> kOutputs = {{{"--facts-out", &RunOptions::facts_out},
+                                                          {"--digest", &RunOptions::digest},
+                                                          {"--record", &RunOptions::record},
+                                                          {"--profile", &RunOptions::profile},
+                                                          {"--junit", &RunOptions::junit}}};
+
+// What a run is watched for.
+struct BodiesOption {
+    const char* name;
+    std::vector<std::string> RunOptions::* bodies;
+};
+inline constexpr std::array<BodiesOption, 3> kWatches = {
+    {{"--watch", &RunOptions::watch}, {"--expect", &RunOptions::expect}, {"--never", &RunOptions::never}}};
 
 // Reads a command line of `meldsim run`, as a checkpoint has it; nothing if it is none.
 using ParseRun = std::function<std::optional<RunOptions>(const std::vector<std::string>&)>;
@@ -74,6 +140,8 @@ struct ResumeOptions {
     std::string folder = {};
     std::optional<int> processes = {}, threads = {};
     std::optional<std::int64_t> ticks = {};
+    std::optional<int> retries = {};
+    std::optional<std::string> heartbeat = {};
     std::string module = {};
     bool json = false;
     bool quiet = false;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/base/output_paths.h"
+#include "runtime/driver/watching.h"
 #include "runtime/record/recording.h"
 
 namespace meld::driver {
@@ -30,19 +31,19 @@ Result<void> check_outputs(const RunOptions& options, const std::string& world) 
     std::vector<NamedPath> paths = {{"the program", options.program}, {"the world", world}, {"the recording", options.replay}};
     for (const std::string& file : options.link) paths.push_back({"--link", file});
     for (const std::string& file : options.extensions) paths.push_back({"--extension", file});
-    paths.push_back({"--facts-out", options.facts_out, NamedPath::Written});
-    paths.push_back({"--digest", options.digest, NamedPath::Written});
+    for (const std::string& text : options.watch)
+        if (names_watch_file(text)) paths.push_back({"--watch", text});
+    for (const OutputOption& output : kOutputs) paths.push_back({output.name, options.*output.path, NamedPath::Written});
     paths.push_back({"--json", options.json ? "-" : "", NamedPath::Written});
-    paths.push_back({"--record", options.record, NamedPath::Written});
     if (!options.record.empty())
         for (const char* sidecar : {record::kSidecar, record::kLinesSidecar})
             paths.push_back({"the sidecar of --record", options.record + sidecar, NamedPath::Written});
     if (auto distinct = check_distinct(paths); !distinct) return distinct;
     if (options.facts_out.empty()) return {};
     if (record::facts_form(options.facts_out) == record::FactsForm::CsvFolder)
-        for (const auto& [option, path] : {std::pair{"--digest", options.digest}, std::pair{"--record", options.record}})
-            if (lies_in(path, options.facts_out))
-                return fail(fmt::format("{} and --facts-out both write into the folder {}", option, options.facts_out),
+        for (const OutputOption& output : kOutputs)
+            if (output.path != &RunOptions::facts_out && lies_in(options.*output.path, options.facts_out))
+                return fail(fmt::format("{} and --facts-out both write into the folder {}", output.name, options.facts_out),
                             "Give one of them another folder");
     return record::check_facts_path(options.facts_out);
 }
@@ -53,6 +54,12 @@ Result<void> open_outputs(const RunOptions& options, const ModuleInfo& module, O
         if (!facts) return tl::unexpected(facts.error());
         outputs.facts = std::move(*facts);
     }
+    for (const auto& [path, file] : {std::pair{&options.profile, &outputs.profile}, std::pair{&options.junit, &outputs.junit}}) {
+        if (path->empty()) continue;
+        auto opened = OutputFile::open(*path, Appears::Whole, durability(options));
+        if (!opened) return tl::unexpected(opened.error());
+        file->emplace(std::move(*opened));
+    }
     // A run that goes on appends to the digests it had.
     if (options.digest.empty() || !options.resume.empty()) return {};
     auto digest = OutputFile::open(options.digest, Appears::AtOnce, durability(options));
@@ -62,7 +69,8 @@ Result<void> open_outputs(const RunOptions& options, const ModuleInfo& module, O
 }
 
 bool results_at_standard_output(const RunOptions& options) {
-    return options.json || is_standard_output(options.facts_out) || is_standard_output(options.digest);
+    return options.json || is_standard_output(options.facts_out) || is_standard_output(options.digest) ||
+           is_standard_output(options.profile) || is_standard_output(options.junit);
 }
 
 }  // namespace meld::driver

@@ -20,7 +20,7 @@ Durability durability(const RunOptions& options);
 
 struct Outputs {
     std::unique_ptr<record::FactsFile> facts;
-    std::optional<OutputFile> digest;
+    std::optional<OutputFile> digest, profile, junit;
 };
 
 // Takes them before the run: nobody should learn at the end of a long one that they cannot be written.

@@ -1,10 +1,12 @@
 #include "runtime/driver/report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "runtime/abi/actions.h"
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
 
@@ -20,6 +22,8 @@ const char* ending_name(sim::Ending ending) {
             return "ticks";
         case sim::Ending::Finished:
             return "finished";
+        case sim::Ending::Watched:
+            return "watched";
         case sim::Ending::Interrupted:
             return "interrupted";
         case sim::Ending::Failed:
@@ -36,6 +40,8 @@ const char* ending_text(sim::Ending ending) {
             return "as many ticks as asked for";
         case sim::Ending::Finished:
             return "stopped by the program";
+        case sim::Ending::Watched:
+            return "stopped by a watch";
         case sim::Ending::Interrupted:
             return "interrupted";
         case sim::Ending::Failed:
@@ -44,15 +50,42 @@ const char* ending_text(sim::Ending ending) {
     return "";
 }
 
-std::string grouped(std::uint64_t n) {
-    std::string text = std::to_string(n);
-    for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3) text.insert(static_cast<std::size_t>(i), ",");
-    return text;
-}
-
 std::string peak_text(const MemoryReport& memory, int processes) {
     if (memory.peak == 0) return "";
     return fmt::format("; {}{} at the peak", format_bytes(memory.peak), processes > 1 ? " in a process" : "");
+}
+
+std::string world_text(const About& about) {
+    if (about.default_world) return about.world;
+    return fmt::format("{}, {} catom{}", about.world, grouped(about.world_catoms), about.world_catoms == 1 ? "" : "s");
+}
+
+// Of what was not carried out because the world has no motion, or another one; empty: nothing.
+std::string warning_of_other_worlds(const sim::Summary& s) {
+    std::uint64_t lattice = 0, bodies = 0;
+    for (const sim::Refused& each : s.refused) {
+        if (each.why != sim::Refusal::NotInThisWorld) continue;
+        (info(each.action).performer == ActionInfo::Performer::Lattice ? lattice : bodies) += each.count;
+    }
+    if (lattice + bodies == 0) return "";
+    const auto cure = [](const char* kind) { return fmt::format("[motion] kind = \"{}\"", kind); };
+    return fmt::format("{} action{} not carried out, since nothing in this world does so: give it {}", grouped(lattice + bodies),
+                       lattice + bodies == 1 ? " was" : "s were", lattice > 0 ? cure("lattice") : cure("bodies"));
+}
+
+std::string warning_of_dropped(const sim::Summary& s) {
+    if (s.dropped == 0) return "";
+    return fmt::format(
+        "{} linear fact{} dropped, since the catom {} for was no longer a neighbour. Declare `type linear undelivered-p(node, node To, "
+        "...)` for the predicate p that is sent, and they come back",
+        grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
+}
+
+nlohmann::ordered_json to_json(const std::vector<sim::Refused>& refused) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const sim::Refused& each : refused)
+        all.push_back({{"action", info(each.action).word}, {"reason", name_of(each.why)}, {"count", each.count}});
+    return all;
 }
 
 nlohmann::ordered_json to_json(const Forked& forked) {
@@ -68,17 +101,27 @@ nlohmann::ordered_json to_json(const Forked& forked) {
 
 }  // namespace
 
-std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick) {
+Pace::Counts::Counts(const sim::Summary& summary, double at_seconds)
+    : ticks(summary.ticks), derivations(summary.derivations), messages(summary.changes + summary.messages), seconds(at_seconds) {}
+
+Pace::Rates Pace::rates(const sim::Summary& summary, double seconds) {
+    const Counts now(summary, seconds);
+    if (now.ticks < since_.ticks) since_ = now;
+    if (now.seconds <= since_.seconds) return {};
+    const double rate = 1 / (now.seconds - since_.seconds);
+    return {rate * static_cast<double>(now.ticks - since_.ticks), rate * static_cast<double>(now.derivations - since_.derivations),
+            rate * static_cast<double>(now.messages - since_.messages)};
+}
+
+std::string progress_line(const sim::Simulation& simulation, Pace& pace, std::int64_t last_tick) {
     auto& s = const_cast<sim::Simulation&>(simulation).summary();
     const auto& totals = const_cast<sim::Simulation&>(simulation).subdomain().totals;
-    const double rate = seconds > 0 ? 1 / seconds : 0;
-    std::string text =
-        fmt::format("tick {}{}, {} awake of {}, {} derivations/s, {} messages/s, {:.0f} bytes a catom", s.ticks,
-                    last_tick > 0 ? fmt::format(" of {}", last_tick) : "", format_count(static_cast<double>(totals.tick.awake)),
-                    format_count(static_cast<double>(s.catoms)), format_count(static_cast<double>(s.derivations) * rate),
-                    format_count(static_cast<double>(s.changes + s.messages) * rate), s.bytes_per_catom);
-    if (last_tick > 0 && s.ticks > 0)
-        text += ", " + format_duration(seconds * static_cast<double>(last_tick - s.ticks) / static_cast<double>(s.ticks)) + " left";
+    const Pace::Rates rates = pace.rates(s);
+    std::string text = fmt::format("tick {}{}, {} awake of {}, {} derivations/s, {} messages/s, {:.0f} bytes a catom", s.ticks,
+                                   last_tick > 0 ? fmt::format(" of {}", last_tick) : "",
+                                   format_count(static_cast<double>(totals.tick.awake)), format_count(static_cast<double>(s.catoms)),
+                                   format_count(rates.derivations), format_count(rates.messages), s.bytes_per_catom);
+    if (last_tick > 0 && rates.ticks > 0) text += ", " + format_duration(static_cast<double>(last_tick - s.ticks) / rates.ticks) + " left";
     if (const std::string status = simulation.status(); !status.empty()) text += ", " + status;
     return text;
 }
@@ -86,7 +129,9 @@ std::string progress_line(const sim::Simulation& simulation, double seconds, std
 std::string summary_table(const sim::Summary& s, const About& about) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
-    row("world", about.world);
+    row("world", world_text(about));
+    if (!about.never_given.empty())
+        row("never given", fmt::format("{}: no rule, fact or world makes any", fmt::join(about.never_given, ", ")));
     if (about.forked) row("branched off", "from " + describe(*about.forked));
     row("ended", ending_text(s.ending));
     row("ticks", grouped(static_cast<std::uint64_t>(s.ticks)));
@@ -96,6 +141,9 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("exported changes", grouped(s.changes));
     row("linear messages",
         grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their target was not a neighbour)", grouped(s.dropped)) : ""));
+    for (const sim::Refused& each : s.refused)
+        row("refused", fmt::format("{} {}: {}", grouped(each.count), info(each.action).word, text_of(each.why)));
+    if (s.dead_routes.count > 0) row("dead routes", describe(s.dead_routes));
     if (about.processes > 1) row("between processes", format_bytes(s.sent_bytes));
     if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom{}", s.bytes_per_catom, peak_text(about.memory, about.processes)));
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
@@ -109,15 +157,23 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     return text;
 }
 
-std::string warning_of_dropped(const sim::Summary& s) {
-    if (s.dropped == 0) return "";
-    return fmt::format(
-        "{} linear fact{} dropped, since the catom {} for was no longer a neighbour. Declare `type linear undelivered-p(node, node To, "
-        "...)` for the predicate p that is sent, and they come back",
-        grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
+std::vector<std::string> warnings(const sim::Summary& s, const world::World& world) {
+    std::vector<std::string> all = {warning_of_dropped(s), warning_of_other_worlds(s)};
+    if (!s.undefined.empty()) all.push_back("the run ended before quiescence, and " + s.undefined);
+    // Catoms that move may come to touch.
+    if (s.dead_routes.count > 0 && world.motion.kind == "none")
+        all.push_back(describe(s.dead_routes) +
+                      ": nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`");
+    std::erase(all, "");
+    return all;
 }
 
-std::string summary_json(const sim::Summary& s, const About& about) {
+nlohmann::ordered_json run_json(const sim::Summary& s, const std::string& world, int processes, int threads, const std::string& program) {
+    return {{"program", program},     {"world", world},     {"ended", ending_name(s.ending)},   {"catoms", s.catoms},
+            {"processes", processes}, {"threads", threads}, {"setup_seconds", s.setup_seconds}, {"run_seconds", s.run_seconds}};
+}
+
+std::string summary_json(const sim::Summary& s, const About& about, const nlohmann::ordered_json& stats) {
     nlohmann::ordered_json again = nlohmann::ordered_json::array();
     for (const Restart& each : about.restarts)
         again.push_back({{"reason", each.reason}, {"in_tick", each.in_tick}, {"from_tick", each.from_tick}});
@@ -125,6 +181,9 @@ std::string summary_json(const sim::Summary& s, const About& about) {
     for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
     nlohmann::ordered_json json = {
         {"world", about.world},
+        {"default_world", about.default_world},
+        {"world_catoms", about.world_catoms},
+        {"never_given", about.never_given},
         {"ended", ending_name(s.ending)},
         {"ticks", s.ticks},
         {"catoms", s.catoms},
@@ -133,6 +192,8 @@ std::string summary_json(const sim::Summary& s, const About& about) {
         {"exported_changes", s.changes},
         {"linear_messages", s.messages},
         {"dropped_messages", s.dropped},
+        {"refused_actions", to_json(s.refused)},
+        {"dead_routes", {{"count", s.dead_routes.count}, {"first", s.dead_routes.first}}},
         {"bytes_between_processes", s.sent_bytes},
         {"bytes_per_catom", s.bytes_per_catom},
         {"peak_bytes", about.memory.peak},
@@ -146,6 +207,7 @@ std::string summary_json(const sim::Summary& s, const About& about) {
         {"restarts", again},
         {"outcomes", s.outcomes}};
     if (about.forked) json["forked"] = to_json(*about.forked);
+    if (!stats.empty()) json["stats"] = stats;
     // Escapes text that is not visible, and everything that is not ASCII.
     return json.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "runtime/base/stage_clock.h"
 #include "runtime/driver/fork.h"
 #include "runtime/driver/memory_need.h"
 #include "runtime/driver/options.h"
@@ -13,8 +15,29 @@
 
 namespace meld::driver {
 
-// "tick 120  2,304 awake  1.2 M derivations/s  3.4 M messages/s  74 bytes/catom  ..."; seconds: since the run began.
-std::string progress_line(const sim::Simulation& simulation, double seconds, std::int64_t last_tick);
+// How fast a run goes since this object was made: the totals of one that goes on from a snapshot are older. If it is put back to an earlier
+// tick, counting begins again there.
+class Pace {
+  public:
+    explicit Pace(const sim::Summary& now, double seconds = seconds_now()) : since_(now, seconds) {}
+
+    struct Rates {
+        double ticks = 0, derivations = 0, messages = 0;  // A second.
+    };
+    Rates rates(const sim::Summary& now, double seconds = seconds_now());
+
+  private:
+    struct Counts {
+        Counts(const sim::Summary& summary, double at_seconds);
+        std::int64_t ticks;
+        std::uint64_t derivations, messages;
+        double seconds;
+    };
+    Counts since_;
+};
+
+// "tick 120  2,304 awake  1.2 M derivations/s  3.4 M messages/s  74 bytes/catom  ..."
+std::string progress_line(const sim::Simulation& simulation, Pace& pace, std::int64_t last_tick);
 // The memory of the process that has had most.
 struct MemoryReport {
     ByteRange expected = {};  // Before the run.
@@ -24,14 +47,22 @@ struct MemoryReport {
 // What a summary says of the run besides what was counted.
 struct About {
     const std::string& world;  // The path of its file, or a text if there is none.
+    bool default_world;
+    std::uint64_t world_catoms;                   // When it was made.
+    const std::vector<std::string>& never_given;  // Predicates.
     int processes, threads;
     const std::vector<Restart>& restarts;
     const std::optional<Forked>& forked;
     MemoryReport memory;
 };
 std::string summary_table(const sim::Summary& summary, const About& about);
-// The message that linear facts were dropped; empty: none were.
-std::string warning_of_dropped(const sim::Summary& summary);
-std::string summary_json(const sim::Summary& summary, const About& about);
+// What no option hides, since facts are missing: linear facts that were dropped, actions of which nothing in this world carries any out,
+// views that were undefined at the end, and, where nothing moves, routes that lead nowhere.
+std::vector<std::string> warnings(const sim::Summary& summary, const world::World& world);
+// What a profile says of the run as a whole.
+nlohmann::ordered_json run_json(const sim::Summary& summary, const std::string& world, int processes, int threads,
+                                const std::string& program);
+// With what --stats adds, as JSON; empty: nothing.
+std::string summary_json(const sim::Summary& summary, const About& about, const nlohmann::ordered_json& stats);
 
 }  // namespace meld::driver

@@ -21,6 +21,15 @@ namespace meld::driver {
 
 namespace {
 
+// In the table of the supervisor; returns whether that has started this process itself.
+bool take_place(bool under_mpi) {
+    const auto number = [&](const char* variable, int otherwise) {
+        const char* const text = under_mpi ? std::getenv(variable) : nullptr;
+        return text != nullptr ? std::atoi(text) : otherwise;
+    };
+    return pulse::attach(static_cast<std::size_t>(number("OMPI_COMM_WORLD_RANK", 0)), number("OMPI_COMM_WORLD_LOCAL_SIZE", 1));
+}
+
 // The process that reports for the run also reports when it is ended at once. One that is supervised gets every request twice, from the
 // terminal and from its supervisor.
 void handle_interrupts(bool speaks, bool supervised = false) {
@@ -72,8 +81,7 @@ int run_command(RunOptions options) {
     if (const auto every = parse_interval(options.checkpoint_every); !every) return tell(every.error());
     if (const auto seconds = parse_heartbeat(options.heartbeat); !seconds) return tell(seconds.error());
     const bool under_mpi = comm::under_mpi();
-    const char* const rank = under_mpi ? std::getenv("OMPI_COMM_WORLD_RANK") : nullptr;
-    const bool supervised = pulse::attach(rank != nullptr ? static_cast<std::size_t>(std::atoi(rank)) : 0) && !under_mpi;
+    const bool supervised = take_place(under_mpi) && !under_mpi;
     options.restarts = restarts_so_far();
     if (under_mpi) {
         // Outlives the communicator, whose end waits for mpirun.
@@ -126,6 +134,8 @@ int resume_command(const ResumeOptions& resume, const ParseRun& parse) {
     if (resume.processes) options->processes = *resume.processes;
     if (resume.threads) options->threads = *resume.threads;
     if (resume.ticks) options->ticks = *resume.ticks;
+    if (resume.retries) options->retries = *resume.retries;
+    if (resume.heartbeat) options->heartbeat = *resume.heartbeat;
     options->json = resume.json;
     options->quiet = resume.quiet;
     options->module = resume.module;

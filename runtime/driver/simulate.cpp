@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <utility>
@@ -17,6 +17,7 @@
 #include "runtime/base/log.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
+#include "runtime/base/tick_log.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/driver/agreement.h"
 #include "runtime/driver/bisect.h"
@@ -25,13 +26,20 @@
 #include "runtime/driver/debug.h"
 #include "runtime/driver/fork.h"
 #include "runtime/driver/inputs.h"
+#include "runtime/driver/junit.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/outputs.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
+#include "runtime/driver/watching.h"
+#include "runtime/profile/profile_file.h"
+#include "runtime/profile/report.h"
+#include "runtime/profile/statistics.h"
+#include "runtime/profile/times.h"
 #include "runtime/record/digest_file.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/record/recorder.h"
+#include "runtime/sim/core/given.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/watchers/watcher.h"
@@ -53,13 +61,21 @@ class Run {
     Result<void> add_watchers();
     Result<void> set_up();
     Result<int> run();
-    Result<int> answer() { return find_tick(options_, *simulation_); }
+    Result<int> answer() { return find_tick(options_, *inputs_, *simulation_); }
 
   private:
     Result<void> add_recorder();
+    Result<void> check_watches();
+    Result<void> write_junit(const Result<void>& ran);
     Result<void> open_checkpoints();
     Result<void> tick_to_the_end();
     Result<void> write_facts();
+    // Where the time goes, if there is to be a profile; and the profile, also of a run that fails.
+    void begin_measuring();
+    void end_measuring();
+    nlohmann::ordered_json statistics();
+    Result<void> write_profile();
+    Result<void> write_results();
     void warn();
     Result<void> report();
     Error after_failure(Error error);
@@ -72,15 +88,30 @@ class Run {
     std::vector<Claim> claims_;
     Outputs outputs_;
     std::optional<interrupt::Answering> patiently_;  // As long as there are results to lose.
+    std::optional<TickLog> log_;
+    const eval::CpuSeconds* cpu_ = nullptr;
     std::optional<sim::Simulation> simulation_;
+    profile::RunStatistics* statistics_ = nullptr;  // Of the simulation.
     std::optional<Checkpoints> checkpoints_;
     std::optional<Forked> forked_;
+    std::unique_ptr<inspect::Watches> new_watches_;  // Until the run has them.
+    inspect::Watches* watches_ = nullptr;            // If anything is watched.
 };
+
+// The output of catoms and the summary go to standard output, unless results are written there.
+std::FILE* talk(const RunOptions& options) { return results_at_standard_output(options) ? stderr : stdout; }
 
 Result<void> Run::read(const std::string& module_path) {
     Result<Inputs> inputs = read_inputs(options_, comm_, module_path);
     const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options_, in.module, in.world); });
     if (const auto alike = agree(comm_, mine); !alike) return alike;
+    if (auto counted = count_catoms(options_, comm_, *inputs); !counted) return counted;
+    if (options_.counts() && !inputs->info().counts)
+        return fail(fmt::format("{} does not count what its rules do", options_.program),
+                    "Give the .meld file, or compile it with meldc compile --counters");
+    auto watches = make_watches(options_, inputs->info(), talk(options_));
+    if (const auto all = comm::outcome_of_all(comm_, watches.map([](const auto&) {})); !all) return all;
+    new_watches_ = std::move(*watches);
     inputs_.emplace(std::move(*inputs));
     claims_ = *mine;
     return {};
@@ -107,14 +138,12 @@ Result<void> Run::add_recorder() {
                                       .provenance = again_ ? "" : record::to_json(*how),
                                       .durability = durability(options_)};
     using Loaded = record::Recorder::Loaded;
-    simulation_->add(std::make_unique<record::Recorder>(options_.record, world.record.every, world.record.predicates, about,
-                                                        options_.fork.empty() ? Loaded::Appends : Loaded::Begins),
-                     "recorder");
+    auto recorder = std::make_unique<record::Recorder>(options_.record, world.record.every, world.record.predicates, about,
+                                                       options_.fork.empty() ? Loaded::Appends : Loaded::Begins);
+    if (options_.counts()) recorder->add_load();
+    simulation_->add(std::move(recorder), "recorder");
     return {};
 }
-
-// The output of catoms and the summary go to standard output, unless results are written there.
-std::FILE* talk(const RunOptions& options) { return results_at_standard_output(options) ? stderr : stdout; }
 
 Result<void> Run::add_watchers() {
     if (!options_.record.empty())
@@ -124,10 +153,17 @@ Result<void> Run::add_watchers() {
         if (const auto all = comm::outcome_of_all(comm_, check.map([](const auto&) {})); !all) return all;
         simulation_->add((*check)(), "check");
     }
+    if (options_.counts()) {
+        auto statistics = std::make_unique<profile::RunStatistics>();
+        statistics_ = statistics.get();
+        simulation_->add(std::move(statistics), "statistics");
+    }
     if (!options_.question && !again_) {
         simulation_->add(std::make_unique<sim::Printer>(talk(options_)), "printer");
         simulation_->add(std::make_unique<sim::Watcher>(talk(options_)), "watcher");
     }
+    watches_ = new_watches_.get();
+    if (watches_ != nullptr) simulation_->add(std::move(new_watches_), "watches");
     if (!options_.digest.empty())
         simulation_->add(std::make_unique<record::DigestFile>(options_.digest, durability(options_), std::move(outputs_.digest)),
                          "digests");
@@ -155,7 +191,7 @@ Result<void> Run::set_up() {
         auto forked = branch_off(options_.fork, identity(options_, claims_, inputs_->world), *simulation_, inputs_->registry);
         if (!forked) return tl::unexpected<Error>(forked.error());
         forked_ = std::move(*forked);
-    } else if (auto done = simulation_->start(inputs_->registry); !done) {
+    } else if (auto done = simulation_->start(inputs_->registry, std::exchange(inputs_->counts, {})); !done) {
         return done;
     }
     if (checkpoints_)
@@ -173,6 +209,10 @@ Result<void> Run::set_up() {
 // The facts of the last tick that went well, if they are still there, and what there is to say.
 Error Run::after_failure(Error error) {
     sim::Subdomain& subdomain = simulation_->subdomain();
+    const auto add = [&](const std::string& text) { error.suggestion += (error.suggestion.empty() ? "" : ".\n") + text; };
+    if (const auto written = write_junit(tl::unexpected<Error>(error)); !written)
+        add(fmt::format("How it went is not written: {}", written.error().message()));
+    if (const auto written = write_profile(); !written) add(fmt::format("The profile is not written: {}", written.error().message()));
     if (options_.facts_out.empty()) return error;
     if (subdomain.status().half_way()) {
         error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
@@ -202,14 +242,13 @@ Error with_time_limit(const RunOptions& options, Error error) {
 Result<void> Run::tick_to_the_end() {
     std::optional<Progress> progress;
     if (speaks_ && !options_.quiet) progress.emplace();
-    const auto begin = std::chrono::steady_clock::now();
+    Pace pace(simulation_->summary());
     const auto each = [&] {
         if (interrupt::received() != 0) simulation_->subdomain().request_stop();
         if (checkpoints_) checkpoints_->after_tick();
         if (!progress) return;
         progress->update([&] {
-            const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
-            const std::string line = progress_line(*simulation_, since.count(), options_.ticks);
+            const std::string line = progress_line(*simulation_, pace, options_.ticks);
             const std::string last = checkpoints_ ? checkpoints_->status() : "";
             return last.empty() ? line : line + ", " + last;
         });
@@ -225,15 +264,40 @@ Result<void> Run::write_facts() {
     return record::write_facts(simulation_->subdomain(), record::facts_form(options_.facts_out), outputs_.facts.get());
 }
 
-// Also with --quiet: facts are missing.
+void Run::begin_measuring() {
+    if (options_.profile.empty()) return;
+    log_.emplace(options_.threads);
+    simulation_->subdomain().measure(*log_);
+}
+
+void Run::end_measuring() {
+    if (!log_) return;
+    log_->end();
+    cpu_ = simulation_->subdomain().end_measuring();
+}
+
+// Collective; of all processes on the one that speaks.
+nlohmann::ordered_json Run::statistics() {
+    const profile::Gathered all = statistics_->gather(simulation_->subdomain());
+    return speaks_ ? profile::to_json(inputs_->info(), all) : nlohmann::ordered_json();
+}
+
+Result<void> Run::write_profile() {
+    if (!log_) return {};
+    nlohmann::ordered_json stats = statistics();
+    profile::add_times(simulation_->subdomain(), *log_, *cpu_, stats);
+    Result<void> written;
+    if (speaks_) {
+        outputs_.profile->write(profile::file_text(
+            run_json(simulation_->summary(), inputs_->world.path, comm_.processes(), options_.threads, options_.program), stats));
+        written = outputs_.profile->commit();
+    }
+    return comm::outcome_of_first(comm_, written);
+}
+
 void Run::warn() {
-    const sim::Summary& summary = simulation_->summary();
     if (!speaks_) return;
-    if (const std::string dropped = warning_of_dropped(summary); !dropped.empty()) log::warning("{}", dropped);
-    if (!summary.undefined.empty()) log::warning("the run ended before quiescence, and {}", summary.undefined);
-    if (!summary.dead_link.empty())
-        log::warning("{}: nothing is read or sent along it. Link catoms that touch, or declare the predicate without `route`",
-                     summary.dead_link);
+    for (const std::string& each : warnings(simulation_->summary(), inputs_->world)) log::warning("{}", each);
 }
 
 // The most memory that one of the processes has had. Collective.
@@ -247,10 +311,61 @@ std::uint64_t greatest_peak(comm::Communicator& comm) {
 
 Result<void> Run::report() {
     const MemoryReport memory{inputs_->memory.peak(), greatest_peak(comm_)};
-    const About about{inputs_->world.path, comm_.processes(), options_.threads, options_.restarts, forked_, memory};
-    if (speaks_ && options_.json) return print(stdout, summary_json(simulation_->summary(), about));
-    if (speaks_ && !options_.quiet) return print(talk(options_), summary_table(simulation_->summary(), about));
+    std::vector<std::string> never_given;
+    if (!inputs_->registry.may_give(inputs_->world)) never_given = sim::never_given(inputs_->info(), inputs_->world);
+    // The run that this one has branched off from may have been given some.
+    if (forked_) std::erase_if(never_given, [&](const std::string& name) { return forked_->facts.taken_over.contains(name); });
+    const About about{.world = inputs_->world.path,
+                      .default_world = world_path(options_).empty(),
+                      .world_catoms = static_cast<std::uint64_t>(simulation_->subdomain().world_catoms()),
+                      .never_given = never_given,
+                      .processes = comm_.processes(),
+                      .threads = options_.threads,
+                      .restarts = options_.restarts,
+                      .forked = forked_,
+                      .memory = memory};
+    const nlohmann::ordered_json stats = options_.stats ? statistics() : nlohmann::ordered_json();
+    if (speaks_ && options_.json) return print(stdout, summary_json(simulation_->summary(), about, stats));
+    if (speaks_ && !options_.quiet)
+        return print(talk(options_), summary_table(simulation_->summary(), about) + (stats.empty() ? "" : profile::tables(stats)));
     return {};
+}
+
+// What must hold at the end is looked for there, unless somebody has ended the run before.
+Result<void> Run::check_watches() {
+    if (watches_ == nullptr || simulation_->summary().ending == sim::Ending::Interrupted) return {};
+    return watches_->at_end(simulation_->subdomain());
+}
+
+Result<void> Run::write_junit(const Result<void>& ran) {
+    if (options_.junit.empty()) return {};
+    Result<void> written;
+    if (speaks_) {
+        const bool interrupted = ran && simulation_->summary().ending == sim::Ending::Interrupted;
+        const std::vector<inspect::Watches::Outcome> none;
+        outputs_.junit->write(junit(options_.program, interrupted ? Result<void>(fail("interrupted", "", ExitCode::Interrupted)) : ran,
+                                    simulation_->summary().run_seconds, watches_ == nullptr ? none : watches_->outcomes()));
+        written = outputs_.junit->commit();
+    }
+    return comm::outcome_of_first(comm_, written);
+}
+
+// Each of them, whatever becomes of the others: the first error tells of all.
+Result<void> Run::write_results() {
+    Result<void> all;
+    const auto note = [&](const Result<void>& done) {
+        if (done) return;
+        if (all)
+            all = done;
+        else
+            all.error().suggestion += (all.error().suggestion.empty() ? "" : ".\n") + done.error().message();
+    };
+    note(write_facts());
+    note(write_profile());
+    const Result<void> checked = check_watches();
+    note(checked);
+    note(write_junit(checked));
+    return all;
 }
 
 Result<int> Run::run() {
@@ -258,12 +373,14 @@ Result<int> Run::run() {
         if (const std::string tight = warning_of_memory(inputs_->world, inputs_->memory, inputs_->processes_here); !tight.empty())
             log::warning("{}", tight);
     patiently_.emplace(interrupt::Answer::Patiently);
+    begin_measuring();
     const Result<void> ran = tick_to_the_end();
+    end_measuring();
     const bool too_long = time_is_up(options_, comm_);
     const std::int64_t tick = simulation_->subdomain().tick();
     if (!ran && again_) return end_replay(options_, ran, tick, false, comm_);
     if (!ran) return tl::unexpected<Error>(after_failure(too_long ? with_time_limit(options_, ran.error()) : ran.error()));
-    if (auto written = write_facts(); !written) return tl::unexpected<Error>(written.error());
+    if (auto written = write_results(); !written) return tl::unexpected<Error>(written.error());
     warn();
     const bool interrupted = simulation_->summary().ending == sim::Ending::Interrupted;
     if (again_) return end_replay(options_, ran, tick, interrupted, comm_);
@@ -274,7 +391,8 @@ Result<int> Run::run() {
         return fail(fmt::format("the time limit of {} s has passed; the run ended after a tick, and what it wrote is whole",
                                 options_.timeout_seconds),
                     "Raise --timeout", ExitCode::LimitHit);
-    return interrupted ? static_cast<int>(ExitCode::Interrupted) : 0;
+    if (interrupted) return static_cast<int>(ExitCode::Interrupted);
+    return watches_ != nullptr && watches_->any_wrong() ? static_cast<int>(ExitCode::PropertyFailed) : 0;
 }
 
 }  // namespace

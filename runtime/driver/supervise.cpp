@@ -36,6 +36,14 @@ int after_interrupt(const LaunchOutcome& outcome) {
     return outcome.interrupted_by == SIGTERM ? kTerminated : kInterrupted;
 }
 
+constexpr const char* kLost = "a process was killed or crashed, which mpirun did not notice,";
+
+// Where the run was, as far as its processes have told.
+std::string place_of(const Heartbeat::Standing& at) {
+    if (at.tick == 0) return "before the first tick";
+    return at.process < 0 ? fmt::format("in tick {}", at.tick) : fmt::format("in tick {}, {}", at.tick, comm::describe(at.phase));
+}
+
 // Tells how the processes ended, and returns the code of the command.
 int after_launch(const LaunchOutcome& outcome, bool alone) {
     // However the run ended, its results have not reached their reader.
@@ -44,6 +52,9 @@ int after_launch(const LaunchOutcome& outcome, bool alone) {
     if (outcome.launcher_signal != 0)
         return tell({fmt::format("mpirun itself was ended by signal {}, so the outcome of the run is not known", outcome.launcher_signal),
                      "Run it again; if mpirun crashes often, try another version of Open MPI", static_cast<ExitCode>(outcome.exit_code)});
+    if (outcome.lost)
+        return tell({fmt::format("{} and the others were ended {}", kLost, place_of(outcome.standing)), "Start the run again",
+                     static_cast<ExitCode>(outcome.exit_code)});
     // It was the process itself that somebody asked to end, and it has said so.
     if (outcome.heard && is_interrupted(outcome.exit_code)) return outcome.exit_code;
     if (alone && outcome.exit_code == comm::kCannotStart)
@@ -72,12 +83,6 @@ struct Accident {
     std::optional<int> cause;
 };
 
-// Where the run was, as far as its processes have told.
-std::string place_of(const Heartbeat::Standing& at) {
-    if (at.tick == 0) return "before the first tick";
-    return at.process < 0 ? fmt::format("in tick {}", at.tick) : fmt::format("in tick {}, {}", at.tick, comm::describe(at.phase));
-}
-
 Accident hang(const Heartbeat::Standing& at, const std::string& who, double heartbeat_s) {
     const std::string how = at.stopped     ? who + " was stopped by a signal or a debugger"
                             : at.busy == 0 ? "all processes waited for each other"
@@ -92,6 +97,7 @@ std::optional<Accident> accident(const LaunchOutcome& outcome, int processes, do
     const Heartbeat::Standing& at = outcome.standing;
     const std::string who = processes == 1 ? "the run" : at.process >= 0 ? fmt::format("process {}", at.process) : "a process";
     if (outcome.hung) return hang(at, who, heartbeat_s);
+    if (outcome.lost) return Accident{kLost, at.tick, std::nullopt};
     if (outcome.launcher_signal != 0)
         return Accident{fmt::format("mpirun was ended by signal {}", outcome.launcher_signal), at.tick, std::nullopt};
     const int signal = outcome.exit_code - 128;
@@ -128,11 +134,11 @@ std::vector<std::string> command_of(const RunOptions& options, const std::string
 }
 
 LaunchOutcome start(const RunOptions& options, const std::string& module, const std::vector<Restart>& before, Heartbeat& heartbeat) {
-    const auto input = options.debug && options.debug->typed ? comm::Relay::Input::Typed : comm::Relay::Input::Inherited;
-    if (!is_supervised(options)) return comm::launch_mpi(options.processes, command_of(options, module), nullptr, input);
     const std::vector<std::string> command = command_of(options, module);
-    setenv(kRestartsVariable, to_json(before).dump().c_str(), 1);
-    return options.processes == 1 ? comm::launch_alone(command, heartbeat) : comm::launch_mpi(options.processes, command, &heartbeat);
+    if (is_supervised(options)) setenv(kRestartsVariable, to_json(before).dump().c_str(), 1);
+    if (options.processes == 1 && is_supervised(options)) return comm::launch_alone(command, heartbeat);
+    const auto input = options.debug && options.debug->typed ? comm::Relay::Input::Typed : comm::Relay::Input::Inherited;
+    return comm::launch_mpi(options.processes, command, &heartbeat, input);
 }
 
 }  // namespace

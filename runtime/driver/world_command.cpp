@@ -37,16 +37,16 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
 // Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
 // settings and components.
 Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry) {
-    const Result<MemoryNeed> memory = memory_need(world, kNoProgram, {}, 1);
-    if (!memory) return tl::unexpected<Error>(memory.error());
-    if (const auto fits = check_memory(world, *memory, 1); !fits) return fits;
+    const auto alone = comm::make_single();
+    auto counts = sim::count_beforehand(world, *alone);
+    if (!counts) return tl::unexpected<Error>(counts.error());
+    if (const auto fits = check_memory(world, memory_need(world, kNoProgram, {}, 1, *counts), 1); !fits) return fits;
     world.components.clear();
     world.facts.clear();
     world.events.clear();
     world.set.clear();
-    const auto alone = comm::make_single();
     sim::Simulation simulation(kNoProgram, world, target, *alone, 1);
-    return simulation.start(registry);
+    return simulation.start(registry, std::move(*counts));
 }
 
 Result<void> check_world(const std::string& path, const std::vector<std::string>& extensions) {

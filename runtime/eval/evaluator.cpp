@@ -63,6 +63,7 @@ struct Evaluator::Thread : Eval {
     Evaluator* owner = nullptr;
     int number = 0;
     std::vector<std::unique_ptr<u8[]>> chunks;
+    // Until the next evaluation, but their bytes are used up before.
     std::vector<PendingRecord> records;
     std::vector<PendingRows> rows;
     std::vector<PendingChanges> row_changes;
@@ -280,11 +281,36 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         t.host = &host_;
         t.new_chunk(kArena);
     }
+    if (module.counts) count_evaluations();
+}
+
+void Evaluator::count_evaluations() {
+    if (counts_) return;
+    counts_.emplace(module_, threads_.size());
+    counts_->resize(columns_.count());
+    for (std::size_t i = 0; i < threads_.size(); ++i) threads_[i]->counters = &counts_->of(i);
 }
 
 // Drops undelivered messages and actions. The columns outlive the evaluator.
 Evaluator::~Evaluator() {
     for (auto& t : threads_) t->release_owned();
+}
+
+void Evaluator::measure(TickLog& log) {
+    // Thousands of samples in some seconds; each costs a few microseconds.
+    constexpr std::chrono::microseconds kBetweenSamples(1000);
+    log_ = &log;
+    if (!module_.counts) return;
+    std::vector<const u32*> places;
+    for (const auto& t : threads_) places.push_back(&t->place);
+    samples_.emplace(module_, std::move(places));
+    sampler_.emplace(kBetweenSamples, [this] { samples_->take(); });
+}
+
+const CpuSeconds* Evaluator::end_measuring() {
+    log_ = nullptr;
+    sampler_.reset();
+    return samples_ ? &samples_->seconds() : nullptr;
 }
 
 Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
@@ -304,6 +330,9 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->cut = false;
         t->release_owned();
         t->values.clear();
+        t->records.clear();
+        t->rows.clear();
+        t->row_changes.clear();
         // Memory that is not written to is not taken from the system, and arrays that need not grow leave none behind.
         t->records.reserve(awake_.size() / threads_.size() + kBlock);
     }
@@ -319,7 +348,15 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         if (t.cut) return;
         const std::size_t from = block * kBlock, to = std::min(awake_.size(), from + kBlock);
         t.trim_chunks();
+        const double begin = log_ != nullptr ? seconds_now() : 0;
+        if (samples_) samples_->note_worker(worker);
+        if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), to - from);
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
+        if (counts_) {
+            counts_->end_block(static_cast<std::size_t>(worker), {awake_.data() + from, to - from});
+            note_place(t, kPlaceNone);
+        }
+        if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);
         if (t.trap == Trap::None) return;
         // Of several failures the one with the least id is reported, whichever thread met it.
         const Failure failure = t.failure_here();
@@ -328,6 +365,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t.failed_column = kNone32;
     });
     columns_.changes().end_evaluation();
+    enter(log_, TickLog::Stage::Commit);
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
     gather(subdomain);
     Failure first;
@@ -404,14 +442,23 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         t->losses.clear();
         t->wakes.clear();
         t->group_wakes.clear();
-        t->records.clear();
-        t->rows.clear();
-        t->row_changes.clear();
         t->bytes.clear();
     }
     order_messages();
     order_actions(subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
+}
+
+void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const {
+    const auto add = [&](const auto& changes) {
+        for (const auto& change : changes)
+            if (columns[change.column]) catoms.push_back(change.catom);
+    };
+    for (const auto& t : threads_) {
+        add(t->records);
+        add(t->rows);
+        add(t->row_changes);
+    }
 }
 
 void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments) {

@@ -4,16 +4,20 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
 #include "runtime/base/parallel_for.h"
 #include "runtime/base/radix_sort.h"
+#include "runtime/base/tick_log.h"
 #include "runtime/eval/agenda.h"
+#include "runtime/eval/counts.h"
 #include "runtime/eval/failure.h"
 #include "runtime/eval/memory.h"
 #include "runtime/eval/requests.h"
+#include "runtime/eval/samples.h"
 #include "runtime/eval/undefined.h"
 #include "runtime/tuple/columns.h"
 
@@ -58,7 +62,22 @@ class Evaluator {
     // The messages and actions of the last evaluation, ordered by (receiver, sender, sequence) and by catom id.
     const std::vector<Message>& messages() const { return messages_; }
     const std::vector<Action>& actions() const { return actions_; }
+    // The catoms of the last evaluation, ascending.
+    const std::vector<u32>& evaluated() const { return awake_; }
+    // Why each of them was: its dirty word.
+    const std::vector<u64>& reasons() const { return dirty_; }
+    // Adds those of them that have changed one of these exported columns, in any order; some may come again.
+    void add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const;
     const Statistics& statistics() const { return statistics_; }
+    // What is counted over the run; null: nothing.
+    Counts* counts() { return counts_ ? &*counts_ : nullptr; }
+    const Counts* counts() const { return counts_ ? &*counts_ : nullptr; }
+    // From now on at least the evaluations of each catom are counted.
+    void count_evaluations();
+    // Where the time goes: the stages go to the log, which lives as long as this. From now on, if the module counts, Samples are taken too.
+    void measure(TickLog& log);
+    // Until now; the evaluator measures no more. Null: the module does not count.
+    const CpuSeconds* end_measuring();
     u32 greatest_rank() const { return greatest_rank_; }
 
     // As if the last evaluation had asked for this, of a run that goes on from a snapshot. Those of one catom come in their order;
@@ -91,6 +110,10 @@ class Evaluator {
     std::vector<Message> messages_, unsorted_;
     std::vector<Keyed> order_, spare_;
     std::vector<Action> actions_;
+    std::optional<Counts> counts_;
+    TickLog* log_ = nullptr;
+    std::optional<Samples> samples_;
+    std::optional<Periodic> sampler_;
     Statistics statistics_;
     u32 greatest_rank_ = 0;
 };

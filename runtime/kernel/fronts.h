@@ -31,7 +31,7 @@ template <class T>
 struct Front : Mutual<T> {
     using Row = typename T::Row;
     using Base = Mutual<T>;
-    using Base::kept, Base::lost, Base::old, Base::old_count, Base::r, Base::trusted, Base::wake;
+    using Base::kept, Base::lost, Base::old, Base::old_count, Base::r, Base::trusted, Base::wake, Base::waiting;
 
     using Base::Base;
 
@@ -59,6 +59,7 @@ struct Front : Mutual<T> {
         const u32 n = r.proposed.count;
         sort_rows(e, p, n, FrontOrder<T>{});
         wake = 0;
+        waiting = 0;
         bool grew = false;
         RowList<Row> next;
         next.reset();
@@ -87,6 +88,7 @@ struct Front : Mutual<T> {
         }
         const i64 ready = trusted(e, p);
         if (ready > e.subdomain->now) {
+            ++waiting;
             if (wake == 0 || ready < wake) wake = ready;
             return false;
         }

@@ -199,8 +199,8 @@ inline double sigmoid(Eval& e, u32 rule, double a) { return checked_real(e, rule
 inline i64 random_below(Eval& e, u32 rule, i64 n) {
     if (n <= 0) trap(e, Trap::NothingBelow, rule, n);
     // The high half of a product is below n, and all values are equally likely, up to a few in 2^64.
-    return n <= 0 ? 0
-                  : static_cast<i64>(static_cast<u64>((static_cast<unsigned __int128>(e.host->random(&e)) * static_cast<u64>(n)) >> 64));
+    __extension__ using Wide = unsigned __int128;
+    return n <= 0 ? 0 : static_cast<i64>(static_cast<u64>((static_cast<Wide>(e.host->random(&e)) * static_cast<u64>(n)) >> 64));
 }
 inline double random_real(Eval& e, u32) { return static_cast<double>(e.host->random(&e) >> 11) * 0x1p-53; }
 

@@ -20,6 +20,7 @@ struct Mutual {
     RowList<Row> lost{};  // Groups lost in this evaluation.
     bool replaced = false;
     i64 wake = 0;
+    u32 waiting = 0;  // Derivations in quarantine, in the last round.
 
     explicit Mutual(Relation<T>& relation) : r(relation), before(relation.rows), before_count(relation.count) { lost.reset(); }
 
@@ -97,6 +98,7 @@ struct Mutual {
         const u32 n = r.proposed.count;
         sort_rows(e, p, n, ChoiceOrder<T>{});
         wake = 0;
+        waiting = 0;
         bool grew = false;
         RowList<Row> next;
         next.reset();
@@ -110,10 +112,12 @@ struct Mutual {
             for (u32 k = i; k < end; ++k) {
                 if (best != nullptr && !T::better(p[k], *best)) continue;
                 const i64 ready = trusted(e, p[k]);
-                if (ready <= e.subdomain->now)
+                if (ready <= e.subdomain->now) {
                     best = &p[k];
-                else if (wake == 0 || ready < wake)
-                    wake = ready;
+                    continue;
+                }
+                ++waiting;
+                if (wake == 0 || ready < wake) wake = ready;
             }
             if (best != current) {
                 grew = true;
@@ -127,6 +131,7 @@ struct Mutual {
         return r.end_round(e, next, grew);
     }
     bool finish(Eval& e) {
+        count_waiting<T>(e, waiting);
         wake_at(e, wake);
         return r.end_rounds(before, before_count);
     }

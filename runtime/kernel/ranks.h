@@ -6,6 +6,9 @@
 
 namespace meld {
 
+// The hash of a group is that of its values mixed into this one: by it a run keeps what groups have lost.
+constexpr u64 kGroupHash = 0x9e37;
+
 // The first tick at which a proposal may give its group a value; 0: at once.
 inline i64 trusted_from(const Tombstone* lost, u32 rank, u32 latency) {
     if (lost == nullptr || rank <= lost->least_rank) return 0;
@@ -89,10 +92,12 @@ bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row
         if (best != nullptr) {
             if (best == current ? !T::better(p, *best) : !ChoiceOrder<T>{}(p, *best)) continue;
         }
-        if (trusted_from(remembered(p), p.rank, latency) > now)
+        if (trusted_from(remembered(p), p.rank, latency) > now) {
             quarantined = true;
-        else
+            count_waiting<T>(e, 1);
+        } else {
             best = &p;
+        }
     }
     if (quarantined) {
         i64 wake = 0;

@@ -2,6 +2,7 @@
 // describes T.
 #pragma once
 
+#include "runtime/abi/counts_abi.h"
 #include "runtime/kernel/rows.h"
 
 // Marks the steps of an evaluation. In a long module they are separate functions, which compiles in half the time; in a short one they are
@@ -11,6 +12,21 @@
 #endif
 
 namespace meld {
+
+// Defined by modules that count what their rules do (counts.h); others do nothing for it.
+#ifdef MELD_COUNTS
+inline constexpr bool kCounts = true;
+#else
+inline constexpr bool kCounts = false;
+#endif
+
+// An evaluation has found derivations of T in quarantine.
+template <class T>
+void count_waiting(Eval& e, u32 derivations) {
+    if (!kCounts || derivations == 0) return;
+    e.counters->predicates[T::kPredicate].waiting += derivations;
+    e.counters->predicates[T::kPredicate].last_tick = e.subdomain->now;
+}
 
 inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
     if (count > e.subdomain->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.subdomain->max_facts));

@@ -47,7 +47,8 @@ Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
     std::string descriptions;
     for (const RecordedPredicate& r : recorded_) {
         const std::string& name = r.name();
-        if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && subdomain.has_diameters()))
+        if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && subdomain.has_diameters()) ||
+            (name == "load" && load_))
             return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
@@ -147,10 +148,12 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
     ByteWriter out;
     out.reserve(subdomain.ensemble.owned_count() * sizeof(Row));
     marks_.send(out);
+    if (load_) load_->send(subdomain, out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         pulse::beat();
         if (!subdomain.owned(c)) continue;
         out.write(Row{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
+        if (load_) out.write(LoadMap::here(subdomain, c));
         for (const RecordedPredicate& r : recorded_) r.pack(subdomain, c, out);
     }
     return out.take();
@@ -169,13 +172,16 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     for (const auto& part : all) most += part.size() / sizeof(Row);
     rows.reserve(most);
     marks_.begin_step();
+    if (load_) load_->begin_step();
     for (std::size_t part = 0; part < all.size(); ++part) {
         ByteReader in(all[part], "a step of a recording");
         marks_.receive(in);
+        if (load_) load_->receive(in);
         while (!in.done()) {
             pulse::beat();
             const std::size_t at = all[part].size() - in.left();
             rows.push_back({in.read<Row>().id, part, at});
+            if (load_) in.read<LoadMap::Load>();
             for (const RecordedPredicate& r : recorded_) r.skip(in);
         }
     }
@@ -191,6 +197,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         ByteReader in(bytes.subspan(at), "a row of a recording");
         const auto row = in.read<Row>();
         step.ids.push_back(id);
+        if (load_) load_->add(id, in.read<LoadMap::Load>());
         step.positions.push_back(row.position);
         step.diameters.push_back(row.diameter);
         for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
@@ -219,6 +226,7 @@ Result<void> Recorder::write_step(sim::Subdomain& subdomain, const Digest& state
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
     if (subdomain.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
+    if (load_) load_->list(arrays);
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
     return file_->step(static_cast<double>(subdomain.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables, state);

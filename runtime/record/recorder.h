@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/record/load_map.h"
 #include "runtime/record/marks.h"
 #include "runtime/record/recorded_predicate.h"
 #include "runtime/record/recording.h"
@@ -21,6 +22,8 @@ class Recorder : public sim::SimModule {
     enum class Loaded { Appends, Begins };
     // predicates: names of predicates whose facts are recorded.
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info, Loaded loaded = Loaded::Appends);
+    // How busy each catom was is recorded too: the run is counted.
+    void add_load() { load_.emplace(); }
     Result<void> start(sim::Subdomain& subdomain) override;
     Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
@@ -55,6 +58,7 @@ class Recorder : public sim::SimModule {
     Loaded loaded_;
     std::vector<RecordedPredicate> recorded_;  // What they hold is of one step, and of none between steps.
     Marks marks_;
+    std::optional<LoadMap> load_;
     std::optional<Recording> file_;
     std::int64_t last_step_ = -1;
     std::uint64_t steps_ = 0;

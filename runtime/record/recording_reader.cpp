@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "runtime/record/file_kind.h"
@@ -216,6 +217,7 @@ Result<RecordingReader> RecordingReader::open(const std::string& path) {
     state->path = path;
     std::error_code error;
     state->size_bytes = std::filesystem::file_size(path, error);
+    if (error == std::errc::operation_not_supported) return fail(fmt::format("cannot read {}: it is no regular file", path));
     if (error) return fail(fmt::format("cannot read {}: {}", path, error.message()));
     state->file = std::make_unique<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (*state->file < 0) return state->damaged(text_of_last_error());

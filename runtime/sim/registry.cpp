@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "runtime/abi/actions.h"
-#include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/bodies/free_motion.h"
 #include "runtime/sim/choices.h"
@@ -18,43 +17,26 @@ namespace meld::sim {
 
 namespace {
 
-// Catoms do not move. Warns if a program requested moves.
+// Catoms do not move.
 class NoMotion : public SimModule {
   public:
-    Result<void> after(Subdomain& subdomain) override {
-        for (const eval::Action& a : subdomain.actions())
-            refused_ += info(subdomain.kind_of(a)).performer == ActionInfo::Performer::Lattice;
+    Result<void> step(Subdomain& subdomain) override {
+        refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::None);
         return {};
     }
     Result<void> saveable() const override { return {}; }
-    void save_rest(const Subdomain&, ByteWriter& out) const override { out.write(refused_); }
-    // The counts of all processes become one.
-    Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override {
-        const auto theirs = in.read<std::uint64_t>();
-        if (subdomain.comm.process() == 0) refused_ += theirs;
-        return {};
-    }
-    void finish(Subdomain& subdomain) override {
-        ByteWriter bytes;
-        bytes.write(refused_);
-        const std::vector<std::byte> all = subdomain.comm.allgather(bytes.view());
-        ByteReader in(all, "counts of refused moves");
-        refused_ = 0;
-        for (int p = 0; p < subdomain.comm.processes(); ++p) refused_ += in.read<std::uint64_t>();
-    }
-    std::string outcome() const override {
-        return refused_ == 0
-                   ? ""
-                   : fmt::format(
-                         "warning: {} actions asked for a move, and nothing moves in this world: give it [motion] kind = \"lattice\"",
-                         refused_);
-    }
-
-  private:
-    std::uint64_t refused_ = 0;
 };
 
 }  // namespace
+
+bool Registry::may_give(const world::World& world) const {
+    const auto gives = [&](const auto& chosen) {
+        const auto choice = choose(chosen.first, chosen.second);
+        return choice && !std::holds_alternative<MakeCode>(*choice);
+    };
+    const std::string& motion = world.motion.kind;
+    return (motion != "none" && motion != "lattice" && motion != "bodies") || std::ranges::any_of(world.components, gives);
+}
 
 Result<Registry::Choice> Registry::choose(const std::string& interface, const std::string& name) const {
     std::vector<std::string_view> interfaces, names;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <ctime>
 #include <utility>
 
@@ -11,13 +10,11 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
-#include "runtime/sim/core/dead_links.h"
+#include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
 
 namespace {
-
-double wall_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 double cpu_seconds() {
     timespec t{};
@@ -96,14 +93,14 @@ Result<void> Simulation::make_modules(const Registry& registry) {
     return codes_.look_up(subdomain_.module);
 }
 
-Result<void> Simulation::start(const Registry& registry) {
-    const double before = wall_seconds();
+Result<void> Simulation::start(const Registry& registry, std::optional<BrickCounts> counted) {
+    const double before = seconds_now();
     if (auto made = make_modules(registry); !made) return made;
-    if (auto done = subdomain_.populate(); !done) return done;
+    if (auto done = subdomain_.populate(std::move(counted)); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(subdomain_); }); !done) return done;
     subdomain_.refresh();
     summary_.catoms = subdomain_.next_id();
-    summary_.setup_seconds = wall_seconds() - before;
+    summary_.setup_seconds = seconds_now() - before;
     return {};
 }
 
@@ -128,28 +125,42 @@ Result<void> Simulation::secure() {
     return each_module([&](SimModule& m) { return m.secure(subdomain_); });
 }
 
-Result<void> Simulation::save(ShareSink& sink) const {
+ByteWriter Simulation::counters() const {
+    ByteWriter out;
+    out.write(Counted(summary_));
+    write(subdomain_.refusals.of_all(subdomain_.comm), out);
+    return out;
+}
+
+Result<void> Simulation::save(std::span<const std::byte> counters, ShareSink& sink) const {
     MELD_EXPECT(saveable().has_value(), "a snapshot of a run that cannot be saved");
-    ByteWriter counters;
-    counters.write(Counted(summary_));
-    return Saver(subdomain_, all_modules(), codes_).run(counters.view(), sink);
+    return Saver(subdomain_, all_modules(), codes_).run(counters, sink);
 }
 
 Result<void> Simulation::resume(const Registry& registry, const Shares& shares) {
-    const double before = wall_seconds();
+    const double before = seconds_now();
     if (auto made = make_modules(registry); !made) return made;
     const Result<Block> counters = Loader(subdomain_, shares).run(all_modules(), codes_);
     if (!counters) return tl::unexpected<Error>(counters.error());
-    ByteReader in(*counters, "the counters of a snapshot", ByteReader::Origin::Outside);
-    in.read<Counted>().give_back(summary_);
-    if (in.failed()) return in.outcome();
+    if (auto done = load_counters(*counters); !done) return done;
     goes_on_ = true;
-    summary_.setup_seconds = wall_seconds() - before;
+    summary_.setup_seconds = seconds_now() - before;
     return {};
 }
 
+Result<void> Simulation::load_counters(std::span<const std::byte> counters) {
+    ByteReader in = reader(counters, "the counters of a snapshot");
+    in.read<Counted>().give_back(summary_);
+    for (const Refused& each : read_refused(in)) {
+        if (!known(each)) return damaged("counts refusals of no action, or for no reason");
+        // What all processes have counted becomes one's.
+        if (subdomain_.comm.process() == 0) subdomain_.refuse(each.action, each.why, each.count);
+    }
+    return read_to_its_end(in, "its counters");
+}
+
 Result<TakenOver> Simulation::fork(const Registry& registry, const Shares& shares, Loads how) {
-    const double before = wall_seconds();
+    const double before = seconds_now();
     if (auto made = make_modules(registry); !made) return tl::unexpected<Error>(made.error());
     Loader loader(subdomain_, shares, how);
     if (auto done = loader.run(all_modules(), codes_); !done) return tl::unexpected<Error>(done.error());
@@ -157,18 +168,23 @@ Result<TakenOver> Simulation::fork(const Registry& registry, const Shares& share
     summary_.ticks = subdomain_.tick();
     summary_.catoms = subdomain_.totals.catoms;
     goes_on_ = true;
-    summary_.setup_seconds = wall_seconds() - before;
+    summary_.setup_seconds = seconds_now() - before;
     return loader.taken_over();
 }
 
 Result<void> Simulation::run_tick() {
     tick_.begin();
-    const auto step = [&](SimModule& m) -> Result<void> { return m.runnable() ? m.step(subdomain_) : Result<void>{}; };
+    const auto step = [&](SimModule& m) -> Result<void> {
+        enter(subdomain_.log(), is_motion(m) ? TickLog::Stage::Motion : TickLog::Stage::Components);
+        return m.runnable() ? m.step(subdomain_) : Result<void>{};
+    };
     {
         const StageClock clock(modules_s_);
         if (auto done = each_module(step); !done) return done;
     }
+    enter(subdomain_.log(), TickLog::Stage::Events);
     tick_.change_given();
+    enter(subdomain_.log(), TickLog::Stage::Code);
     if (!codes_.empty()) codes_.run(subdomain_);
     if (unsettled_) unsettled_->before(subdomain_);
     const Totals& t = tick_.end();
@@ -186,7 +202,10 @@ Result<void> Simulation::run_tick() {
     if (subdomain_.status().half_way()) return {};
     // Files that are being written are written to their end.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
-    return each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
+    const Result<void> done =
+        each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
+    enter(subdomain_.log(), TickLog::Stage::Between);
+    return done;
 }
 
 Result<void> Simulation::failed(const eval::Failure& failure) {
@@ -204,6 +223,7 @@ Result<void> Simulation::check_defined() {
 std::optional<Ending> Simulation::ended_with_this_tick(bool may_be_quiet) const {
     const Totals& t = subdomain_.totals;
     if (t.stop) return Ending::Interrupted;
+    if (subdomain_.status().ends_here) return Ending::Watched;
     if (t.finished) return Ending::Finished;
     if (!t.awake && !t.waiting && may_be_quiet) return Ending::Quiet;
     return std::nullopt;
@@ -236,7 +256,7 @@ std::optional<Ending> Simulation::ended(const RunLimits& limits) const {
 }
 
 Result<void> Simulation::run(const RunLimits& limits, const std::function<void()>& each, const std::function<void()>& at_end) {
-    const double wall = wall_seconds(), cpu = cpu_seconds();
+    const double wall = seconds_now(), cpu = cpu_seconds();
     Result<void> result;
     const std::int64_t most = last_tick(limits);
     const bool may_end = may_be_quiet(limits);
@@ -266,10 +286,11 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
         tick_.end_early();
     else if (subdomain_.totals.undefined)
         summary_.undefined = eval::describe(subdomain_.module, tick_.first_undefined());
-    if (summary_.ending == Ending::Quiet && subdomain_.world.motion.kind == "none") {
+    if (result) {
         DeadLinks dead(subdomain_);
         dead.look_at_all();
-        summary_.dead_link = dead.warning();
+        summary_.dead_routes = dead.of_all_processes();
+        summary_.refused = subdomain_.refusals.of_all(subdomain_.comm);
     }
     for (auto* list : {&modules_, &extra_})
         for (auto& module : *list) {
@@ -283,7 +304,7 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             for (auto& stage : module->stages()) summary_.stage_seconds.push_back(std::move(stage));
     summary_.stage_seconds.emplace_back("evaluation", tick_.evaluation_s());
     summary_.stage_seconds.emplace_back("exchange", tick_.exchange_s());
-    summary_.run_seconds = wall_seconds() - wall;
+    summary_.run_seconds = seconds_now() - wall;
     summary_.cpu_seconds = cpu_seconds() - cpu;
     return result;
 }

@@ -5,11 +5,14 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/sim/core/code_modules.h"
+#include "runtime/sim/core/dead_links.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/core/tick.h"
@@ -28,7 +31,7 @@ struct RunLimits {
 };
 
 // Why a run ended.
-enum class Ending { Quiet, Ticks, Finished, Interrupted, Failed };
+enum class Ending { Quiet, Ticks, Finished, Watched, Interrupted, Failed };
 
 struct Summary {
     Ending ending = Ending::Quiet;
@@ -49,8 +52,10 @@ struct Summary {
     std::vector<std::string> outcomes;
     // If the run ended before quiescence: a description of the first derivation of a view that had no value then; or empty.
     std::string undefined;
-    // Of a run that came to rest where nothing moves: the first route that leads to a catom which does not touch; or empty.
-    std::string dead_link;
+    // Facts of routes, at the end, that lead to a catom which does not touch.
+    DeadRoutes dead_routes;
+    // The actions that were not carried out, by action and reason.
+    std::vector<Refused> refused;
 };
 
 class Simulation {
@@ -58,7 +63,7 @@ class Simulation {
     Simulation(const ModuleInfo& module, const world::World& world, const world::Target& target, comm::Communicator& comm, int threads);
 
     // Makes the modules the world names, places the catoms, starts the modules in order.
-    Result<void> start(const Registry& registry);
+    Result<void> start(const Registry& registry, std::optional<BrickCounts> counted = {});
     // The same from a snapshot of a run of this program in this world, on any number of processes: the run goes on as if it had never
     // stopped. Every process calls it. Errors: the snapshot is damaged or of another run.
     Result<void> resume(const Registry& registry, const Shares& shares);
@@ -67,9 +72,11 @@ class Simulation {
     Result<TakenOver> fork(const Registry& registry, const Shares& shares, Loads how);
     // Whether save() can: errors name the module of the world that cannot be saved. After start() or resume().
     Result<void> saveable() const;
-    // This process's share of the state between two ticks; nothing of the run changes. Every process calls it. The run is saveable().
-    // Errors: those of the sink.
-    Result<void> save(ShareSink& sink) const;
+    // What all processes have counted, for save(). Every process calls it, also one that cannot save its share.
+    ByteWriter counters() const;
+    // This process's share of the state between two ticks, with counters(); nothing of the run changes. The run is saveable(). Errors:
+    // those of the sink.
+    Result<void> save(std::span<const std::byte> counters, ShareSink& sink) const;
     // What the run has written is on the disk, as a checkpoint there will say. Every process calls it. Errors: those of the modules.
     Result<void> secure();
     // Adds a module that runs after those of the world (recorder, digests). A run that branches off finds by its name what it had kept.
@@ -96,6 +103,8 @@ class Simulation {
     Result<void> make_modules(const Registry& registry);
     Modules all_modules() const;
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
+    // The counts of all processes at a snapshot.
+    Result<void> load_counters(std::span<const std::byte> counters);
     Result<void> run_tick();
     // Whether the last tick was the last of the run.
     std::optional<Ending> ended_with_this_tick(bool may_be_quiet) const;
@@ -108,6 +117,8 @@ class Simulation {
     Result<void> failed(const eval::Failure& failure);
     template <class Call>
     Result<void> each_module(const Call& call);
+    // The world has one, and it is made first.
+    bool is_motion(const SimModule& m) const { return !modules_.empty() && &m == modules_.front().get(); }
 
     Subdomain subdomain_;
     Tick tick_;

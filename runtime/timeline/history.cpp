@@ -109,13 +109,23 @@ void History::drop_one(std::int64_t newest) {
         }
         from = at->first;
     }
-    const auto release = [&](SharedBlock& block) {
+    release(least->second);
+    kept_.erase(least);
+}
+
+void History::release(KeptShare& share) {
+    const auto drop = [&](SharedBlock& block) {
         if (block.use_count() == 1) bytes_ -= block->size();
         block.reset();
     };
-    for (SharedBlock& block : least->second.blocks) release(block);
-    release(least->second.rest);
-    kept_.erase(least);
+    for (SharedBlock& block : share.blocks) drop(block);
+    drop(share.rest);
+}
+
+void History::forget_after(std::int64_t tick) {
+    const auto first = kept_.upper_bound(tick);
+    for (auto at = first; at != kept_.end(); ++at) release(at->second);
+    kept_.erase(first, kept_.end());
 }
 
 std::optional<std::pair<std::int64_t, const KeptShare*>> History::before(std::int64_t tick) const {

@@ -57,6 +57,9 @@ class History {
     // time are near, compared with their age. Collective; all processes keep the same ticks. Errors: those of `save`.
     Result<void> keep(std::int64_t tick, const Save& save, comm::Communicator& comm);
 
+    // Drops those of later ticks.
+    void forget_after(std::int64_t tick);
+
     bool has(std::int64_t tick) const { return kept_.contains(tick); }
     // The last snapshot of this tick or an earlier one.
     std::optional<std::pair<std::int64_t, const KeptShare*>> before(std::int64_t tick) const;
@@ -66,6 +69,7 @@ class History {
 
   private:
     void drop_one(std::int64_t newest);
+    void release(KeptShare& share);
 
     std::size_t most_bytes_;
     std::map<std::int64_t, KeptShare> kept_;

@@ -49,7 +49,8 @@ Result<void> Timeline::remember(sim::Simulation& simulation) {
     if (!enough && tick - (last ? last->first : first_tick_) < options_.most_ticks_between) return {};
     work_since_ = 0;
     if (history_.has(tick)) return {};
-    return history_.keep(tick, [&](sim::ShareSink& sink) { return simulation.save(sink); }, subdomain.comm);
+    const ByteWriter counters = simulation.counters();
+    return history_.keep(tick, [&](sim::ShareSink& sink) { return simulation.save(counters.view(), sink); }, subdomain.comm);
 }
 
 // The latest state that is known at or before a tick.
@@ -62,7 +63,7 @@ Result<Timeline::Running> Timeline::restore(std::int64_t tick) {
     return running;
 }
 
-Result<void> Timeline::run_to(sim::Simulation& simulation, std::int64_t tick) {
+Result<void> Timeline::run_to(sim::Simulation& simulation, std::int64_t tick, const Stop& stop) {
     sim::Subdomain& subdomain = simulation.subdomain();
     subdomain.take_back_stop();
     while (subdomain.tick() < tick && !simulation.ended(options_.limits)) {
@@ -79,6 +80,10 @@ Result<void> Timeline::run_to(sim::Simulation& simulation, std::int64_t tick) {
         if (is_new && each_new_)
             if (auto done = each_new_(simulation); !done) return done;
         if (auto kept = remember(simulation); !kept) return kept;
+        if (!stop) continue;
+        const Result<bool> here = stop(simulation);
+        if (!here) return tl::unexpected<Error>(here.error());
+        if (*here) break;
     }
     return check(simulation);
 }
@@ -94,24 +99,49 @@ Result<Timeline::Running> Timeline::beside(std::int64_t tick) {
     return running;
 }
 
+Result<void> Timeline::walk(std::int64_t from, std::int64_t to, const std::function<Result<bool>(sim::Simulation&)>& visit) {
+    Result<Running> running = beside(from);
+    if (!running) return tl::unexpected<Error>(running.error());
+    sim::Simulation& simulation = **running;
+    while (true) {
+        if (simulation.subdomain().totals.stop) return fail("interrupted before there was an answer", "", ExitCode::Interrupted);
+        const Result<bool> more = visit(simulation);
+        if (!more) return tl::unexpected<Error>(more.error());
+        if (!*more || simulation.subdomain().tick() >= to || simulation.ended(options_.limits)) return {};
+        if (each_) each_(simulation);
+        if (auto done = simulation.step(options_.limits); !done) return done;
+    }
+}
+
 Result<void> Timeline::to(std::int64_t tick) {
     const std::int64_t now = this->tick();
     const auto kept = history_.before(tick);
     // A snapshot between here and there is nearer.
-    if (tick >= now && !(kept && kept->first > now)) {
-        Result<void> done = run_to(*present_, tick);
-        if (done || present_->subdomain().tick() == now) return done;
-        // What fails leaves the middle of a tick behind.
-        Result<Running> again = beside(now);
-        if (!again) return tl::unexpected<Error>(again.error());
-        present_ = std::move(*again);
-        return done;
-    }
+    if (tick >= now && !(kept && kept->first > now)) return forward_until(tick, {});
     Result<Running> there = beside(tick);
     if (!there) return tl::unexpected<Error>(there.error());
     present_ = std::move(*there);
     work_since_ = 0;
     return {};
+}
+
+void Timeline::changes_from_here() {
+    latest_ = tick();
+    history_.forget_after(latest_);
+    digests_.erase(digests_.upper_bound(latest_), digests_.end());
+    if (failure_ && failure_->first > latest_) failure_.reset();
+    present_->subdomain().expect_event();
+}
+
+Result<void> Timeline::forward_until(std::int64_t tick, const Stop& stop) {
+    const std::int64_t now = this->tick();
+    Result<void> done = run_to(*present_, tick, stop);
+    if (done || present_->subdomain().tick() == now) return done;
+    // What fails leaves the middle of a tick behind.
+    Result<Running> again = beside(now);
+    if (!again) return tl::unexpected<Error>(again.error());
+    present_ = std::move(*again);
+    return done;
 }
 
 std::optional<Digest> Timeline::digest(std::int64_t tick) const {

@@ -54,11 +54,22 @@ class Timeline {
     // processes, one exchange of all of it; the ticks since, at most `most_ticks_between` where the history has not been thinned; and a
     // digest.
     Result<void> to(std::int64_t tick);
+    // Goes forward as to() does, tick by tick, and no further than a tick after which `stop` says so, of the state then; the same on every
+    // process. Errors: also those of `stop`.
+    using Stop = std::function<Result<bool>(sim::Simulation&)>;
+    Result<void> forward_until(std::int64_t tick, const Stop& stop);
     Result<void> back(std::int64_t ticks = 1) { return to(tick() - ticks); }
     Result<void> forward(std::int64_t ticks = 1) { return to(tick() + ticks); }
 
     // The state at a tick as a run of its own, beside this one, which stays where it is. Errors and cost: as of to().
     Result<std::unique_ptr<sim::Simulation>> beside(std::int64_t tick);
+
+    // The states of these ticks one after the other, as a run beside this one, until `visit` says false or the run ends. Errors and cost:
+    // as of beside() for the first; and the ticks.
+    Result<void> walk(std::int64_t from, std::int64_t to, const std::function<Result<bool>(sim::Simulation&)>& visit);
+
+    // The world has got events after this tick, so what was known of later ones is not what they will be.
+    void changes_from_here();
 
     // The digest of a tick at which it has stopped, or that it has seen if it checks every tick.
     std::optional<Digest> digest(std::int64_t tick) const;
@@ -73,7 +84,7 @@ class Timeline {
     using Running = std::unique_ptr<sim::Simulation>;
     Result<Running> restore(std::int64_t tick);
     Result<Running> from_the_start();
-    Result<void> run_to(sim::Simulation& simulation, std::int64_t tick);
+    Result<void> run_to(sim::Simulation& simulation, std::int64_t tick, const Stop& stop = {});
     Result<void> remember(sim::Simulation& simulation);
     Result<void> check(sim::Simulation& simulation);
 

@@ -6,37 +6,12 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/hash.h"
+#include "runtime/tuple/field.h"
 #include "runtime/tuple/value_text.h"
 
 namespace meld::tuple {
 
 namespace {
-
-template <class Int>
-i64 narrow(const u8* at) {
-    Int value = 0;
-    std::memcpy(&value, at, sizeof value);
-    return value;
-}
-
-Value load(const FieldInfo& field, const u8* base, std::size_t element = 0) {
-    Value v{};
-    const u8* at = base + field.offset + element * field.bytes;
-    switch (field.bytes) {
-        case 1:
-            v.integer = field.type == ValueType::Bool ? *at : static_cast<std::int8_t>(*at);
-            break;
-        case 2:
-            v.integer = narrow<std::int16_t>(at);
-            break;
-        case 4:
-            v.integer = narrow<std::int32_t>(at);
-            break;
-        default:
-            std::memcpy(&v, at, 8);
-    }
-    return v;
-}
 
 void store(const FieldInfo& field, u8* base, Value v) {
     v = normal(field.type, v);
@@ -76,12 +51,12 @@ void set_present(const PredicateInfo& p, u8* record, bool on) {
 
 void read_row(const PredicateInfo& p, const u8* row, std::vector<Value>& out) {
     out.resize(p.arity);
-    for (u32 i = 0; i < p.arity; ++i) out[i] = load(p.fields[i], row);
+    for (u32 i = 0; i < p.arity; ++i) out[i] = load_field(p.fields[i], row);
 }
 
 int compare_row(const ModuleInfo& module, const PredicateInfo& p, const u8* row, const Value* arguments) {
     for (u32 i = 0; i < p.arity; ++i)
-        if (const int c = compare(type_of(module, p.fields[i]), load(p.fields[i], row), arguments[i])) return c;
+        if (const int c = compare(type_of(module, p.fields[i]), load_field(p.fields[i], row), arguments[i])) return c;
     return 0;
 }
 
@@ -167,17 +142,20 @@ std::optional<u32> find_sensed(const ModuleInfo& module, std::string_view name, 
 
 namespace {
 
-// `values` is room for the arguments.
+u32 rank_at(const PredicateInfo& p, const u8* at) { return p.rank_offset == kNone32 ? kAbsent : word_at(at, p.rank_offset); }
+
+// `values` is room for the arguments. Returns false if the visit has.
 template <class Visit>
-void facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, const PredicateInfo& p, u32 catom,
+bool facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, const PredicateInfo& p, u32 catom,
               std::vector<Value>& values, const Visit& visit) {
     if (p.storage == Storage::Rows) {
         const RowsHead& head = columns.rows(p.column, catom);
         for (u32 r = 0; r < head.count; ++r) {
-            read_row(p, head.data + std::size_t{r} * module.columns[p.column].row_bytes, values);
-            visit(values.data());
+            const u8* const row = head.data + std::size_t{r} * module.columns[p.column].row_bytes;
+            read_row(p, row, values);
+            if (!visit(values.data(), rank_at(p, row))) return false;
         }
-        return;
+        return true;
     }
     const u8* record = columns.entry(p.column, catom);
     if (p.storage == Storage::PerLink) {
@@ -186,14 +164,14 @@ void facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& 
             const i32 other = catom_towards(geometry, geometry.catom_site[catom], port);
             if ((ports >> port & 1) == 0 || other < 0) continue;
             values[0].catom = geometry.catom_id[other];
-            for (u32 i = 1; i < p.arity; ++i) values[i] = load(p.fields[i], record, static_cast<std::size_t>(port));
-            visit(values.data());
+            for (u32 i = 1; i < p.arity; ++i) values[i] = load_field(p.fields[i], record, static_cast<std::size_t>(port));
+            if (!visit(values.data(), kAbsent)) return false;
         }
-        return;
+        return true;
     }
-    if (!present(p, record)) return;
-    for (u32 i = 0; i < p.arity; ++i) values[i] = load(p.fields[i], record);
-    visit(values.data());
+    if (!present(p, record)) return true;
+    for (u32 i = 0; i < p.arity; ++i) values[i] = load_field(p.fields[i], record);
+    return visit(values.data(), rank_at(p, record));
 }
 
 }  // namespace
@@ -209,7 +187,31 @@ void each_fact_of(const ModuleInfo& module, const Columns& columns, const Geomet
     if (p.column == kNone16) return;
     std::vector<Value> values(p.arity);
     for (const u32 catom : catoms)
-        facts_at(module, columns, geometry, p, catom, values, [&](const Value* arguments) { visit(catom, arguments); });
+        facts_at(module, columns, geometry, p, catom, values, [&](const Value* arguments, u32) {
+            visit(catom, arguments);
+            return true;
+        });
+}
+
+bool each_ranked_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
+                      std::vector<Value>& room, const std::function<bool(const Value*, u32)>& visit) {
+    const PredicateInfo& p = module.predicates[predicate];
+    if (p.column == kNone16) return true;
+    room.resize(p.arity);
+    return facts_at(module, columns, geometry, p, catom, room, visit);
+}
+
+u32 count_facts(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom) {
+    const PredicateInfo& p = module.predicates[predicate];
+    if (p.column == kNone16) return 0;
+    if (p.storage == Storage::Rows) return columns.rows(p.column, catom).count;
+    const u8* record = columns.entry(p.column, catom);
+    if (p.storage != Storage::PerLink) return present(p, record) ? 1 : 0;
+    const u32 ports = word_at(record, p.presence_offset);
+    u32 count = 0;
+    for (i32 port = 0; port < geometry.ports; ++port)
+        count += (ports >> port & 1) != 0 && catom_towards(geometry, geometry.catom_site[catom], port) >= 0;
+    return count;
 }
 
 bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 catom, const Value* arguments, int pool) {
@@ -220,7 +222,7 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
         bool same = present(p, columns.entry(p.column, catom));
         columns.change_record(p.column, catom, pool, [&](u8* record) {
             for (u32 i = 0; i < p.arity; ++i) {
-                same = same && compare(type_of(module, p.fields[i]), load(p.fields[i], record), arguments[i]) == 0;
+                same = same && compare(type_of(module, p.fields[i]), load_field(p.fields[i], record), arguments[i]) == 0;
                 store(p.fields[i], record, arguments[i]);
             }
             set_present(p, record, true);
@@ -280,7 +282,7 @@ bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
         const u8* held = columns.entry(p.column, catom);
         if (!present(p, held)) return false;
         for (u32 i = 0; i < p.arity; ++i)
-            if (compare(type_of(module, p.fields[i]), load(p.fields[i], held), arguments[i]) != 0) return false;
+            if (compare(type_of(module, p.fields[i]), load_field(p.fields[i], held), arguments[i]) != 0) return false;
         columns.change_record(p.column, catom, pool, [&](u8* record) {
             for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{});
             set_present(p, record, false);
@@ -306,10 +308,10 @@ Numbers read_numbers(const ModuleInfo& module, const Columns& columns, u32 predi
     Numbers numbers;
     if (!present(p, record)) return numbers;
     if (p.fields[0].type == ValueType::Vec3) {
-        const List* vector = load(p.fields[0], record).list;
+        const List* vector = load_field(p.fields[0], record).list;
         for (; numbers.count < 3; ++numbers.count) numbers.at[numbers.count] = item(vector, numbers.count).real;
     } else {
-        for (; numbers.count < p.arity; ++numbers.count) numbers.at[numbers.count] = load(p.fields[numbers.count], record).real;
+        for (; numbers.count < p.arity; ++numbers.count) numbers.at[numbers.count] = load_field(p.fields[numbers.count], record).real;
     }
     return numbers;
 }
@@ -324,7 +326,8 @@ void give_numbers(const ModuleInfo& module, Columns& columns, u32 predicate, u32
         // No list of the record changes, so no owner does.
         for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{.catom = words[i]});
         set_present(p, record, true);
-    } else if (u64* items = present(p, record) ? columns.lists().own_items(load(p.fields[0], record).list) : nullptr; items != nullptr) {
+    } else if (u64* items = present(p, record) ? columns.lists().own_items(load_field(p.fields[0], record).list) : nullptr;
+               items != nullptr) {
         std::copy_n(words.begin(), 3, items);
     } else {
         const List list{words.data(), 3, 0};

@@ -29,6 +29,13 @@ void each_fact(const ModuleInfo& module, const Columns& columns, const Geometry&
 void each_fact_of(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, std::span<const u32> catoms,
                   const std::function<void(u32, const Value*)>& visit);
 
+// The same with the rank of each fact, kAbsent where the predicate has none, until visit(arguments, rank) says false; that is returned.
+// `room` is memory for the arguments of one fact, which is used by nobody else meanwhile.
+bool each_ranked_fact(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom,
+                      std::vector<Value>& room, const std::function<bool(const Value*, u32)>& visit);
+// How many facts of a predicate are stored at a catom, without looking at them.
+u32 count_facts(const ModuleInfo& module, const Columns& columns, const Geometry& geometry, u32 predicate, u32 catom);
+
 // Adds a fact to a predicate that may be given facts (linear: always; persistent and sensed: if it is not there). A Single is replaced.
 // Lists among the arguments are copied, so they may be in any memory. Returns whether anything changed. The caller marks the catom with the
 // column's own_dirty.

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "compiler/driver/front_end.h"
 #include "compiler/emit/emit.h"
+#include "compiler/front/front_end.h"
 #include "compiler/plan/plan.h"
 #include "tests/bench/clock.h"
 
@@ -76,11 +76,11 @@ int main(int argc, char** argv) {
         const double start = cpu_now();
         source::FileSet files;
         diagnostics::Reporter report;
-        const std::uint32_t prelude = driver::add_prelude(files);
+        const std::uint32_t prelude = front::add_prelude(files);
         const std::uint32_t file = files.add("generated.meld", text);
-        driver::ParsedProgram parsed = driver::parse_program(files, file, prelude, report, {});
+        front::ParsedProgram parsed = front::parse_program(files, file, prelude, report, {});
         const double read = cpu_now();
-        check::Program checked = driver::check_program(files, file, prelude, std::move(parsed), report);
+        check::Program checked = front::check_program(files, file, prelude, std::move(parsed), report);
         const double known = cpu_now();
         if (report.has_errors()) {
             std::fputs(diagnostics::render_text(files, report.sorted(), diagnostics::Colour::Never).c_str(), stderr);

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
                 static_cast<long long>(run.tick()), forward, run.history().ticks().size(),
                 1e-6 * static_cast<double>(run.history().bytes()));
     timeline::History history(std::size_t{1} << 40);
-    const auto save = [&](sim::ShareSink& sink) { return run.simulation().save(sink); };
+    const auto save = [&](sim::ShareSink& sink) { return run.simulation().save(run.simulation().counters().view(), sink); };
     const double first = median_ms(1, [&](int) { need(history.keep(0, save, *world.comm)); });
     const double bytes = static_cast<double>(history.bytes());
     const double shared = median_ms(5, [&](int i) { need(history.keep(i + 1, save, *world.comm)); });

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -36,11 +37,13 @@ struct Run {
     std::unique_ptr<comm::Communicator> comm = comm::make_single();
     std::unique_ptr<sim::Simulation> simulation;
 
-    Run(const std::string& program, const std::string& world_text, int threads = 1)
+    // `add`: called before the start, for modules of its own.
+    Run(const std::string& program, const std::string& world_text, int threads = 1, const std::function<void(Run&)>& add = {})
         : module(need(load_module(need(driver::compile_program({.program = program})), kAbiVersion))),
           world(std::make_unique<world::World>(need(world::parse_world(world_text, "benchmark")))),
           target(std::make_unique<world::Target>(need(world::Target::make(*world, world::Lattice(world->lattice))))) {
         simulation = std::make_unique<sim::Simulation>(info(), *world, *target, *comm, threads);
+        if (add) add(*this);
         need(simulation->start(sim::Registry::standard()));
     }
     const ModuleInfo& info() const { return *static_cast<const ModuleInfo*>(module.table()); }

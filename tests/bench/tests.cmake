@@ -1,13 +1,18 @@
 # Benchmarks are built and run once on small worlds, so that they never rot; figures come from docs/benchmarks.md.
-foreach(bench gradient shape rows programs timeline)
+foreach(bench gradient shape rows programs timeline query watch)
   add_executable(bench_${bench} ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_${bench}.cpp)
   target_link_libraries(bench_${bench} PRIVATE runtime_driver)
 endforeach()
 add_test(NAME bench_gradient_small COMMAND bench_gradient ${CMAKE_SOURCE_DIR}/examples/meld/gradient.meld 12)
 add_test(NAME bench_shape_small COMMAND bench_shape ${CMAKE_SOURCE_DIR}/examples/meld/shape_change.meld 22)
 add_test(NAME bench_timeline_small COMMAND bench_timeline ${CMAKE_SOURCE_DIR}/examples/meld/gradient.meld 10)
+add_test(NAME bench_query_small COMMAND bench_query ${CMAKE_SOURCE_DIR}/examples/meld/gradient.meld 10)
+add_test(NAME bench_watch_small COMMAND bench_watch ${CMAKE_SOURCE_DIR}/examples/meld/gradient.meld 8)
 add_test(NAME bench_latency_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_latency.py
+                 $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
+add_test(NAME bench_why_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_why.py
                  $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
 add_test(NAME bench_checkpoint_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_checkpoint.py

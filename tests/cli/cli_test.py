@@ -99,7 +99,7 @@ class Programs(Case):
         for n in (1, 2):
             out, err = self.call("meldsim", "run", "my 'first' program.meld", "--world", "w.toml", "-n", n, "--facts-out", "out of it")
             self.assertEqual((self.folder / "out of it").read_text(), "".join(f"p(@{i}, 2).\n" for i in range(4)))
-            self.assertEqual(out.count("catoms"), 1)
+            self.assertEqual(out.count("\n  catoms "), 1)
             self.assertEqual(err, "")
 
     def test_compiled_module_runs_without_its_program(self):

@@ -5,17 +5,15 @@
 The expected peak is a range. Where its ends are near each other it is an estimate, which must be right within 20 %; where facts decide, the
 peak must lie in the range.
 """
-import argparse
 import json
-import os
 import pathlib
-import shutil
 import subprocess
 import sys
-import tempfile
-import unittest
 
-TOOLS = argparse.Namespace()
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import Case, main  # noqa: E402
+
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples" / "meld"
 NEAR = 1.2
 # No rule makes anything.
@@ -37,19 +35,12 @@ def bodies(side, spacing):
     return f'[[body]]\nshape = "box({side}, {side}, {side})"\n[motion]\nkind = "bodies"\nground = {-2 * side}\nspacing = {spacing}\n'
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="meld memory "))
-        self.addCleanup(shutil.rmtree, self.folder)
-
+class Runs(Case):
     def run_it(self, program, world, *options):
         """Returns the expected range and the peak, in MiB."""
-        (self.folder / "p.meld").write_text(program)
-        (self.folder / "w.toml").write_text(world)
-        done = subprocess.run([TOOLS.meldsim, "run", "p.meld", "--world", "w.toml", "--json", *options], cwd=self.folder, text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        summary = json.loads(done.stdout)
+        self.write("p.meld", program)
+        self.write("w.toml", world)
+        summary = json.loads(self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--json", *options)[0])
         least, most = (bytes / 2**20 for bytes in summary["expected_peak_bytes"])
         peak = summary["peak_bytes"] / 2**20
         if peak == 0:
@@ -72,7 +63,7 @@ class Case(unittest.TestCase):
         return least, most, peak
 
 
-class Estimates(Case):
+class Estimates(Runs):
     def test_one_catom_needs_what_a_process_needs(self):
         for n in ("1", "2"):
             self.expect_estimate(NOTHING, cube(1), "-n", n)
@@ -100,7 +91,7 @@ class Estimates(Case):
         self.expect_estimate(NOTHING, cube(50), "--checkpoint", "kept", "--ticks", "2")
 
 
-class Ranges(Case):
+class Ranges(Runs):
     def test_what_changes_in_one_tick(self):
         least, most, quiet = self.expect_range((EXAMPLES / "gradient.meld").read_text(), cube(60), "--ticks", "2")
         self.assertLess(quiet, least * NEAR)
@@ -112,12 +103,10 @@ class Ranges(Case):
         least, most, _ = self.run_it(program, world, "--ticks", "2")
         for limit, code, says in ((most * 1.1, 0, ""), ((least + most) / 2, 0, "warning: the run needs"),
                                   (least * 0.9, 4, "meldsim: the world needs")):
-            (self.folder / "w.toml").write_text(world + f"[limits]\nmemory = {round(limit * 2**20)}\n")
-            done = subprocess.run([TOOLS.meldsim, "run", "p.meld", "--world", "w.toml", "--ticks", "2"], cwd=self.folder, text=True,
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=60)
-            self.assertEqual(done.returncode, code, done.stderr)
-            self.assertEqual(done.stderr.count("needs"), 1 if says else 0, done.stderr)
-            self.assertIn(says, done.stderr)
+            self.write("w.toml", world + f"[limits]\nmemory = {round(limit * 2**20)}\n")
+            _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", "2", code=code, stdout=subprocess.DEVNULL)
+            self.assertEqual(err.count("needs"), 1 if says else 0, err)
+            self.assertIn(says, err)
 
     def test_rows_and_messages(self):
         diffusing = (EXAMPLES / "temperature.meld").read_text()
@@ -125,13 +114,5 @@ class Ranges(Case):
         self.expect_range(diffusing, cube(25, facts), "--ticks", "10")
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--meldsim", type=lambda path: str(pathlib.Path(path).absolute()), required=True)
-    _, rest = parser.parse_known_args(namespace=TOOLS)
-    os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_rmaps_base_oversubscribe="1")
-    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
-
-
 if __name__ == "__main__":
-    main()
+    main("meldsim")

@@ -100,8 +100,8 @@ class Launcher(Running):
     """Whatever mpirun makes of it: a script in its place that says what the next one does."""
     OUTPUTS = (*Interrupts.OUTPUTS, "--quiet")
 
-    def put_in_place_of_mpirun(self, script):
-        folder = self.folder / "bin"
+    def put_in_place_of_mpirun(self, script, bin_folder="bin"):
+        folder = self.folder / bin_folder
         folder.mkdir(exist_ok=True)
         path = folder / "mpirun"
         path.write_text(f"#!/bin/bash\nreal={shutil.which('mpirun')}\n{script}\n")
@@ -152,6 +152,31 @@ class Launcher(Running):
         os.kill(self.mpirun_of(run), signal.SIGKILL)
         _, err = self.ended(run, [137])
         self.assertIn("mpirun itself was ended by signal 9", err)
+
+    # It starts the first process itself, which is killed when the supervisor knows of it, and does not wait for it; the next time, mpirun.
+    LOSES_ONE = """if [ -e "$0.once" ]; then exec $real "$@"; fi
+touch "$0.once"
+OMPI_COMM_WORLD_SIZE=2 OMPI_COMM_WORLD_LOCAL_SIZE=2 OMPI_COMM_WORLD_RANK=0 "${@:6}" &
+until grep -q claymeld-pulse /proc/$!/maps; do :; done
+kill -KILL $!
+exec sleep 1000"""
+
+    def test_that_does_not_notice_the_end_of_processes(self):
+        lost = "a process was killed or crashed, which mpirun did not notice,"
+        # A run with checkpoints is started again by itself.
+        cases = (("a", self.LOSES_ONE, (), 137, f"meldsim: {lost} and the others were ended before the first tick. Start the run again"),
+                 ("b", self.LOSES_ONE, ("--checkpoint", "kept", "--heartbeat", "off"), 0,
+                  f"warning: {lost} before the first tick; restart 1 of 3, from the start"),
+                 ("c", '$real "$@"\nexec sleep 1000', (), 137, "meldsim: mpirun itself was ended by signal 9"))
+        runs = [self.start("p.meld", "--world", "w.toml", "-n", 2, "--quiet", *options,
+                           environment=self.put_in_place_of_mpirun(script, bin_folder)) for bin_folder, script, options, *_ in cases]
+        for run, (bin_folder, _, _, code, says) in zip(runs, cases):
+            with self.subTest(bin_folder):
+                _, err = run.communicate(timeout=60)
+                self.assertEqual(run.returncode, code, err)
+                # The process that was started by itself has a daemon of its own, which may tell of its end first.
+                self.assertTrue(any(line.startswith(says) for line in err.splitlines()), err)
+                self.assertEqual(processes_of(run.pid), set())
 
     def test_with_processes_that_are_stopped(self):
         run = self.start("forever.meld", "-n", 2, *self.OUTPUTS)

@@ -103,6 +103,10 @@ class Inputs(Case):
         self.refused("meldsim", "run", "./m.so", "--world", "w.toml", code=2, says="m.so is a pipe, not a file")
         self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--extension", "m.so", code=2, says="m.so is not a file")
 
+    def test_recordings(self):
+        for path in ("pipe", "/dev/zero"):
+            self.refused("meldsim", "replay", path, code=2, says=f"cannot read {path}: it is no regular file")
+
     def test_a_pipe_that_the_user_names_is_read(self):
         for command in ('"$1" check <(cat p.meld)', '"$2" run p.meld --quiet --world <(cat w.toml) --facts-out f'):
             self.call("bash", "-c", command, "bash", TOOLS.meldc, TOOLS.meldsim)

@@ -181,6 +181,34 @@ class Extension(unittest.TestCase):
         self.assertEqual(contributes["languages"][0]["id"], contributes["grammars"][0]["language"])
         self.assertEqual(contributes["grammars"][0]["scopeName"], "source.meld")
 
+    def test_attributes_of_a_launch_are_those_that_the_debugger_reads(self):
+        package = json.loads((self.FOLDER / "package.json").read_text())
+        debugger = package["contributes"]["debuggers"][0]
+        offered = debugger["configurationAttributes"]["launch"]["properties"]
+        reads = (ROOT / "runtime/dap/launch.cpp").read_text()
+        table = re.search(r"kAttributes = \{\{(.*?)\}\};", reads, re.DOTALL)[1]
+        known = set(re.findall(r'\{"(\w+)", "--', table)) | set(re.findall(r'(?:contains|flag)\((?:arguments, )?"(\w+)"', reads))
+        # That one is VS Code's own.
+        self.assertEqual(set(offered), known - {"noDebug"})
+        page = (ROOT / "docs/debugging.md").read_text().split("A configuration says what is run.")[1].split("\n\n")[1]
+        first_cells = " ".join(row.split("|")[1] for row in page.split("\n") if row.startswith("| `"))
+        self.assertEqual(set(re.findall(r"`(\w+)`", first_cells)), set(offered))
+        for configuration in debugger["initialConfigurations"] + [s["body"] for s in debugger["configurationSnippets"]]:
+            self.assertEqual((configuration["type"], configuration["request"]), (debugger["type"], "launch"))
+            self.assertLessEqual(set(configuration) - {"type", "request", "name"}, set(offered))
+
+    def test_what_the_code_registers_is_what_the_manifest_names(self):
+        package = json.loads((self.FOLDER / "package.json").read_text())
+        code = "".join((self.FOLDER / name).read_text() for name in ("client.js", "debug.js"))
+        contributes = package["contributes"]
+        self.assertEqual(set(re.findall(r'registerCommand\("([^"]+)"', code)), {c["command"] for c in contributes["commands"]})
+        self.assertEqual(set(re.findall(r'registerDebug\w+\("([^"]+)"', code)), {d["type"] for d in contributes["debuggers"]})
+        self.assertEqual({"meld." + name for name in re.findall(r'getConfiguration\("meld"\)\.get\("(\w+)"\)', code)},
+                         set(contributes["configuration"]["properties"]))
+        self.assertEqual(package["activationEvents"], [f"onDebugResolve:{d['type']}" for d in contributes["debuggers"]])
+        for name in re.findall(r'require\("\./(\w+)"\)', code):
+            self.assertTrue((self.FOLDER / f"{name}.js").is_file())
+
     def test_versions_are_that_of_claymeld(self):
         version = re.search(r'kVersion\[\] = "([^"]+)"', (ROOT / "runtime/base/version.h").read_text())[1]
         self.assertEqual(json.loads((self.FOLDER / "package.json").read_text())["version"], version)

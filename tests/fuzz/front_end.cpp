@@ -2,7 +2,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/diagnostics/diagnostics.h"
-#include "compiler/driver/embedded.h"
+#include "compiler/front/embedded.h"
 #include "compiler/lint/lint.h"
 #include "compiler/syntax/parse.h"
 #include "runtime/base/assert.h"
@@ -12,7 +12,7 @@ namespace meld::fuzz {
 std::optional<check::Program> front_end(std::string text) {
     source::FileSet files;
     diagnostics::Reporter report;
-    const std::uint32_t prelude = files.add("stdlib/prelude.meld", driver::kPrelude);
+    const std::uint32_t prelude = files.add("stdlib/prelude.meld", front::kPrelude);
     // A path nowhere near a file, so that includes find nothing but themselves.
     const std::uint32_t file = files.add("/nowhere/fuzz.meld", std::move(text));
     syntax::Tree tree = syntax::parse(files, prelude, report);

@@ -79,8 +79,9 @@ class Case(frame.Case):
         for edit in sorted(edits, key=lambda e: (e["range"]["start"]["line"], e["range"]["start"]["character"]), reverse=True):
             start, end = edit["range"]["start"], edit["range"]["end"]
             self.assertEqual(start["line"], end["line"])
-            line = lines[start["line"]]
-            lines[start["line"]] = line[:start["character"]] + edit["newText"] + line[end["character"]:]
+            units = lines[start["line"]].encode("utf-16-le")
+            kept = units[:2 * start["character"]].decode("utf-16-le"), units[2 * end["character"]:].decode("utf-16-le")
+            lines[start["line"]] = kept[0] + edit["newText"] + kept[1]
         return "\n".join(lines)
 
 
@@ -348,12 +349,108 @@ class Names(Case):
         self.assertEqual(changed, self.text.replace("(a, n)", "(a, count-of-it)").replace("n > 1", "count-of-it > 1"))
 
 
+class Actions(Case):
+    def actions(self, needle, inside="", **context):
+        """The code actions at a place of the text."""
+        line, column = self.at(needle, inside)
+        return self.ask({"start": {"line": line, "character": column}, "end": {"line": line, "character": column}}, **context)
+
+    def ask(self, where, **context):
+        return self.server.ask("textDocument/codeAction", {"textDocument": {"uri": uri(self.path)}, "range": where,
+                                                           "context": {"diagnostics": [], **context}})
+
+    def after(self, action, path=None):
+        """The text with the edits of an action, all in one file."""
+        (address, edits), = action["edit"]["changes"].items()
+        self.assertEqual(path_of(address), path or self.path)
+        return self.applied(edits, self.text if path is None else path.read_text())
+
+    def test_it_says_that_it_has_them(self):
+        self.assertEqual(self.capabilities["codeActionProvider"], {"codeActionKinds": ["quickfix"]})
+
+    def test_each_cure_with_its_message_the_best_first(self):
+        messages = self.open("type p(node).\ntype dist(node, int).\np(A) :- dust(A, 3).\n")
+        found = self.actions("dust")
+        self.assertEqual([(a["title"], a["kind"], a["isPreferred"]) for a in found],
+                         [("Write `dist`", "quickfix", True), ("Declare `type dust(node, int).`", "quickfix", False)])
+        self.assertEqual([a["diagnostics"] for a in found], [[m for m in messages if m["code"] == "E0301"]] * 2)
+        self.assertEqual(self.after(found[0]), self.text.replace("dust", "dist"))
+        declared = self.after(found[1])
+        self.assertEqual(declared, self.text.replace("int).\n", "int).\ntype dust(node, int).\n", 1))
+        self.assertEqual([m["code"] for m in self.server.change(self.path, 2, {"text": declared}) if m["severity"] == 1], [])
+
+    def test_the_types_of_a_declaration_come_from_all_uses(self):
+        self.open("type q(node, float).\nseen(A, X, []) :- q(A, _).\nseen(A, X, [\"a\"]) :- q(A, X).\nq(A, X) :- seen(A, X, _).\n")
+        self.assertEqual([a["title"] for a in self.actions("seen")], ["Declare `type seen(node, float, list string).`"])
+
+    def test_the_link_a_rule_needs(self):
+        self.open("type c(node, int).\ntype same(node, node).\nsame(A, B) :- c(A, X), c(B, X).\n"
+                  "same(A, A) :- c(A, X), not c(B, X).\n")
+        add, = self.actions("c(B, X).", "B")
+        self.assertEqual((add["title"], self.after(add).split("\n")[2]),
+                         ("Add `neighbor(A, B)`", "same(A, B) :- c(A, X), neighbor(A, B), c(B, X)."))
+        line = self.text.split("\n").index("same(A, A) :- c(A, X), not c(B, X).")
+        add, = self.ask({"start": {"line": line, "character": 29}, "end": {"line": line, "character": 29}})
+        self.assertEqual(self.after(add).split("\n")[line], "same(A, A) :- c(A, X), not (neighbor(A, B), c(B, X)).")
+
+    def test_a_conversion_in_utf_16_columns(self):
+        self.open('type p(node, string).\n/* 🚀ü */ p(A, N) :- id(A, N).\n')
+        convert, = [a for a in self.actions("N) :-") if "2str" in a["title"]]
+        self.assertEqual(self.after(convert), self.text.replace("p(A, N)", "p(A, int2str(N))"))
+        self.assertEqual(self.server.change(self.path, 2, {"text": self.after(convert)}), [])
+
+    def test_only_what_is_asked_for(self):
+        self.open("type p(node).\ntype q(node).\np(A) :- p(A).\n")
+        whole = {"start": {"line": 0, "character": 0}, "end": {"line": 3, "character": 0}}
+        self.assertEqual([a["title"] for a in self.ask(whole)], ["Leave out the declaration"])
+        self.assertEqual([a["title"] for a in self.ask(whole, only=["quickfix"])], ["Leave out the declaration"])
+        self.assertEqual(self.ask(whole, only=["refactor", "quickfix.other"]), [])
+        self.assertEqual(self.ask({"start": {"line": 0, "character": 0}, "end": {"line": 0, "character": 13}}), [])
+
+    def test_a_cure_in_an_included_file_is_offered_at_the_include(self):
+        self.shared.write_text("type source(node)\nsource(@0).\n")
+        self.open()
+        found, = self.actions('"shared.meld"')
+        self.assertEqual(self.after(found, self.shared), SHARED)
+        # The open text of that file counts, saved or not.
+        self.server.open(self.shared, "// ü\ntype source(node)\nsource(@0).\n")
+        while len(self.server.diagnostics["main.meld"][0]["relatedInformation"]) == 0 or \
+                self.server.diagnostics["main.meld"][0]["relatedInformation"][0]["location"]["range"]["start"]["line"] != 1:
+            self.server.next()
+        found, = self.actions('"shared.meld"')
+        edit, = found["edit"]["changes"][uri(self.shared)]
+        self.assertEqual(edit, {"range": {"start": {"line": 1, "character": 17}, "end": {"line": 1, "character": 17}}, "newText": "."})
+
+    def test_what_belongs_to_the_compiler_stays(self):
+        # Its cure would be an export in a library.
+        messages = self.open('use "broadcast".\ntype p(node).\np(A) :- broadcast-nearest(A, _, _, _).\n')
+        self.assertEqual([m["code"] for m in messages if m["severity"] == 1], ["E0320"])
+        self.assertEqual(self.actions("broadcast-nearest"), [])
+
+    def test_broken_questions(self):
+        self.open("type p(node)\np(A) :- p(A).\n")
+        whole = {"start": {"line": 0, "character": 0}, "end": {"line": 3, "character": 0}}
+        document = {"textDocument": {"uri": uri(self.path)}}
+        for params in ({}, document, {**document, "range": whole}, {**document, "range": whole, "context": 7},
+                       {**document, "range": {"start": 3}, "context": {}}, {**document, "range": whole, "context": {"only": 7}}):
+            self.assertEqual(self.server.answer("textDocument/codeAction", params)["error"]["code"], -32602, params)
+        # Messages of other servers may have any form.
+        self.assertEqual(len(self.ask(whole, diagnostics=[{"anything": 1}])), 1)
+        closed = {"textDocument": {"uri": uri(self.folder / "closed.meld")}, "range": whole, "context": {"diagnostics": []}}
+        self.assertIn("not open", self.server.answer("textDocument/codeAction", closed)["error"]["message"])
+        backwards = {"start": {"line": 10 ** 6, "character": 5}, "end": {"line": 0, "character": 0}}
+        self.assertEqual(self.ask(backwards), [])
+
+
 class Hostile(Case):
     def every_question(self, path, line, character):
         for method, more in (("hover", {}), ("definition", {}), ("references", {"context": {"includeDeclaration": True}}),
                              ("rename", {"newName": "another"}), ("completion", {})):
             self.server.answer("textDocument/" + method,
                                {"textDocument": {"uri": uri(path)}, "position": {"line": line, "character": character}, **more})
+        self.server.answer("textDocument/codeAction", {
+            "textDocument": {"uri": uri(path)}, "context": {"diagnostics": []},
+            "range": {"start": {"line": 0, "character": 0}, "end": {"line": 10 ** 6, "character": 0}}})
         for method in ("documentSymbol", "formatting"):
             self.server.answer("textDocument/" + method, {"textDocument": {"uri": uri(path)}, "options": {}})
 

@@ -1,5 +1,5 @@
 # The language server, in scripted sessions.
-foreach(class Life Texts Questions Names Hostile)
+foreach(class Life Texts Questions Names Actions Hostile)
   string(TOLOWER ${class} name)
   add_test(NAME lsp_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/lsp_test.py --meldc $<TARGET_FILE:meldc> ${class})
 endforeach()

@@ -1,5 +1,5 @@
 # File tests: programs with their expected output in the same file. One entry a folder; MELD_AUTOUPDATE=1 rewrites them.
-# And what `meldc check` says of contradictions against trying numbers.
+# And the fixes of all messages, and what `meldc check` says of contradictions against trying numbers.
 file(GLOB folders CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*)
 foreach(folder ${folders})
   get_filename_component(name ${folder} NAME)
@@ -14,5 +14,6 @@ add_test(NAME meld_every_pass_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CU
   --passes ${CMAKE_SOURCE_DIR}/compiler/plan/plan.cpp ${CMAKE_CURRENT_LIST_DIR}/emit)
 add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --constructs ${CMAKE_CURRENT_LIST_DIR}/constructs.toml ${CMAKE_SOURCE_DIR})
+add_test(NAME meld_fixes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/fixes_test.py --meldc $<TARGET_FILE:meldc>)
 add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py
   --meldc $<TARGET_FILE:meldc>)

@@ -6,7 +6,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/driver/compile.h"
-#include "compiler/driver/embedded.h"
+#include "compiler/front/embedded.h"
 #include "compiler/syntax/parse.h"
 
 namespace meld::reference {
@@ -25,7 +25,7 @@ std::string messages(const source::FileSet& files, const diagnostics::Reporter& 
 Result<check::Program> checked(const std::string& text) {
     source::FileSet files;
     diagnostics::Reporter report;
-    const std::uint32_t prelude = files.add("stdlib/prelude.meld", driver::kPrelude);
+    const std::uint32_t prelude = files.add("stdlib/prelude.meld", front::kPrelude);
     const std::uint32_t file = files.add("program.meld", text);
     syntax::Tree tree = syntax::parse(files, prelude, report), own = syntax::parse(files, file, report);
     tree.append(std::move(own));

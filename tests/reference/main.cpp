@@ -77,6 +77,8 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
             const Outcome other = run(v.trial, *program, info_of(*module), kSettings[i], Watch::States);
             if (other.states != alone.states)
                 v.trouble = fmt::format("states differ: {} processes, {} threads", kSettings[i].processes, kSettings[i].threads);
+            else if (other.answers != alone.answers)
+                v.trouble = fmt::format("answers differ: {} processes, {} threads", kSettings[i].processes, kSettings[i].threads);
         }
         if (!v.trouble.empty()) return v;
     }
@@ -90,8 +92,9 @@ Level level_of(std::uint64_t seed, const Options& options) {
 // A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
 std::string encode(const Verdict& v) {
     const Tally& t = v.tally;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts,
-                       t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.undefined, t.errors, t.too_large, v.trouble);
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts,
+                       t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.undefined, t.errors, t.questions, t.rows, t.told, t.too_large,
+                       v.trouble);
 }
 Verdict decode(const std::string& text, std::uint64_t seed) {
     Verdict v;
@@ -99,7 +102,7 @@ Verdict decode(const std::string& text, std::uint64_t seed) {
     std::uint64_t world = 0;
     Tally& t = v.tally;
     if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >>
-                                       t.quiet >> t.ticks >> t.undefined >> t.errors >> t.too_large))
+                                       t.quiet >> t.ticks >> t.undefined >> t.errors >> t.questions >> t.rows >> t.told >> t.too_large))
         v.trouble = text;
     else
         v.trouble = text.substr(text.find('\n') + 1);
@@ -110,7 +113,7 @@ Verdict decode(const std::string& text, std::uint64_t seed) {
 Trial make_small(const Trial& trial, const std::string& trouble, const Options& options, Workshop& workshop) {
     const std::string kind = kind_of(trouble);
     std::vector<Setting> settings;
-    if (kind == "states differ" || kind == "crash") settings = kSettings;
+    if (kind == "states differ" || kind == "answers differ" || kind == "crash") settings = kSettings;
     return shrink(
         trial, [&](const Trial& less) { return kind_of(isolated([&] { return trouble_of(less, workshop, settings); }, 30)) == kind; },
         options.shrink_attempts);
@@ -216,10 +219,10 @@ int run_seeds(const Options& options) {
     fmt::print(
         "{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost "
         "later; {} ticks, {} facts compared tick by tick; {} given by linear rules; derivations had no value in {} ticks, and at the end "
-        "of {} bursts, as they should; {} were too "
+        "of {} bursts, as they should; {} questions answered with {} rows, and {} lines told of them by watches; {} were too "
         "large; {} failures\n",
         sum.done, sum.rules, sum.kept, sum.tried, options.worlds, t.quiet, t.facts, t.lost, t.ticks, t.tick_facts, t.linear, t.undefined,
-        t.errors, t.too_large, sum.failures);
+        t.errors, t.questions, t.rows, t.told, t.too_large, sum.failures);
     return sum.failures > 0;
 }
 

@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "model.h"
+#include "questions.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/inspect/query.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/core/tick.h"
 #include "runtime/tuple/facts.h"
@@ -14,6 +16,7 @@
 #include "runtime/world/target.h"
 #include "tests/retraction/changes.h"
 #include "ticks.h"
+#include "watched.h"
 
 namespace meld::reference {
 
@@ -173,6 +176,32 @@ class Watcher {
         return text.empty() ? "" : fmt::format("model: after burst {}, tick {}\n{}", burst_, now, text);
     }
 
+    // The answer to a question about a run at rest. Returns the trouble.
+    std::string compare_answer(std::int64_t now, sim::Subdomain& subdomain, const std::string& body, const inspect::Table& table) {
+        const Result<inspect::Program> asked = inspect::Program::read(subdomain.module, body);
+        if (!asked) return "question: " + asked.error().message();
+        const Found found = collect(subdomain, asked->checked());
+        const Scene there = make_scene(asked->checked(), mirror_.at, trial_.world.lattice, now, trial_.world.cells.size());
+        const Rows expected = answer(*asked, there, found.facts, found.linear), rows = rows_of(table);
+        ++tally.questions;
+        tally.rows += rows.size();
+        if (rows == expected && rows.size() == table.rows()) return "";
+        std::string text;
+        const auto list = [&](const Rows& from, const Rows& in, const char* what) {
+            int shown = 0;
+            for (const Row& row : from) {
+                if (in.contains(row) || ++shown > kMaxShown) continue;
+                text += fmt::format("  {}", what);
+                for (std::size_t i = 0; i < row.size(); ++i)
+                    text += fmt::format(" {} = {}", table.columns()[i].name, print(table.columns()[i].type, row[i]));
+                text += "\n";
+            }
+        };
+        list(expected, rows, "missing:");
+        list(rows, expected, "no answer:");
+        return fmt::format("answer: `{}` in tick {}: {} rows instead of {}\n{}", body, now, table.rows(), expected.size(), text);
+    }
+
     // Whether the reference has left the comparison: it met an error, or a catom made facts without end.
     bool lost_track() const { return ticks_.ran_away() || ticks_.failed(); }
 
@@ -213,13 +242,25 @@ struct Shared {
     Watcher* watcher;  // Null: nobody watches.
     bool linear;
     Outcome outcome = {};
-    std::string undefined_at_end = {};  // The error of the last burst, where the reference watches.
+    std::optional<std::string> question;  // Watched in every tick, and asked in the end.
+    std::string undefined_at_end = {};    // The error of the last burst, where the reference watches.
 };
+
+// Every process asks.
+void ask(sim::Subdomain& subdomain, Shared& s) {
+    const Result<inspect::Table> table = inspect::query(subdomain, *s.question);
+    if (subdomain.comm.process() != 0) return;
+    s.outcome.answers += table ? table->to_text(~std::uint64_t{0}) : table.error().message() + "\n";
+    if (s.watcher == nullptr) return;
+    s.outcome.trouble = table ? s.watcher->compare_answer(subdomain.tick(), subdomain, *s.question, *table)
+                              : fmt::format("answer: `{}`: {}", *s.question, table.error().message());
+}
 
 enum class End { Quiet, Restless, Failed };
 
 // One burst.
-End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& changes, Shared& s, std::size_t burst) {
+End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& changes, Shared& s, std::optional<Watched>& watched,
+           std::size_t burst) {
     const bool speaks = subdomain.comm.process() == 0;
     changes.begin_burst(burst, subdomain.tick());
     if (s.watcher) s.watcher->begin_burst(burst, subdomain.tick());
@@ -252,6 +293,13 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
             if (s.watcher) ++s.watcher->tally.errors;
             return End::Failed;
         }
+        if (watched) {
+            const std::string trouble = watched->after(subdomain);
+            if (speaks && !trouble.empty()) {
+                s.outcome.trouble = trouble;
+                return End::Failed;
+            }
+        }
         if (quiet) return End::Quiet;
     }
     if (speaks && !s.linear) s.outcome.trouble = fmt::format("never quiet after burst {}", burst);
@@ -263,9 +311,17 @@ void run_process(comm::Communicator& comm, Shared& s) {
     if (const auto done = subdomain.populate(); !done) throw std::runtime_error(done.error().message());
     sim::Tick tick(subdomain);
     retraction::Changes changes(s.trial.world, s.trial.draft.given);
+    std::optional<Watched> watched;
+    if (s.question) watched.emplace(s.module, *s.question, s.watcher != nullptr);
     for (std::size_t burst = 0; burst < s.trial.world.bursts.size(); ++burst) {
-        const End end = settle(subdomain, tick, changes, s, burst);
+        const End end = settle(subdomain, tick, changes, s, watched, burst);
+        if (watched && comm.process() == 0) {
+            s.outcome.told = watched->told();
+            if (s.watcher) s.watcher->tally.told = watched->lines();
+        }
         if (end == End::Failed) return;
+        if (s.question && burst + 1 == s.trial.world.bursts.size()) ask(subdomain, s);
+        if (subdomain.comm.process() == 0 && !s.outcome.trouble.empty()) return;
         if (end == End::Restless || s.watcher == nullptr) continue;
         s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end);
         if (!s.outcome.trouble.empty()) return;
@@ -273,6 +329,11 @@ void run_process(comm::Communicator& comm, Shared& s) {
 }
 
 }  // namespace
+
+std::optional<std::string> question_of(const Trial& trial, const check::Program& program) {
+    Random random(trial.world.seed);
+    return make_question(random, trial.draft, program);
+}
 
 void Tally::add(const Tally& other) {
     facts += other.facts;
@@ -283,6 +344,9 @@ void Tally::add(const Tally& other) {
     undefined += other.undefined;
     errors += other.errors;
     ticks += other.ticks;
+    questions += other.questions;
+    told += other.told;
+    rows += other.rows;
     too_large += other.too_large;
 }
 
@@ -324,7 +388,8 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
                   .world = world,
                   .target = *target,
                   .watcher = watch == Watch::Reference ? &watcher : nullptr,
-                  .linear = watcher.linear()};
+                  .linear = watcher.linear(),
+                  .question = question_of(trial, program)};
     if (setting.processes == 1) {
         const auto comm = comm::make_single();
         run_process(*comm, shared);
@@ -354,6 +419,12 @@ std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector
                 "states differ: {} processes, {} threads, after tick {}: {} facts, {} derivations instead of {}, `{}` and `{}`",
                 setting.processes, setting.threads, same + 1, alone.states[same].digest == other.states[same].digest ? "equal" : "other",
                 other.states[same].derivations, alone.states[same].derivations, other.states[same].error, alone.states[same].error);
+        if (other.told != alone.told)
+            return fmt::format("watches differ: {} processes, {} threads\n{}instead of\n{}", setting.processes, setting.threads, other.told,
+                               alone.told);
+        if (other.answers != alone.answers)
+            return fmt::format("answers differ: {} processes, {} threads\n{}instead of\n{}", setting.processes, setting.threads,
+                               other.answers, alone.answers);
     }
     return "";
 }

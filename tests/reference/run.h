@@ -1,6 +1,8 @@
 // Runs a trial on the runtime, beside the reference, and says where they part.
 #pragma once
 
+#include <optional>
+
 #include "compiled.h"
 #include "draft.h"
 #include "runtime/base/hash.h"
@@ -22,6 +24,9 @@ struct Tally {
     std::uint64_t ticks = 0;
     std::uint64_t undefined = 0;  // Ticks in which derivations had no value,
     std::uint64_t errors = 0;     // and bursts that ended so, or with a linear rule that met it, as they should.
+    std::uint64_t questions = 0;  // Answered at quiescence,
+    std::uint64_t rows = 0;       // with so many rows.
+    std::uint64_t told = 0;       // Lines of watches.
     std::uint64_t too_large = 0;  // Bursts that were more than the reference can do, or a run may.
     void add(const Tally& other);
 };
@@ -37,6 +42,8 @@ struct State {
 struct Outcome {
     std::string trouble = {};        // Empty: all is as it should be. Its first words say what kind it is.
     std::vector<State> states = {};  // After every tick.
+    std::string answers = {};        // To questions at quiescence.
+    std::string told = {};           // By the watch of the same, in all ticks.
     Tally tally = {};
 };
 
@@ -47,6 +54,9 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
 
 // Compiles the trial's program and runs it in all of these settings; the trouble, or nothing.
 std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings);
+
+// What is asked in the end of a trial.
+std::optional<std::string> question_of(const Trial& trial, const check::Program& program);
 
 // Facts that a case has given, as values.
 Facts given_facts(const check::Program& program, const retraction::Mirror& mirror);

@@ -3,15 +3,15 @@ file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
 list(FILTER reference_sources EXCLUDE REGEX "(main|_test)\\.cpp$")
 add_library(tests_reference STATIC ${reference_sources}
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
-target_link_libraries(tests_reference PUBLIC compiler_driver runtime_record runtime_module)
+target_link_libraries(tests_reference PUBLIC compiler_driver runtime_inspect runtime_record runtime_module)
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)
 target_link_libraries(test_random PRIVATE tests_reference)
-add_test(NAME random_programs COMMAND test_random --seeds 200 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
+add_test(NAME random_programs COMMAND test_random --seeds 110 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs PROPERTIES TIMEOUT 600 PROCESSORS 2)
 # The campaign goes on where the default run ends.
 add_test(NAME random_programs_campaign
-         COMMAND test_random --first 201 --seeds 1800 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
+         COMMAND test_random --first 111 --seeds 1890 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
 
 meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp DEPENDS tests_reference)

@@ -38,6 +38,16 @@ class Bisect(Case):
         self.assertEqual((answers[0]["catom"], answers[0]["witness"]), (63, {"B": "@55", "X": "14", "Y": "12"}))
         self.assertEqual(answers[1:], answers[:1] * 2)
         self.assertFalse(self.bisect(EXAMPLES / "gradient.meld", "--until", body, code=3)["found"])
+        # Its derivation names both facts, and the rule that is wrong.
+        nodes = answers[0]["why"]["nodes"]
+        root, = answers[0]["why"]["roots"]
+        way, = nodes[root]["ways"]
+        told = [nodes[part["node"]] for part in way["parts"] if "node" in part]
+        self.assertEqual([node["fact"] for node in told], ["neighbor(@63, @55)", "dist(@63, 14)", "dist(@55, 12)"])
+        self.assertIn("D / 12", told[1]["ways"][0]["text"])
+        out, _ = self.call("meldsim", "bisect", program, "--until", body, "--quiet")
+        self.assertIn("dist(B, D + 1 + D / 12)", out)
+        self.assertEqual(self.call("meldsim", "bisect", program, "--until", body, "--quiet", "--depth", 0)[0], out.splitlines()[0] + "\n")
 
     def test_it_is_the_first_tick(self):
         program = OWN / "waiting.meld"

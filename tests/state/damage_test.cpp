@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
 
 #include "runtime/comm/communicator.h"
 #include "runtime/sim/state/checkpoint_folder.h"
@@ -122,6 +123,25 @@ TEST_F(Damage, AnOpenCheckpointCanBeReadToItsEnd) {
     fs::remove_all(folder_);
     EXPECT_TRUE(newest->shares.check().has_value());
     EXPECT_FALSE(open_newest(folder_.string(), *comm_).has_value());
+}
+
+// It may remove all that were there when the reader began to look.
+TEST_F(Damage, IsNotThatOfARunThatGoesOn) {
+    std::jthread run([this](const std::stop_token& end) {
+        for (std::int64_t tick = 30; !end.stop_requested(); ++tick) {
+            Manifest manifest;
+            manifest.tick = tick;
+            const auto save = [](ShareSink& sink) { return sink.rest(block(17, 0)); };
+            ASSERT_TRUE(checkpoints_->write(manifest, save, [] { return std::string("0123456789abcdef"); }, *comm_));
+        }
+    });
+    const auto reader = comm::make_single();
+    for (int i = 0; i < 2000; ++i) {
+        const Result<Manifest> manifest = newest_manifest(folder_.string());
+        ASSERT_TRUE(manifest.has_value()) << manifest.error().message();
+        const Result<OpenCheckpoint> newest = open_newest(folder_.string(), *reader);
+        ASSERT_TRUE(newest.has_value()) << newest.error().message();
+    }
 }
 
 TEST_F(Damage, OfAllIsAnError) {

@@ -23,7 +23,8 @@ import h5py
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from frame import TOOLS, Case, main  # noqa: E402
+from frame import TOOLS, Case, main, square  # noqa: E402
+from running import LONG_TICK, SECONDS  # noqa: E402
 
 EXAMPLES = ROOT / "examples/meld"
 OWN = Path(__file__).resolve().parent / "programs"
@@ -42,21 +43,22 @@ def facts_at(program, world, tick):
     return done.stdout
 
 
+def typed(commands):
+    """For subprocess.run()."""
+    return {"stdin": None, "input": "".join(c + "\n" for c in commands).encode()}
+
+
 class DebugTest(Case):
-    def path(self, name, text=None):
-        return self.folder / name if text is None else self.write(name, text)
+    def session(self, commands, *arguments, code=0, **options):
+        """What it answers, and what it says besides."""
+        return self.call("meldsim", "debug", *arguments, code=code, **typed(commands), **options)
 
-    def meldsim(self, *arguments, stdin="", code=0, **options):
-        """It ends with this code; returns the process."""
-        done = self.run_tool("meldsim", *arguments, stdin=None, input=stdin.encode(), **options)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return done
+    def answers(self, commands, *arguments, **options):
+        return [json.loads(line) for line in self.session(commands, *arguments, "--json", **options)[0].splitlines()]
 
-    def session(self, commands, *arguments, code=0):
-        return self.meldsim("debug", *arguments, stdin="".join(c + "\n" for c in commands), code=code)
-
-    def answers(self, commands, *arguments, code=0):
-        return [json.loads(line) for line in self.session(commands, *arguments, "--json", code=code).stdout.splitlines()]
+    def refuses(self, commands, *arguments, says, code=2):
+        """It ends before the first answer."""
+        return self.refused("meldsim", "debug", *arguments, code=code, says=says, **typed(commands))
 
 
 class Walks(DebugTest):
@@ -117,11 +119,12 @@ class Walks(DebugTest):
 
 class Questions(DebugTest):
     def test_facts_of_a_catom_and_of_a_predicate(self):
-        text = self.session(["to 5", "facts", "facts dist", "facts @1", "facts dist @1"], GRADIENT).stdout
+        text = self.session(["to 5", "facts", "facts dist", "facts @1", "facts dist @1"], GRADIENT)[0]
         everything = facts_at(GRADIENT, None, 5)
         dist = "".join(re.findall(r"^dist.*\n", everything, re.M))
         one = "".join(re.findall(r"^\w+\(@1[,)].*\n", everything, re.M))
-        self.assertEqual(text, "tick 5\n" + everything + dist + one + "".join(re.findall(r"^dist.*\n", one, re.M)))
+        place = "// @1 in cell (-9, -10, -10), touches @168 at port 0, @0 at port 1, @3 at port 2 and @5 at port 4\n"
+        self.assertEqual(text, "tick 5\n" + everything + dist + place + one + "".join(re.findall(r"^dist.*\n", one, re.M)))
         self.assertTrue(one)
 
     def test_what_has_changed(self):
@@ -133,12 +136,32 @@ class Questions(DebugTest):
             self.assertEqual(sum(p["gone"] for p in answer["predicates"].values()), len(at[since] - at[now]))
         self.assertEqual(answers[0]["predicates"], {})
         self.assertGreater(answers[2]["predicates"]["dist"]["come"], 1)
-        self.assertEqual(self.session(["step", "step", "diff"], GRADIENT).stdout, "tick 1\ntick 2\nfrom tick 1 to tick 2:\ndist: +3 -0\n")
+        self.assertEqual(self.session(["step", "step", "diff"], GRADIENT)[0], "tick 1\ntick 2\nfrom tick 1 to tick 2:\ndist: +3 -0\n")
+
+    def test_what_the_program_has(self):
+        self.write("library.meld", "type far(node).\nfar(A) :- dist(A, D),\n    D > 9.\n")
+        program = self.write("own.meld", "type dist(node, int).\ndist(@0, 10).\ninclude \"library.meld\".\n")
+        for processes in (1, 2):
+            text = self.session(["rules", "rules far"], program, "-n", processes)[0]
+            self.assertEqual(text, "own.meld:2: dist(@0, 10).\n" + 2 * "library.meld:2: far(A) :- dist(A, D), D > 9.\n")
+        rules, known = self.answers(["rules", "predicates"], program)
+        self.assertEqual([(r["name"], r["file"], r["library"], r["line"], r["last_line"]) for r in rules["rules"]],
+                         [("dist@2", "own.meld", False, 2, 2), ("far@2", "library.meld", False, 2, 3)])
+        self.assertEqual([(p["name"], p["declaration"]) for p in known["predicates"] if p["own"]],
+                         [("dist", "type dist(node, int)"), ("far", "type far(node)")])
+        self.assertIn("type sensed neighbor", self.session(["predicates"], program)[0])
+        self.refuses(["rules fra"], program, says="Did you mean 'far'?")
+
+    def test_why_without_a_second_run(self):
+        program = self.write("token.meld", "type linear token(node, int).\ntoken(@0, 3).\ntoken(A, N), N > 0 -o token(A, N - 1).\n")
+        short, long = (self.session(["to 2", f"why {option} token(@0, _)"], program)[0] for option in ("--no-replay", ""))
+        self.assertNotIn("made in tick", short)
+        self.assertIn("made in tick", long)
+        self.assertTrue(long.startswith(short))
 
     def test_where(self):
-        digests = self.path("run.digest")
-        self.meldsim("run", GRADIENT, "--quiet", "--digest", digests)
-        lines = digests.read_text().splitlines()
+        self.call("meldsim", "run", GRADIENT, "--quiet", "--digest", "run.digest")
+        lines = self.read("run.digest").decode().splitlines()
         *_, at = self.answers(["run", "back 9", "where"], GRADIENT, "-n", 2)
         self.assertEqual((at["catoms"], at["tick"], at["ended"]), (8000, 50, None))
         self.assertIn(at["digest"], lines[49])
@@ -153,124 +176,150 @@ class Questions(DebugTest):
                                         (["facts @8000"], 2, "there is no catom @8000 in tick 0"),
                                         (["diff 5000"], 2, "the run ends before tick 5000, with tick 59")):
             for processes in (1, 2) if commands[0] in ("stp", "facts @8000") else (1,):
-                done = self.session(commands, GRADIENT, "-n", processes, code=code)
-                self.assertIn(message, done.stderr)
-        script = self.path("walk.txt", "step 2\nwher\nstep\n")
-        done = self.meldsim("debug", GRADIENT, "--commands", script, code=2)
-        self.assertEqual((done.stdout, done.stderr),
+                self.assertIn(message, self.session(commands, GRADIENT, "-n", processes, code=code)[1])
+        script = self.write("walk.txt", "step 2\nwher\nstep\n")
+        self.assertEqual(self.call("meldsim", "debug", GRADIENT, "--commands", script, code=2),
                          ("tick 2\n", f"meldsim: {script}:2: there is no command 'wher'. Did you mean 'where'?\n"))
         error = self.answers(["stp"], GRADIENT, code=2)[0]
         self.assertEqual((error["error"], error["code"]), ("there is no command 'stp'", 2))
-        self.assertIn("--history", self.session([], GRADIENT, "--history", "lots", code=2).stderr)
-        self.meldsim("debug", GRADIENT, "--commands", "nowhere.txt", code=2)
+        self.refuses([], GRADIENT, "--history", "lots", says="--history")
+        self.refuses([], GRADIENT, "--commands", "nowhere.txt", says="nowhere.txt")
 
     def test_the_end_of_the_input_ends_it(self):
-        script = self.path("walk.txt", "step 2\r\n\n  step  # twice\nquit\nstp")
+        script = self.write("walk.txt", "step 2\r\n\n  step  # twice\nquit\nstp")
         for processes in (1, 2):
-            done = self.meldsim("debug", GRADIENT, "--commands", script, "-n", processes)
-            self.assertEqual((done.stdout, done.stderr), ("tick 2\ntick 3\n", ""))
-        self.assertEqual(self.session([], GRADIENT).stdout, "")
-        self.assertEqual(self.meldsim("debug", GRADIENT, stdin="step").stdout, "tick 1\n")
+            self.assertEqual(self.session([], GRADIENT, "--commands", script, "-n", processes), ("tick 2\ntick 3\n", ""))
+        self.assertEqual(self.session([], GRADIENT)[0], "")
+        self.assertEqual(self.call("meldsim", "debug", GRADIENT, stdin=None, input=b"step")[0], "tick 1\n")
 
     def test_a_program_that_fails(self):
         program = OWN / "fails.meld"
-        done = self.session(["to 5", "run"], program, code=1)
-        self.assertEqual(done.stdout, "tick 5\n")
-        self.assertRegex(done.stderr, "^meldsim: standard input:2: 60 is divided by zero in rule count@")
+        out, err = self.session(["to 5", "run"], program, code=1)
+        self.assertEqual(out, "tick 5\n")
+        self.assertRegex(err, "^meldsim: standard input:2: 60 is divided by zero in rule count@")
 
     def test_nothing_is_printed_or_written(self):
-        program = self.path("talks.meld", 'type linear n(node, int).\nn(@0, 3).\nn(A, N), N > 0 -o n(A, N - 1)@+1, print(A, "here").\n')
-        self.assertIn("here", self.meldsim("run", program, "--ticks", 6).stdout)
-        before = sorted(os.listdir(self.folder))
-        self.assertEqual(self.session(["to 3", "to 1", "to 3"], program, "--ticks", 6).stdout, "tick 3\ntick 1\ntick 3\n")
-        self.assertEqual(sorted(os.listdir(self.folder)), before)
+        program = self.write("talks.meld", 'type linear n(node, int).\nn(@0, 3).\nn(A, N), N > 0 -o n(A, N - 1)@+1, print(A, "here").\n')
+        self.assertIn("here", self.call("meldsim", "run", program, "--ticks", 6)[0])
+        before = self.files()
+        self.assertEqual(self.session(["to 3", "to 1", "to 3"], program, "--ticks", 6)[0], "tick 3\ntick 1\ntick 3\n")
+        self.assertEqual(self.files(), before)
 
     def test_a_run_that_is_not_the_same_again(self):
         """An extern function that counts its calls: no digest comes twice."""
-        code = self.path("count.c", "#include <meld/extern.h>\nint64_t count(int64_t n) { static int64_t calls; return n + ++calls; }\n")
-        program = self.path("counts.meld", "extern int count(int).\ntype n(node, int).\nn(A, count(T)) :- tick(A, T).\n")
+        code = self.write("count.c", "#include <meld/extern.h>\nint64_t count(int64_t n) { static int64_t calls; return n + ++calls; }\n")
+        program = self.write("counts.meld", "extern int count(int).\ntype n(node, int).\nn(A, count(T)) :- tick(A, T).\n")
         for processes in (1, 2):
-            done = self.session(["step", "step", "back"], program, "--link", code, "--ticks", 9, "-n", processes,
-                                "--history", 0, code=70)
-            self.assertRegex(done.stderr, r"^meldsim: standard input:3: tick 1 is not what it was: its digest is \w+ now, and was \w+\. ")
+            _, err = self.session(["step", "step", "back"], program, "--link", code, "--ticks", 9, "-n", processes,
+                                  "--history", 0, code=70)
+            self.assertRegex(err, r"^meldsim: standard input:3: tick 1 is not what it was: its digest is \w+ now, and was \w+\. ")
+
+
+    def test_a_comment_does_not_begin_in_a_string(self):
+        self.write("s.meld", 'type s(node, string).\ns(@0, "a#b"). s(@0, "a\\"#"). s(@0, "x").\n')
+        self.write("s.toml", square(2))
+        commands = ["step # one", 'query s(A, "a#b") # not "this"', 'query s(A, "a\\"#")# "', 'query s(A, X), X = "a#b"']
+        rows = [a["rows"] for a in self.answers(commands, "s.meld", "--world", "s.toml")[1:]]
+        self.assertEqual(rows, [[[0]], [[0]], [[0, "a#b"]]])
 
 
 class OfRuns(DebugTest):
     def test_recordings(self):
         """From what they carry, up to their last tick."""
-        world = self.path("storm.toml", (OWN / "storm.toml").read_text())
-        recording = self.path("run.vtkhdf")
-        self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", 22, "--seed", 8, "--quiet", "--record", recording)
-        facts = {ticks: self.meldsim("run", OWN / "storm.meld", "--world", world, "--ticks", ticks, "--seed", 8, "--quiet",
-                                     "--facts-out", "-").stdout for ticks in (7, 22)}
+        world = self.write("storm.toml", (OWN / "storm.toml").read_text())
+        run = ("run", OWN / "storm.meld", "--world", world, "--seed", 8, "--quiet")
+        self.call("meldsim", *run, "--ticks", 22, "--record", "run.vtkhdf")
+        facts = {ticks: self.call("meldsim", *run, "--ticks", ticks, "--facts-out", "-")[0] for ticks in (7, 22)}
         world.unlink()
         for processes in (1, 2):
-            answers = self.answers(["run", "facts", "back 15", "facts"], recording, "-n", processes)
+            answers = self.answers(["run", "facts", "back 15", "facts"], "run.vtkhdf", "-n", processes)
             self.assertEqual([a["tick"] for a in answers], [22, 22, 7, 7])
             self.assertEqual([a["ended"] for a in answers[::2]], ["ticks", None])
             for found in answers[1::2]:
                 self.assertEqual("".join(f + "\n" for f in found["facts"]), facts[found["tick"]])
-        self.assertEqual(self.answers(["run"], recording, "--ticks", 7)[0]["tick"], 7)
-        self.assertIn("--seed has no place here", self.session([], recording, "--seed", 3, code=2).stderr)
+        self.assertEqual(self.answers(["run"], "run.vtkhdf", "--ticks", 7)[0]["tick"], 7)
+        self.refuses([], "run.vtkhdf", "--seed", 3, says="--seed has no place here")
 
     def test_a_recording_of_another_run(self):
-        code = self.path("count.c", "#include <meld/extern.h>\nint64_t count(int64_t n) { return n; }\n")
-        program = self.path("counts.meld", "extern int count(int).\ntype n(node, int).\nn(A, count(T)) :- tick(A, T).\n")
-        recording = self.path("run.vtkhdf")
-        self.meldsim("run", program, "--link", code, "--ticks", 4, "--quiet", "--record", recording)
+        code = self.write("count.c", "#include <meld/extern.h>\nint64_t count(int64_t n) { return n; }\n")
+        program = self.write("counts.meld", "extern int count(int).\ntype n(node, int).\nn(A, count(T)) :- tick(A, T).\n")
+        self.call("meldsim", "run", program, "--link", code, "--ticks", 4, "--quiet", "--record", "run.vtkhdf")
         code.write_text("int count(int n) { return n; }\n")
-        self.assertIn("its hash", self.session(["step"], recording, code=2).stderr)
+        self.refuses(["step"], "run.vtkhdf", says="its hash")
 
     def test_a_step_that_is_not_as_recorded(self):
-        recording = self.path("run.vtkhdf")
-        self.meldsim("run", OWN / "storm.meld", "--ticks", 22, "--quiet", "--record", recording)
-        with h5py.File(recording, "r+") as file:
+        self.call("meldsim", "run", OWN / "storm.meld", "--ticks", 22, "--quiet", "--record", "run.vtkhdf")
+        with h5py.File(self.folder / "run.vtkhdf", "r+") as file:
             file["VTKHDF/Steps/StateDigestLow"][3] += 1
         for processes in (1, 2):
-            done = self.session(["to 11", "to 3", "to 12"], recording, "-n", processes, code=3)
-            self.assertEqual(done.stdout, "tick 11\ntick 3\n")
-            self.assertRegex(done.stderr, r"^meldsim: standard input:3: tick 12 is not as it was recorded")
+            out, err = self.session(["to 11", "to 3", "to 12"], "run.vtkhdf", "-n", processes, code=3)
+            self.assertEqual(out, "tick 11\ntick 3\n")
+            self.assertRegex(err, r"^meldsim: standard input:3: tick 12 is not as it was recorded")
 
     def test_checkpoints(self):
         """From their tick on, in the folder of the run, with modules that have written then and do not now."""
-        checkpoints, recording, digests = self.path("kept"), self.path("run.vtkhdf"), self.path("run.digest")
-        self.meldsim("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", checkpoints, "--record", recording,
-                  "--digest", digests, "--facts-out", "run.facts")
-        written = {name: self.path(name).read_bytes() for name in ("run.vtkhdf", "run.digest", "run.facts")}
-        self.path("script", "to 19\nfacts\nto 12\nfacts\nwhere\n")
-        folder = self.path("elsewhere")
+        self.call("meldsim", "run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", "kept", "--record", "run.vtkhdf",
+                  "--digest", "run.digest", "--facts-out", "run.facts")
+        written = {name: self.read(name) for name in ("run.vtkhdf", "run.digest", "run.facts")}
+        self.write("script", "to 19\nfacts\nto 12\nfacts\nwhere\n")
+        folder = self.folder / "elsewhere"
         folder.mkdir()
         for processes in (1, 2, 3):
-            done = self.meldsim("debug", "../kept", "--ticks", 20, "-n", processes, "--commands", "../script", "--json", cwd=folder)
-            answers = [json.loads(line) for line in done.stdout.splitlines()]
+            answers = self.answers([], "../kept", "--ticks", 20, "-n", processes, "--commands", "../script", cwd=folder)
             self.assertEqual([a["tick"] for a in answers], [19, 19, 12, 12, 12])
             for found in answers[1:4:2]:
                 self.assertEqual("".join(f + "\n" for f in found["facts"]), facts_at(OWN / "storm.meld", None, found["tick"]))
             self.assertEqual(answers[4]["first_tick"], 12)
-        self.assertIn("to 11: the first tick here is 12", self.session(["to 11"], checkpoints, code=2).stderr)
-        self.assertEqual({name: self.path(name).read_bytes() for name in written}, written)
-        self.assertEqual(self.session([], folder, code=6).stdout, "")
-        self.assertIn("--world has no place here", self.session([], checkpoints, "--world", "x.toml", code=2).stderr)
+        self.refuses(["to 11"], "kept", says="to 11: the first tick here is 12")
+        self.assertEqual({name: self.read(name) for name in written}, written)
+        self.refuses([], folder, code=6, says="there is no checkpoint in")
+        self.refuses([], "kept", "--world", "x.toml", says="--world has no place here")
+
+    def test_a_checkpoint_of_a_run_with_results_and_a_time_limit(self):
+        """They are not those of the session."""
+        self.call("meldsim", "run", OWN / "storm.meld", "--ticks", 2, "--quiet", "--digest", "-", "--checkpoint", "kept",
+                  "--timeout", 3)
+        out, _ = self.call("sh", "-c", '(echo step; sleep 3.2; echo back) | "$0" debug kept --ticks 9 --json', TOOLS.meldsim)
+        self.assertEqual([json.loads(line)["tick"] for line in out.splitlines()], [3, 2])
+
+    def test_a_checkpoint_of_a_run_that_was_watched(self):
+        """What it was watched for is no part of the session: the file need not be there any more."""
+        self.write("w.meld", "tell(A) :- neighborCount(A, 3).\n")
+        self.call("meldsim", "run", OWN / "storm.meld", "--ticks", 2, "--quiet", "--watch", "w.meld", "--expect", "neighborCount(_, _)",
+                  "--never", "neighborCount(_, 9)", "--junit", "out.xml", "--profile", "run.profile", "--checkpoint", "kept")
+        (self.folder / "w.meld").unlink()
+        written = self.read("out.xml"), self.read("run.profile")
+        for processes in (1, 2):
+            self.assertEqual(self.answers(["step"], "kept", "--ticks", 9, "-n", processes)[0]["tick"], 3)
+        self.assertEqual((self.read("out.xml"), self.read("run.profile")), written)
 
     def test_a_damaged_checkpoint(self):
         """The one before serves instead."""
-        kept = self.path("kept")
-        self.meldsim("run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", kept, "--checkpoint-every", "5ticks")
-        share = kept / "12.0-of-1.share"
+        self.call("meldsim", "run", OWN / "storm.meld", "--ticks", 12, "--quiet", "--checkpoint", "kept", "--checkpoint-every", "5ticks")
+        share = self.folder / "kept/12.0-of-1.share"
         share.write_bytes(share.read_bytes()[:-1])
         for processes in (1, 2):
-            done = self.session(["where"], kept, "-n", processes)
-            self.assertIn("tick 10", done.stdout)
-            self.assertRegex(done.stderr, "^warning: .*a newer checkpoint is not whole, and the session begins with that of tick 10")
+            out, err = self.session(["where"], "kept", "-n", processes)
+            self.assertIn("tick 10", out)
+            self.assertRegex(err, "^warning: .*a newer checkpoint is not whole, and the session begins with that of tick 10")
 
 
 class AtATerminal(DebugTest):
-    def start(self, *arguments):
+    def start(self, *arguments, output=None):
         pid, self.terminal = pty.fork()
         if pid == 0:
+            if output is not None:
+                os.dup2(output, 1)
             os.execv(TOOLS.meldsim, ["meldsim", "debug", *map(str, arguments)])
-        fcntl.ioctl(self.terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 200, 0, 0))
         self.pid, self.shown = pid, ""
+        self.addCleanup(self.leave, pid, self.terminal)
+        fcntl.ioctl(self.terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 200, 0, 0))
+
+    def leave(self, pid, terminal):
+        if pid == self.pid:
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+        os.close(terminal)
 
     def expect(self, text, seconds=20):
         """What was shown up to this text."""
@@ -286,6 +335,16 @@ class AtATerminal(DebugTest):
         before, _, self.shown = self.shown.partition(text)
         return before
 
+    def rest(self):
+        """What it shows until it ends."""
+        shown, self.shown = self.shown, ""
+        while select.select([self.terminal], [], [], 20)[0]:
+            try:
+                shown += os.read(self.terminal, 4096).decode()
+            except OSError:
+                return shown
+        self.fail(f"it goes on after {shown!r}")
+
     def say(self, text):
         os.write(self.terminal, text.encode())
 
@@ -298,9 +357,16 @@ class AtATerminal(DebugTest):
         self.expect("> ")
 
     def ends(self, code):
-        _, status = os.waitpid(self.pid, 0)
-        os.close(self.terminal)
-        self.assertEqual(os.waitstatus_to_exitcode(status), code)
+        found = []
+        self.wait_for(lambda: found or self.has_ended(found), seconds=20)
+        self.pid = None
+        self.assertEqual(os.waitstatus_to_exitcode(found[0]), code)
+
+    def has_ended(self, found):
+        pid, status = os.waitpid(self.pid, os.WNOHANG)
+        if pid != 0:
+            found.append(status)
+        return pid != 0
 
     def test_a_session(self):
         self.start(GRADIENT)
@@ -335,12 +401,58 @@ class AtATerminal(DebugTest):
         self.say("facts\n")
         self.expect("more")
         self.expect("tick 3> ")
-        self.interrupt_a_run()
+        for _ in range(2):
+            self.interrupt_a_run()
         self.say("to 5\n")
         self.expect("tick 5\r\n")
         self.expect("tick 5> ")
         self.say("\x04")
         self.ends(0)
+
+    def test_ctrl_c_at_the_prompt_is_over_with_the_prompt(self):
+        for processes in (1, 2):
+            self.start(GRADIENT, "-n", processes)
+            for _ in range(2):
+                self.expect("tick 0> ")
+                self.say("\x03")
+            self.expect("tick 0> ")
+            self.say("step 2\n")
+            self.expect("tick 2\r\n")
+            self.expect("tick 2> ")
+            self.say("\x04")
+            self.ends(0)
+
+    def test_sigterm_ends_a_session(self):
+        for processes in (1, 2):
+            self.start(GRADIENT, "-n", processes)
+            self.expect("tick 0> ")
+            self.say("\x03")
+            self.expect("tick 0> ")
+            os.kill(self.pid, signal.SIGTERM)
+            self.assertEqual(self.rest().count("interrupted"), 1)
+            self.ends(143)
+
+    def test_the_second_ctrl_c_ends_a_long_tick(self):
+        program, world = self.write("long.meld", LONG_TICK), self.write("large.toml", square(600))
+        for processes in (1, 2):
+            self.start(program, "--world", world, "-n", processes)
+            self.expect("tick 0> ")
+            self.say("step\n")
+            for _ in range(2):
+                time.sleep(0.5)
+                self.say("\x03")
+            self.ends(130)
+
+    def test_where_nobody_reads_its_answers_it_ends(self):
+        for processes in (1, 2):
+            read, write = os.pipe()
+            self.start(GRADIENT, "-n", processes, output=write)
+            os.close(write)
+            self.assertEqual(os.read(read, 100), b"tick 0> ")
+            os.close(read)
+            self.say("where\n")
+            self.expect("cannot write standard output")
+            self.ends(4)
 
     def test_ctrl_c_stops_between_two_ticks(self):
         self.start(OWN / "waiting.meld", "--ticks", 10**9)
@@ -370,6 +482,20 @@ class AtATerminal(DebugTest):
         self.assertEqual(run.returncode, 130)
         self.assertRegex(out, r"^tick \d+: interrupted\n$")
         self.assertRegex(err, r"^meldsim: interrupted after tick \d+\n$")
+
+    def test_what_takes_long_is_interrupted(self):
+        """A pipe with commands that nobody writes, and a tick of minutes."""
+        os.mkfifo(self.folder / "pipe")
+        long = self.write("long.meld", LONG_TICK)
+        world = self.write("large.toml", square(600))
+        self.write("step.txt", "step\n")
+        for processes, commands, seconds in ((1, "pipe", 1), (2, "step.txt", 3)):
+            run = self.begin("meldsim", "debug", long, "--world", world, "--quiet", "-n", processes, "--commands", commands,
+                             stderr=subprocess.PIPE, text=True)
+            time.sleep(seconds)
+            run.terminate()
+            _, err = run.communicate(timeout=SECONDS)
+            self.assertEqual((run.returncode, err.count("interrupted")), (143, 1), err)
 
 
 if __name__ == "__main__":

@@ -122,21 +122,45 @@ class Same(Case):
         self.refused("meldsim", "replay", "r2", code=DAMAGED, says=["r2 is of a run that branched off from a checkpoint", "kept"])
 
     def test_its_command_says_all_of_it(self):
-        self.write("sub.meld", "const K = 1.\ntype p(node, int, int, int).\np(A, K, @arg1, @arg2) :- neighborCount(A, _).\n")
+        self.write("sub.meld", "const K = 1.\ntype p(node, int, int, string).\np(A, K, @arg1, @arg2) :- neighborCount(A, _).\n")
         self.write("w.toml", square(4))
-        self.keep("sub.meld", 2, "--set", "K=5", "--arg", "1", "--arg", "2", "-I", ".")
-        (self.folder / "there").mkdir()
+        self.keep("sub.meld", 2, "--set", "K=5", "--arg", "1", "--arg", "", "-I", ".")
+        self.write("there/w.meld", "tell(A) :- p(A, 1, _, _).\n")
         self.call("meldsim", "fork", "../kept", "--arg", "7", "--set", "K=6", "--seed", "9", "-O1", "--strict", "--ticks", "4",
                   "--digest", "d2", "--facts-out", "../f2", "--checkpoint", "own", "--checkpoint-every", "2ticks", "--retries", "1",
-                  "--heartbeat", "1min", "--timeout", "50", "--sync", "--quiet", cwd=self.folder / "there")
-        self.assertIn(b"p(@0, 6, 7, 2).", self.read("f2"))
+                  "--heartbeat", "1min", "--timeout", "50", "--sync", "--quiet", "--junit", "out.xml", "--profile", "pr",
+                  "--record", "r", "--stats", "--watch", "w.meld", "--watch", "p(A, 0, _, _)", "--expect", "p(A, 6, _, _)", "--expect",
+                  "p(@0, 6, _, _)", "--never", "p(A, 1, _, _)", cwd=self.folder / "there")
+        self.assertIn(b'p(@0, 6, 7, "").', self.read("f2"))
         manifest = (self.folder / "there/own/2.checkpoint.json").read_text()
         command = json.loads(manifest[:manifest.rstrip().rindex("\n")])["command"][1:]
         self.assertEqual(command, ["run", "sub.meld", "--world=w.toml", "--library=.", "--ticks=4", "--processes=1", "--threads=1",
-                                   "--set=K=5", "--set=K=6", "--arg=7", "--arg=2", "-O1", "--seed=9", "--facts-out=f2",
-                                   "--digest=there/d2", "--checkpoint=there/own", "--checkpoint-every=2ticks", "--retries=1",
-                                   "--heartbeat=1min", "--timeout=50", "--strict", "--sync", "--quiet",
-                                   f"--forked-from={self.folder}/kept"])
+                                   "--set=K=5", "--set=K=6", "--arg=7", "--arg", "", "-O1", "--seed=9", "--facts-out=f2",
+                                   "--digest=there/d2", "--record=there/r", "--profile=there/pr", "--junit=there/out.xml",
+                                   "--watch=there/w.meld", "--watch=p(A, 0, _, _)", "--expect=p(A, 6, _, _)",
+                                   "--expect=p(@0, 6, _, _)", "--never=p(A, 1, _, _)", "--checkpoint=there/own",
+                                   "--checkpoint-every=2ticks", "--retries=1", "--heartbeat=1min", "--timeout=50", "--strict",
+                                   "--sync", "--stats", "--quiet", f"--forked-from={self.folder}/kept"])
+
+    def test_it_is_watched_for_what_it_says_itself(self):
+        self.write("p.meld", GRADIENT)
+        self.write("w.toml", GRID)
+        self.keep("p.meld", 10, "--never", "dist(A, D), D < 0", "--junit", "run.xml", folder="watched")
+        self.keep("p.meld", 10)
+        for folder in ("kept", "watched"):
+            self.call("meldsim", "fork", folder, "--quiet")
+            self.call("meldsim", "fork", folder, "--quiet", "--expect", "dist(A, D), D > 1000", "-n", 2, code=3)
+            self.refused("meldsim", "fork", folder, "--junit", "run.xml", "--facts-out", "run.xml", code=2, says="are the same file")
+        self.refused("meldsim", "fork", "watched", "--junit", "run.xml", code=2,
+                     says="--junit of the run in watched and --junit are the same file")
+
+    def test_a_run_that_is_counted_from_here_on_is_compiled_anew(self):
+        self.write("p.meld", GRADIENT)
+        self.write("w.toml", GRID)
+        self.keep("p.meld", 10)
+        self.keep("p.meld", 10, "--stats", folder="counted")
+        for folder, wanted in (("kept", ["how the program is compiled, or what it includes"]), ("counted", [])):
+            self.assertEqual(self.fork("--stats", folder=folder)["forked"]["changed"], wanted)
 
     def test_several_at_once_from_a_run_that_goes_on(self):
         run = self.begin("meldsim", "run", "waiting.meld", "--quiet", "--ticks", 100000000, "--checkpoint", "kept",

@@ -10,8 +10,8 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
+import unittest.mock
 
 import h5py
 import numpy
@@ -97,7 +97,8 @@ class Replay(Case):
         self.call("meldsim", "run", *what, "--quiet", "--ticks", 14, "--facts-out", self.folder / "facts", cwd=self.folder / "work")
         for name in ("work", "library"):
             shutil.rmtree(self.folder / name)
-        left = set(os.listdir(tempfile.gettempdir()))
+        (self.folder / "passing").mkdir()
+        self.enterContext(unittest.mock.patch.dict(os.environ, TMPDIR=str(self.folder / "passing")))
         for processes in (1, 2, 3):
             answer = json.loads(self.replay("run.vtkhdf", "--json", "-n", processes, "--digest", "again"))
             self.assertEqual((answer["same"], answer["ticks"]), (True, 19))
@@ -107,7 +108,7 @@ class Replay(Case):
             self.replay("run.vtkhdf", "--quiet", "--to", 14, "--facts-out", "then", "-n", processes, "--threads", 2)
             self.assertEqual(self.read("then"), self.read("facts"))
         self.assertIn("replayed 19 ticks: all", self.replay("run.vtkhdf"))
-        self.assertEqual([name for name in set(os.listdir(tempfile.gettempdir())) - left if name.startswith("claymeld-replay")], [])
+        self.assertEqual([name for name in self.files("passing") if name.startswith("claymeld-replay")], [])
 
     def test_code_is_named_by_its_hash(self):
         self.write_all(EXTERN)

@@ -18,6 +18,7 @@
 
 #include "memory_shares.h"
 #include "run_fixture.h"
+#include "runtime/abi/actions.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/record/digest_file.h"
 #include "runtime/record/state_digest.h"
@@ -91,7 +92,7 @@ class Snapshot : public ProgramTest {
             const Result<void> ran = simulation.run({GetParam().ticks}, [&] {
                 const auto taken = into.find(simulation.subdomain().tick());
                 if (taken == into.end()) return;
-                const Result<void> saved = simulation.save(taken->second.of(comm.process()));
+                const Result<void> saved = simulation.save(simulation.counters().view(), taken->second.of(comm.process()));
                 ASSERT_TRUE(saved.has_value()) << saved.error().message();
             });
             ASSERT_TRUE(ran.has_value()) << ran.error().message();
@@ -99,6 +100,9 @@ class Snapshot : public ProgramTest {
             const sim::Summary& s = simulation.summary();
             last_words += fmt::format("{} {} {} {} {} {} {}\n{}\n{}\n", static_cast<int>(s.ending), s.ticks, s.catoms, s.changes,
                                       s.messages, s.dropped, GetParam().name, s.undefined, fmt::join(s.outcomes, "\n"));
+            last_words += fmt::format("{} {}\n", s.dead_routes.count, s.dead_routes.first);
+            for (const sim::Refused& each : s.refused)
+                last_words += fmt::format("{} {} {}\n", info(each.action).word, name_of(each.why), each.count);
             if (world_.is_free()) last_words = std::regex_replace(last_words, std::regex("; [0-9]+ (migrations|times space)[^;\n]*"), "");
             if (!world_.is_free()) last_words += fmt::format("{} evaluations, {} derivations\n", s.evaluations, s.derivations);
         });
@@ -198,7 +202,7 @@ class Refused : public ProgramTest {
         if (!begun) return false;
         const Result<void> ran = simulation.run({GetParam().ticks}, [&] {
             if (into == nullptr || 2 * simulation.subdomain().tick() != GetParam().ticks) return;
-            EXPECT_TRUE(simulation.save(into->of(0)));
+            EXPECT_TRUE(simulation.save(simulation.counters().view(), into->of(0)));
         });
         EXPECT_TRUE(ran.has_value());
         return true;

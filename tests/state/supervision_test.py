@@ -114,6 +114,23 @@ class Crashes(Case):
         self.assertEqual(err.count("killed (signal 9) in tick 40, in the evaluation of the program; restart "), 2, err)
         self.assertIn("2 restarts are used up", err)
 
+    def test_resume_has_restarts_of_its_own(self):
+        wanted = self.whole(*FAULTY, "--quiet")
+        self.begin_again("kill", once=False)
+        self.run_out(self.start(*FAULTY, *KEEP, "--retries", 1, "--quiet"), 137)
+        for retries, code in ((0, -signal.SIGKILL), (2, 137)):
+            done = self.run_tool("meldsim", "resume", "kept", "--retries", retries, "--quiet")
+            self.assertEqual((done.returncode, done.stderr.count("; restart ")), (code, retries), done.stderr)
+        # The command of the run counts where nothing else is said.
+        done = self.run_tool("meldsim", "resume", "kept", "--quiet")
+        self.assertEqual((done.returncode, done.stderr.count("; restart 1 of 1")), (137, 1), done.stderr)
+        self.write("fault", "sleep")
+        done = self.run_tool("meldsim", "resume", "kept", "--heartbeat", "700ms", "--quiet")
+        self.assertEqual((done.returncode, done.stderr.count("hung, without a sign of life for 700 ms")), (4, 2), done.stderr)
+        (self.folder / "fault").unlink()
+        self.call("meldsim", "resume", "kept", "--quiet")
+        self.assertEqual(self.outcome(), wanted)
+
     def test_what_is_no_accident(self):
         """Errors of the program, of the world and of limits are told once."""
         self.write("wrong.meld", "type clock(node, int).\ntype p(node, int).\nclock(A, T) :- tick(A, T).\n"

@@ -1,7 +1,7 @@
 # Runs that are stopped and go on.
 meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE_CURRENT_LIST_DIR}/timeline_test.cpp
                               ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp ${CMAKE_CURRENT_LIST_DIR}/places_test.cpp
-                              ${CMAKE_CURRENT_LIST_DIR}/pulse_test.cpp
+                              ${CMAKE_CURRENT_LIST_DIR}/pulse_test.cpp ${CMAKE_CURRENT_LIST_DIR}/inspect_test.cpp
           DEPENDS runtime/driver)
 target_compile_definitions(test_state PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld"
                                               CLAYMELD_STATE_TESTS="${CMAKE_CURRENT_LIST_DIR}")
@@ -13,15 +13,39 @@ foreach(name bisect replay)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
   set_tests_properties(state_${name} PROPERTIES TIMEOUT 300)
 endforeach()
+foreach(class Bodies Targets)
+  string(TOLOWER ${class} name)
+  add_test(NAME query_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/query_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(query_${name} PROPERTIES TIMEOUT 300)
+endforeach()
 foreach(class Walks Questions OfRuns AtATerminal)
   string(TOLOWER ${class} name)
   add_test(NAME debug_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/debug_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)
 endforeach()
+foreach(name breaks by_hand)
+  add_test(NAME debug_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${name}_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+  set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)
+endforeach()
+foreach(class Watches Endings)
+  string(TOLOWER ${class} name)
+  add_test(NAME watch_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/watch_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(watch_${name} PROPERTIES TIMEOUT 300)
+endforeach()
 add_test(NAME debug_walks_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/debug_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --walks 20 Walks)
 set_tests_properties(debug_walks_campaign PROPERTIES TIMEOUT 3000 LABELS campaign)
+set(why_test ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/why_test.py --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>
+  --test_random $<TARGET_FILE:test_random>)
+add_test(NAME debug_why COMMAND ${why_test} Fixed)
+add_test(NAME debug_why_random COMMAND ${why_test} --seeds 4 RandomPrograms)
+add_test(NAME debug_why_campaign COMMAND ${why_test} --seeds 60 RandomPrograms)
+set_tests_properties(debug_why debug_why_random PROPERTIES TIMEOUT 300)
+set_tests_properties(debug_why_campaign PROPERTIES TIMEOUT 3600 LABELS campaign)
 foreach(class Ways Kills Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
@@ -37,6 +61,10 @@ endforeach()
 add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
 set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
+# Kills, signals and full disks at random, for ten minutes; another --seed disturbs other runs.
+add_test(NAME state_disturbances_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/disturb_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --seconds 600)
+set_tests_properties(state_disturbances_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
 # Runs that are supervised; the campaign kills them at hundreds of moments, and a change of shape too.
 foreach(class Crashes Hangs Alone Killed)
   string(TOLOWER ${class} name)

@@ -37,6 +37,7 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
     acting_ = subdomain.totals.actions > 0;
     if (!acting_) return {};
     switched_.clear();
+    refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Bodies);
     for (const eval::Action& action : subdomain.actions()) {
         const ActionKind kind = subdomain.kind_of(action);
         if (info(kind).performer != ActionInfo::Performer::Bodies) continue;
@@ -162,6 +163,7 @@ Result<void> BodyActions::release(physics::Scene& scene) {
 }
 
 void BodyActions::report_failed(Subdomain& subdomain, Catom catom, ActionKind action) {
+    subdomain.refuse(action, Refusal::NoSuchFeature);
     if (!failed_) return;
     Value value{};
     value.integer = info(action).failure;

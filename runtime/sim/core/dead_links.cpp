@@ -59,21 +59,19 @@ void DeadLinks::look_at_all() {
     }
 }
 
-std::string DeadLinks::warning() const {
-    const std::optional<All> all = of_all_processes();
-    if (!all) return "";
-    return all->first + (all->count > 1 ? fmt::format(" (and {} more)", all->count - 1) : "");
+std::string describe(const DeadRoutes& routes) {
+    return routes.first + (routes.count > 1 ? fmt::format(" (and {} more)", routes.count - 1) : "");
 }
 
 Result<void> DeadLinks::verdict() const {
-    const std::string first = warning();
-    if (first.empty()) return {};
-    return fail(first,
+    const DeadRoutes all = of_all_processes();
+    if (all.count == 0) return {};
+    return fail(describe(all),
                 "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, or "
                 "declare the predicate without `route`. Worlds that are arbitrary graphs are not supported yet");
 }
 
-std::optional<DeadLinks::All> DeadLinks::of_all_processes() const {
+DeadRoutes DeadLinks::of_all_processes() const {
     ByteWriter mine;
     mine.write(count_);
     mine.write(first_ ? first_->order.first : ~u64{0});
@@ -91,8 +89,7 @@ std::optional<DeadLinks::All> DeadLinks::of_all_processes() const {
         least = {major, minor};
         text = std::move(theirs);
     }
-    if (count == 0) return std::nullopt;
-    return All{text, count};
+    return {count, text};
 }
 
 }  // namespace meld::sim

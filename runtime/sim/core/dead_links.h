@@ -1,9 +1,10 @@
 // Facts of routes that lead to a catom which theirs does not touch. Facts travel between catoms that touch, so where nothing moves,
-// nothing would ever be read or sent along them. Those of the program's text and of the world are an error at the start; those
-// that rules have derived are a warning at the end.
+// nothing would ever be read or sent along them: there, those of the program's text and of the world are an error at the start, and those
+// that rules have derived are a warning at the end. Where catoms move, the summary counts those that there are at the end.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +12,13 @@
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
+
+struct DeadRoutes {
+    std::uint64_t count = 0;
+    std::string first;  // "edge(@0, @3) is a route that leads nowhere, since ..."
+};
+// The first, and how many more there are.
+std::string describe(const DeadRoutes& routes);
 
 class DeadLinks {
   public:
@@ -24,8 +32,8 @@ class DeadLinks {
     Result<void> verdict() const;
     // Looks at all facts of routes as they are now. Cost: a visit of each.
     void look_at_all();
-    // Every process calls it. Says which is the first of them all, and how many there are; empty: none is.
-    std::string warning() const;
+    // Those that were found. Every process calls it.
+    DeadRoutes of_all_processes() const;
 
   private:
     using Order = std::pair<u64, u64>;
@@ -36,12 +44,6 @@ class DeadLinks {
         Order order;
         std::string text;
     };
-    // The first of all processes and the number of them all, or nothing.
-    struct All {
-        std::string first;
-        u64 count;
-    };
-    std::optional<All> of_all_processes() const;
 
     const Subdomain& subdomain_;
     std::optional<First> first_;

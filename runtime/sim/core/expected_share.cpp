@@ -17,9 +17,6 @@ namespace meld::sim {
 
 namespace {
 
-// Counting takes less than a tenth of the time that the set-up takes, but larger worlds may be typing errors.
-constexpr double kMostCounted = 2e8;
-
 using Bricks = std::vector<std::unordered_set<std::uint64_t>>;  // By process.
 
 // The catoms of a brick that other processes see are ghosts there: as many as the cells near them, if the brick is full.
@@ -41,7 +38,7 @@ void add_ghosts(const partition::Halo& halo, const world::Cell brick, std::uint3
 }
 
 std::vector<ExpectedShare> count_cells(const world::World& world, const world::Lattice& lattice, const ModuleInfo& module, int processes,
-                                       const Setup::Counts& counts) {
+                                       const BrickCounts& counts) {
     const partition::Partition partition(counts, processes);
     const world::Ensemble none(lattice, std::function<bool(world::Cell)>());
     const partition::Halo halo(none, partition, 0, Setup::reach(world, tuple::ProgramActions(module)));
@@ -67,19 +64,16 @@ std::vector<ExpectedShare> count_cells(const world::World& world, const world::L
 
 }  // namespace
 
-Result<ExpectedShares> expected_shares(const world::World& world, const ModuleInfo& module, int processes) {
-    const Result<world::WorldSize> size = world::measure(world);
-    if (!size) return tl::unexpected<Error>(size.error());
-    if (size->cells_estimate > kMostCounted) {
-        const double catoms = size->cells_estimate / processes;
-        return ExpectedShares{size->cells_estimate,
-                              {.catoms = catoms, .bricks = catoms / kBrickCells, .with_catoms = catoms / kBrickCells, .exact = false}};
+ExpectedShares expected_shares(const world::World& world, const ModuleInfo& module, int processes,
+                               const std::optional<BrickCounts>& counts) {
+    if (!counts) {
+        const double all = world::measure(world).map([](const world::WorldSize& size) { return size.cells_estimate; }).value_or(0);
+        const double catoms = all / processes;
+        return {all, {.catoms = catoms, .bricks = catoms / kBrickCells, .with_catoms = catoms / kBrickCells, .exact = false}};
     }
-    const world::Lattice lattice(world.lattice);
-    const Setup::Counts counts = world::count_bricks(world, lattice, 0, 1);
     ExpectedShares expected{.catoms = static_cast<double>(world.placed.size())};
-    for (const auto& [key, catoms] : counts) expected.catoms += catoms;
-    std::vector<ExpectedShare> shares = count_cells(world, lattice, module, processes, counts);
+    for (const auto& [key, catoms] : *counts) expected.catoms += catoms;
+    std::vector<ExpectedShare> shares = count_cells(world, world::Lattice(world.lattice), module, processes, *counts);
     // Listed bodies begin on process 0.
     shares[0].catoms += static_cast<double>(world.placed.size());
     expected.largest = *std::ranges::max_element(shares, {}, [](const ExpectedShare& s) { return s.catoms + s.ghosts; });

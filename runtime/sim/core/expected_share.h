@@ -1,10 +1,10 @@
 // How much of a world a process will have: what Setup will make, counted before anything is made.
 #pragma once
 
-#include <cstddef>
+#include <optional>
 
 #include "runtime/abi/module_abi.h"
-#include "runtime/base/error.h"
+#include "runtime/sim/core/brick_counts.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::sim {
@@ -17,11 +17,13 @@ struct ExpectedShare {
     bool exact = true;       // Otherwise of a world too large to be counted before every run.
 };
 
-// The share of the process that has the most catoms, and the catoms of all processes. Cost: as for world::count_bricks.
+// The share of the process that has the most catoms, and the catoms of all processes.
 struct ExpectedShares {
     double catoms = 0;
     ExpectedShare largest = {};
 };
-Result<ExpectedShares> expected_shares(const world::World& world, const ModuleInfo& module, int processes);
+// `counts`: of count_beforehand(). Cost: a look at the bricks around each.
+ExpectedShares expected_shares(const world::World& world, const ModuleInfo& module, int processes,
+                               const std::optional<BrickCounts>& counts);
 
 }  // namespace meld::sim

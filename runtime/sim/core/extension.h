@@ -163,6 +163,9 @@ class Registry {
     using Choice = std::variant<MakeSim, MakeCode, MakeComponent>;
     // Errors name the nearest known interface or implementation.
     Result<Choice> choose(const std::string& interface, const std::string& name) const;
+    // Whether the world has chosen a module in C++ that may give facts itself: then nobody here knows of which predicates. Code at catoms
+    // only sends linear facts, and the motions that come with Claymeld give none.
+    bool may_give(const world::World& world) const;
 
     // Everything that comes with Claymeld.
     static Registry standard();

@@ -24,7 +24,7 @@ class FactStore {
     // Makes room for this many catoms; new ones are empty.
     void resize(std::size_t catoms);
     // The catom is removed from this process, with everything stored for it.
-    void forget(u32 catom, i64 now);
+    void forget(u32 catom, u64 id, i64 now);
     // Drops the catom's timers, which it sets again, as when it migrates: how often it is evaluated must not depend on where it came from.
     void wake_moved(u32 catom, i64 now);
 

@@ -67,6 +67,31 @@ tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenF
 
 }  // namespace
 
+std::vector<std::string> never_given(const ModuleInfo& module, const world::World& world) {
+    std::vector<bool> made(module.predicate_count);
+    for (u32 r = 0; r < module.rule_count; ++r)
+        for (u32 i = 0; i < module.rules[r].head_count; ++i) made[module.rules[r].heads[i]] = true;
+    const auto give = [&](const std::vector<world::GivenFact>& facts) {
+        for (const world::GivenFact& fact : facts)
+            if (const auto predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size())) made[*predicate] = true;
+    };
+    give(world.facts);
+    for (const world::Event& event : world.events) give(event.give);
+    std::vector<std::string> names;
+    const std::span<const PredicateInfo> all(module.predicates, module.predicate_count);
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        const bool may_be_given = !p.auxiliary && p.base != kNone16 && p.column != kNone16;
+        // Motion makes two linear facts, and a component in C++ may send any.
+        const std::string_view name = p.name;
+        const bool may_be_sent = p.kind == PredicateKind::Linear && (!world.components.empty() || name == "failed" || name == "created");
+        if (made[i] || !may_be_given || !p.read || p.kind == PredicateKind::Sensed || may_be_sent) continue;
+        const auto namesakes = std::ranges::count_if(all, [&](const PredicateInfo& q) { return !q.auxiliary && q.name == name; });
+        names.push_back(namesakes == 1 ? std::string(name) : fmt::format("{}/{}", name, p.arity + 1));
+    }
+    return names;
+}
+
 Cell GivenFacts::cell_in_regions(Catom catom) const {
     const Membership& members = subdomain_.members_;
     if (!members.ensemble.is_free()) return members.ensemble.cell(catom);

@@ -1,6 +1,7 @@
 // The facts that the world gives to its catoms, at the start and while they run.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -8,6 +9,10 @@
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
+
+// The predicates that rules read, of which no rule, no fact of the text and no fact or event of the world makes any, in the order of the
+// program; sensed ones and actions are not among them. Of several with one name: "p/2", with the number of its arguments.
+std::vector<std::string> never_given(const ModuleInfo& module, const world::World& world);
 
 class GivenFacts {
   public:
@@ -18,6 +23,8 @@ class GivenFacts {
     Result<void> start();
     // Only those of events: for a run that does not begin at the start. Every process calls it.
     Result<void> check_events();
+    // A fact that is given or taken later. Errors: the world could not give it.
+    Result<void> check(const world::GivenFact& fact) { return change_one(fact, Change::Check); }
     // The facts of this tick's events.
     void change();
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/bytes.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/core/given.h"
 #include "runtime/tuple/facts.h"
@@ -14,29 +14,6 @@
 namespace meld::sim {
 
 namespace {
-
-using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
-
-// Every process counts its share of the bricks; all processes get all counts.
-Counts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm) {
-    const Counts mine = world::count_bricks(world, lattice, comm.process(), comm.processes());
-    if (comm.processes() == 1) return mine;
-    ByteWriter bytes;
-    for (const auto& [key, count] : mine) {
-        bytes.write(key);
-        bytes.write(count);
-    }
-    Counts all;
-    for (const auto& share : comm.allgather_any(bytes.view())) {
-        ByteReader in(share, "the counts of bricks");
-        while (!in.done()) {
-            const auto key = in.read<world::BrickKey>();
-            all.emplace_back(key, in.read<std::uint32_t>());
-        }
-    }
-    std::sort(all.begin(), all.end());
-    return all;
-}
 
 // @arg1 to @arg9, which the command line numbers itself.
 bool is_run_argument(std::string_view name) { return name.size() == 4 && name.starts_with("arg") && name[3] >= '1' && name[3] <= '9'; }
@@ -51,10 +28,10 @@ tl::unexpected<Error> missing_argument(const ModuleInfo& module, const Parameter
 
 }  // namespace
 
-Result<void> Setup::run() {
+Result<void> Setup::run(std::optional<BrickCounts> counted) {
     Subdomain& s = subdomain_;
     MELD_EXPECT(!s.members_.partition && s.tick() == 0, "a subdomain is set up once, before its first tick");
-    const Counts counts = count_together(s.world, s.lattice, s.comm);
+    const BrickCounts counts = counted ? std::move(*counted) : count_together(s.world, s.lattice, s.comm);
     divide(counts);
 
     if (s.world.is_free())
@@ -71,7 +48,7 @@ Result<void> Setup::run() {
     return GivenFacts(s).start();
 }
 
-void Setup::divide(const Counts& counts) {
+void Setup::divide(const BrickCounts& counts) {
     Subdomain& s = subdomain_;
     s.members_.partition.emplace(counts, s.comm.processes());
     s.members_.halo.emplace(s.ensemble, *s.members_.partition, s.comm.process(), reach(s.world, s.program_actions));
@@ -111,7 +88,7 @@ void Setup::set_limits() {
     subdomain_.facts_.columns.lists().limit(world.limits.max_list);
 }
 
-void Setup::populate_cells(const Counts& counts) {
+void Setup::populate_cells(const BrickCounts& counts) {
     Membership& m = subdomain_.members_;
     const world::World& world = subdomain_.world;
     const world::Lattice& lattice = subdomain_.lattice;
@@ -155,7 +132,7 @@ void Setup::populate_cells(const Counts& counts) {
 
 // Bodies begin where their cells would be; listed bodies begin at their positions and are numbered after the others. The motion decides who
 // owns them; until then they belong to the owners of the cells, and listed bodies to process 0.
-void Setup::populate_freely(const Counts& counts) {
+void Setup::populate_freely(const BrickCounts& counts) {
     Membership& m = subdomain_.members_;
     const world::World& world = subdomain_.world;
     const world::Lattice& lattice = subdomain_.lattice;

@@ -1,12 +1,11 @@
 // The set-up of a subdomain: catoms and ghosts from the world, ids along the curve, the program's parameters, the world's facts.
 #pragma once
 
-#include <cstdint>
+#include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/sim/core/brick_counts.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -14,13 +13,12 @@ namespace meld::sim {
 class Setup {
   public:
     explicit Setup(Subdomain& subdomain) : subdomain_(subdomain) {}
-    Result<void> run();
+    // With what has been counted before, if anything was.
+    Result<void> run(std::optional<BrickCounts> counted);
 
     // ---- what a run that goes on from a snapshot needs too
-    // Catoms by brick, sorted; the same on every process.
-    using Counts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
     // Says who owns which bricks, and who sees which cells.
-    void divide(const Counts& counts);
+    void divide(const BrickCounts& counts);
     // How many cells from its own a catom sees.
     static int reach(const world::World& world, const tuple::ProgramActions& actions);
     // Whether catoms see cells in bricks without catoms; then those around each brick are there too.
@@ -33,8 +31,8 @@ class Setup {
     Result<void> set_constants();
 
   private:
-    void populate_cells(const Counts& counts);
-    void populate_freely(const Counts& counts);
+    void populate_cells(const BrickCounts& counts);
+    void populate_freely(const BrickCounts& counts);
     void set_limits();
     Result<void> set_parameters();
 

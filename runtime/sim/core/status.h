@@ -49,6 +49,8 @@ class Status {
     bool moving = false;
     // The run is to end at this tick boundary; set from a signal handler or a module.
     bool stop_requested = false;
+    // It ends with the tick that has just been; the same on all processes.
+    bool ends_here = false;
 
     // A checkpoint is to be made at a tick boundary that all processes agree on; whoever makes it takes the request back.
     bool save_requested = false;

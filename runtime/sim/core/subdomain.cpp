@@ -20,7 +20,7 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
           for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
       }) {}
 
-Result<void> Subdomain::populate() { return Setup(*this).run(); }
+Result<void> Subdomain::populate(std::optional<BrickCounts> counted) { return Setup(*this).run(std::move(counted)); }
 
 void Subdomain::refresh() {
     abi_.geometry = members_.ensemble.geometry();
@@ -52,7 +52,7 @@ Catom Subdomain::add_catom(std::uint64_t id, Cell cell, CatomState state) {
 void Subdomain::remove_catom(Catom catom) {
     MELD_EXPECT(!ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
     const Cell cell = ensemble.cell(catom);
-    facts_.forget(catom, abi_.now);
+    facts_.forget(catom, ensemble.id(catom), abi_.now);
     members_.ensemble.remove(catom);
     mark_around(cell, kDirtyLinks);
 }
@@ -76,7 +76,7 @@ Catom Subdomain::add_freely(std::uint64_t id, const world::Vec3& position, Catom
 
 void Subdomain::remove_freely(Catom catom) {
     MELD_EXPECT(ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
-    facts_.forget(catom, abi_.now);
+    facts_.forget(catom, ensemble.id(catom), abi_.now);
     members_.ensemble.remove(catom);
 }
 

@@ -14,8 +14,10 @@
 #include "runtime/base/error.h"
 #include "runtime/base/parallel_for.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/sim/core/brick_counts.h"
 #include "runtime/sim/core/fact_store.h"
 #include "runtime/sim/core/membership.h"
+#include "runtime/sim/core/refusals.h"
 #include "runtime/sim/core/status.h"
 #include "runtime/tuple/program_actions.h"
 #include "runtime/world/target.h"
@@ -29,8 +31,9 @@ class Subdomain {
     Subdomain(const Subdomain&) = delete;
     Subdomain& operator=(const Subdomain&) = delete;
 
-    // Places the catoms of this process and its ghosts, and gives them their ids and the world's facts. Every process calls it.
-    Result<void> populate();
+    // Places the catoms of this process and its ghosts, and gives them their ids and the world's facts. Every process calls it. `counted`:
+    // by count_together(), if the run has done so.
+    Result<void> populate(std::optional<BrickCounts> counted = {});
 
     // ---- constant for the run
     const ModuleInfo& module;
@@ -45,15 +48,19 @@ class Subdomain {
     Membership members_;
     FactStore facts_;
     Status status_;
+    Refusals refusals_;
 
   public:
     const world::Ensemble& ensemble = members_.ensemble;
     const world::Lattice& lattice = members_.ensemble.lattice();
     const tuple::Columns& columns = facts_.columns;
     const Totals& totals = status_.totals;
+    const Refusals& refusals = refusals_;  // Of this process.
     const std::optional<partition::Partition>& partition = members_.partition;
     const std::optional<partition::Halo>& halo = members_.halo;
 
+    // As the compiled module sees it; arrays after refresh().
+    const SubdomainView& view() const { return abi_; }
     std::int64_t tick() const { return abi_.now; }
     // The arrays of the ensemble as compiled modules read them; after refresh().
     const Geometry& geometry() const { return abi_.geometry; }
@@ -62,13 +69,35 @@ class Subdomain {
     int owner_of(Catom catom) const { return members_.owner_of(catom); }
     // How many catoms the ensemble has ever had.
     std::uint64_t next_id() const { return members_.next_id; }
+    // How many there were when the ensemble was made: @world.
+    std::int64_t world_catoms() const { return abi_.world_catoms; }
     // The actions of the last tick, by the ids of their catoms.
     const std::vector<eval::Action>& actions() const { return facts_.evaluator.actions(); }
+    // The catoms of this process that were evaluated in the last tick: nothing but what was sent to a catom has changed at others.
+    const std::vector<u32>& evaluated() const { return facts_.evaluator.evaluated(); }
+    const std::vector<u64>& reasons() const { return facts_.evaluator.reasons(); }
+    void add_changed(const std::vector<bool>& which, std::vector<u32>& catoms) const { facts_.evaluator.add_changed(which, catoms); }
     ActionKind kind_of(const eval::Action& action) const { return program_actions.kind_of(action.predicate); }
     const eval::Agenda& agenda() const { return facts_.evaluator.agenda(); }
+    // Of the last tick on this process.
+    const eval::Statistics& own_statistics() const { return facts_.evaluator.statistics(); }
     const eval::Timers& timers() const { return facts_.evaluator.timers(); }
     const eval::Tombstones& tombstones() const { return facts_.evaluator.tombstones(); }
     const Status& status() const { return status_; }
+    // What is counted over the run; null: nothing.
+    const eval::Counts* counts() const { return facts_.evaluator.counts(); }
+    void count_evaluations() { facts_.evaluator.count_evaluations(); }
+    // Where the time goes, from now on; the log lives as long as this.
+    void measure(TickLog& log) {
+        log_ = &log;
+        facts_.evaluator.measure(log);
+    }
+    TickLog* log() { return log_; }
+    // CPU time by rules; null: the module does not count.
+    const eval::CpuSeconds* end_measuring() {
+        log_ = nullptr;
+        return facts_.evaluator.end_measuring();
+    }
     // A catom's diameter, in units of the world's.
     bool has_diameters() const { return diameter_of_ != nullptr; }
     double diameter(Catom catom) const { return diameter_of_ ? diameter_of_(catom) : 1; }
@@ -145,9 +174,15 @@ class Subdomain {
     void note_change() { status_.note_change(); }
     // Something moves by itself, so the run continues although no program has anything to do.
     void set_moving(bool moving) { status_.moving = moving; }
+    // An action of the last tick is not carried out; the count is part of the summary.
+    void refuse(ActionKind action, Refusal why, std::uint64_t count = 1) { refusals_.add(action, why, count); }
     void request_stop() { status_.stop_requested = true; }
+    // The run ends with the tick that has just been: all processes say so in it.
+    void end_here() { status_.ends_here = true; }
     // Whoever stopped it wants it to go on.
     void take_back_stop() { status_.stop_requested = status_.totals.stop = false; }
+    // The world has got an event of a later tick.
+    void expect_event() { status_.totals.waiting = true; }
     void request_save(bool wanted) { status_.save_requested = wanted; }
     // Derivations of views that have no value are errors at once.
     void set_strict(bool strict) { abi_.strict = strict; }
@@ -170,6 +205,7 @@ class Subdomain {
     std::function<double(Catom)> diameter_of_;       // Empty if all have the world's.
     std::function<world::BrickKey(Catom)> home_of_;  // Empty on a lattice.
     std::size_t motion_bytes_ = 0;                   // The memory of the motion module.
+    TickLog* log_ = nullptr;
 };
 
 }  // namespace meld::sim

@@ -87,7 +87,8 @@ void LatticeMotion::hold(Subdomain& subdomain, Catom catom, std::int32_t units) 
     subdomain.give(*known_.holds, catom, &value);
 }
 
-void LatticeMotion::refuse(Subdomain& subdomain, Catom catom, ActionKind kind) {
+void LatticeMotion::refuse(Subdomain& subdomain, Catom catom, ActionKind kind, Refusal why) {
+    subdomain.refuse(kind, why);
     if (!known_.failed) return;
     Value value{};
     value.integer = info(kind).failure;
@@ -97,14 +98,16 @@ void LatticeMotion::refuse(Subdomain& subdomain, Catom catom, ActionKind kind) {
 Result<void> LatticeMotion::step(Subdomain& subdomain) {
     if (subdomain.totals.actions == 0) return {};
     subdomain.refresh();
+    refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Lattice);
     const Proposals mine = collect(subdomain);
-    const std::vector<bool> wins = decide(mine, share(subdomain, mine));
+    Teleports teleports;
+    const std::vector<bool> wins = decide(mine, share(subdomain, mine, teleports));
     std::vector<Proposal> granted;
     for (std::size_t i = 0; i < mine.list.size(); ++i) {
         if (wins[i])
             granted.push_back(mine.list[i]);
         else
-            refuse(subdomain, mine.list[i].mover, mine.list[i].kind);
+            refuse(subdomain, mine.list[i].mover, mine.list[i].kind, teleports.why_not(mine.list[i]));
     }
     grant(subdomain, granted);
     apply(subdomain, exchange(subdomain));

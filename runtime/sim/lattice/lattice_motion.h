@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "runtime/abi/actions.h"
@@ -48,6 +50,14 @@ class LatticeMotion : public SimModule {
         std::vector<Proposal> list;
         std::vector<CellKey> claims;
     };
+    // What became of each moveTo on several processes, before conflicts are decided.
+    struct Teleports {
+        using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the number of the moveTo among its own.
+        std::set<Request> vetoed;
+        std::map<std::uint64_t, std::int32_t> kept;  // Of each mover the first to an empty cell.
+        // Why a proposal that was not granted was not.
+        Refusal why_not(const Proposal& p) const;
+    };
 
   private:
     struct Known {  // Predicates of the program, or none.
@@ -65,18 +75,22 @@ class LatticeMotion : public SimModule {
 
     // proposals.cpp
     Proposals collect(Subdomain& subdomain);
-    bool propose(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
-    bool propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    // Each returns why it cannot be proposed.
+    using Objection = std::optional<Refusal>;
+    Objection propose(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    Objection propose_give(const Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    Objection propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    Objection propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     bool full(const Subdomain& subdomain, Cell cell) const { return subdomain.ensemble.at(cell).has_value(); }
+    Objection may_leave(const Subdomain& subdomain, const Proposal& p) const;
     bool stays_connected(const Subdomain& subdomain, Cell without, Cell with) const;
-    Proposals share(Subdomain& subdomain, const Proposals& mine) const;
+    Proposals share(Subdomain& subdomain, const Proposals& mine, Teleports& teleports) const;
     static std::vector<bool> decide(const Proposals& mine, const Proposals& all);
 
-    void veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const;
+    Teleports veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const;
 
     // lattice_motion.cpp
-    void refuse(Subdomain& subdomain, Catom catom, ActionKind kind);
+    void refuse(Subdomain& subdomain, Catom catom, ActionKind kind, Refusal why);
     void grant(Subdomain& subdomain, const std::vector<Proposal>& granted);
     std::vector<CellKey> number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const;
     void relocate(Subdomain& subdomain, const Proposal& p);

@@ -76,9 +76,9 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         p.from = cell;
         p.first_claim = static_cast<std::uint32_t>(out.claims.size());
         out.claims.push_back(kActor | subdomain.ensemble.key(cell));
-        const bool fits = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
-                          : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
-                                                                                : propose(subdomain, action, p, out.claims);
+        const Objection objection = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
+                                    : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
+                                                                                          : propose(subdomain, action, p, out.claims);
         // The same request twice is granted once: a catom's requests are adjacent. Only the owner of a far cell knows whether it is empty,
         // so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
         bool again = false;
@@ -88,116 +88,131 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
             else
                 again = again || other->order() == p.order();
         }
-        if (fits && !again) {
+        if (!objection && !again) {
             p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
             out.list.push_back(p);
             continue;
         }
         out.claims.resize(p.first_claim);
-        refuse(subdomain, action.catom, kind);
+        refuse(subdomain, action.catom, kind, objection.value_or(Refusal::Repeated));
     }
     MELD_ENSURE(std::ranges::is_sorted(out.list, {}, &Proposal::id), "the requests of a catom do not stand together");
     return out;
 }
 
-bool LatticeMotion::propose(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+LatticeMotion::Objection LatticeMotion::propose(Subdomain& subdomain, const eval::Action& action, Proposal& p,
+                                                std::vector<CellKey>& claims) const {
     const Cell cell = subdomain.ensemble.cell(action.catom);
-    const std::int32_t units = held_[action.catom];
     if (p.kind == ActionKind::Create) {
         const std::int64_t port = action.arguments[0].integer;
-        if (port < 0 || port >= subdomain.lattice.ports() || units < 1) return false;
+        if (port < 0 || port >= subdomain.lattice.ports()) return Refusal::NoSuchPort;
+        if (held_[action.catom] < 1) return Refusal::NoUnit;
         const Cell to = subdomain.lattice.neighbour(cell, static_cast<int>(port));
-        if (full(subdomain, to)) return false;
+        if (full(subdomain, to)) return Refusal::Occupied;
         p.direction = static_cast<std::int32_t>(port);
         p.to = to;
         claims.push_back(subdomain.ensemble.key(to));
-        return true;
+        return std::nullopt;
     }
     if (p.kind == ActionKind::MoveTo) {
         Cell to;
         std::int32_t* axes[] = {&to.x, &to.y, &to.z};
         for (std::size_t i = 0; i < 3; ++i) {
             const std::int64_t at = action.arguments[i].integer;
-            if (at < -world::kCellLimit || at >= world::kCellLimit) return false;
+            if (at < -world::kCellLimit || at >= world::kCellLimit) return Refusal::Outside;
             *axes[i] = static_cast<std::int32_t>(at);
         }
-        if (subdomain.lattice.flat() && to.z != 0) return false;
-        if (full(subdomain, to)) return false;
+        if (subdomain.lattice.flat() && to.z != 0) return Refusal::Outside;
+        if (full(subdomain, to)) return Refusal::Occupied;
         p.to = to;
         claims.push_back(kBody | subdomain.ensemble.key(p.from));
         claims.push_back(subdomain.ensemble.key(to));
-        return true;
+        return std::nullopt;
     }
-    // give and destroy name a neighbour by its id.
+    return propose_give(subdomain, action, p, claims);
+}
+
+// give and destroy name a neighbour by its id.
+LatticeMotion::Objection LatticeMotion::propose_give(const Subdomain& subdomain, const eval::Action& action, Proposal& p,
+                                                     std::vector<CellKey>& claims) const {
+    const std::int32_t units = held_[action.catom];
     const std::int32_t amount = p.kind == ActionKind::Give ? 1 : 1 + units;
-    if (p.kind == ActionKind::Give && units < 1) return false;
+    if (p.kind == ActionKind::Give && units < 1) return Refusal::NoUnit;
     for (int port = 0; port < subdomain.lattice.ports(); ++port) {
         const std::int32_t other = catom_towards(subdomain.geometry(), subdomain.geometry().catom_site[action.catom], port);
         if (other < 0 || subdomain.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
-        if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return false;
-        const Cell to = subdomain.lattice.neighbour(cell, port);
+        if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return Refusal::NoRoom;
+        const Cell to = subdomain.lattice.neighbour(p.from, port);
         p.direction = port;
         p.to = to;
         if (p.kind == ActionKind::Destroy) claims.push_back(kBody | subdomain.ensemble.key(p.from));
         claims.push_back(kBody | subdomain.ensemble.key(to));
-        return true;
+        return std::nullopt;
     }
-    return false;
+    return Refusal::NotANeighbour;
 }
 
 // The sliding cube: along a face of its pivots, or around an edge of one.
-bool LatticeMotion::propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+LatticeMotion::Objection LatticeMotion::propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& p,
+                                                     std::vector<CellKey>& claims) const {
     const world::LatticeKind lattice = subdomain.lattice.kind();
-    if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return false;
+    if (lattice != world::LatticeKind::Cubic && lattice != world::LatticeKind::Square) return Refusal::NotOnThisLattice;
     const std::int64_t pivot = action.arguments[0].integer, towards = action.arguments[1].integer;
     const int ports = subdomain.lattice.ports();
-    if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports || pivot == towards ||
-        subdomain.lattice.opposite(static_cast<int>(pivot)) == towards)
-        return false;
+    if (pivot < 0 || pivot >= ports || towards < 0 || towards >= ports) return Refusal::NoSuchPort;
+    if (pivot == towards || subdomain.lattice.opposite(static_cast<int>(pivot)) == towards) return Refusal::NotAtRightAngles;
     const Cell here = subdomain.ensemble.cell(action.catom);
     const Cell P = subdomain.lattice.neighbour(here, static_cast<int>(pivot)) - here;
     const Cell D = subdomain.lattice.neighbour(here, static_cast<int>(towards)) - here;
     p.direction = static_cast<std::int32_t>(pivot * ports + towards);
     const auto key = [&](Cell offset) { return subdomain.ensemble.key(here + offset); };
-    if (!full(subdomain, here + P)) return false;
+    if (!full(subdomain, here + P)) return Refusal::NoSupport;
     claims.push_back(kBody | key({}));
     claims.push_back(kBody | key(P));
     Cell to;
     if (p.kind == ActionKind::Slide) {
         to = here + D;
-        if (!full(subdomain, here + P + D) || full(subdomain, to)) return false;
+        if (!full(subdomain, here + P + D)) return Refusal::NoSupport;
+        if (full(subdomain, to)) return Refusal::Occupied;
         claims.push_back(kBody | key(P + D));
         claims.push_back(key(D));
     } else {
         to = here + P + D;
         const Cell zero{};
         for (const Cell empty : {P + D, D, D + D, P + D + D, zero - P, D - P}) {
-            if (full(subdomain, here + empty)) return false;
+            if (full(subdomain, here + empty)) return Refusal::Occupied;
             claims.push_back(key(empty));
         }
     }
     p.to = to;
-    return !world_.motion.keep_connected || stays_connected(subdomain, here, to);
+    return may_leave(subdomain, p);
 }
 
 // Around one neighbour to a cell beside another catom.
-bool LatticeMotion::propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& p, std::vector<CellKey>& claims) const {
+LatticeMotion::Objection LatticeMotion::propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& p,
+                                                       std::vector<CellKey>& claims) const {
     const std::uint64_t around = action.arguments[0].catom, beside = action.arguments[1].catom;
     const std::optional<Catom> last = subdomain.ensemble.find(beside);
-    if (around == beside || beside == p.id || !last) return false;
     for (int port = 0; port < subdomain.lattice.ports(); ++port) {
         const std::optional<Catom> pivot = subdomain.ensemble.at(subdomain.lattice.neighbour(p.from, port));
         if (!pivot || subdomain.ensemble.id(*pivot) != around) continue;
+        // A catom that is far away is not known here, and there is no path to it either.
+        if (around == beside || beside == p.id || !last) return Refusal::NoPath;
         const auto way =
             way_around(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.from, port, subdomain.ensemble.cell(*last));
-        if (!way) return false;
+        if (!way) return Refusal::NoPath;
         p.to = way->to;
         p.direction = way->direction;
         for (const Cell cell : way->bodies) claims.push_back(kBody | subdomain.ensemble.key(cell));
         for (const Cell cell : way->empty) claims.push_back(subdomain.ensemble.key(cell));
-        return !world_.motion.keep_connected || stays_connected(subdomain, p.from, p.to);
+        return may_leave(subdomain, p);
     }
-    return false;
+    return Refusal::NotANeighbour;
+}
+
+LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, const Proposal& p) const {
+    if (!world_.motion.keep_connected || stays_connected(subdomain, p.from, p.to)) return std::nullopt;
+    return Refusal::Disconnects;
 }
 
 // Whether the neighbours that a mover leaves stay connected among themselves within two cells of it. If they are connected only further
@@ -232,7 +247,7 @@ bool LatticeMotion::stays_connected(const Subdomain& subdomain, Cell without, Ce
 
 // Afterwards every proposal that may compete with one of ours is known here: competitors are within six cells of our mover, so in its brick
 // or a neighbouring one. If any catom teleports, all processes get all proposals.
-Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine) const {
+Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine, Teleports& teleports) const {
     if (subdomain.alone()) return mine;
     Proposals all;
     if (subdomain.totals.teleports > 0) {
@@ -242,7 +257,7 @@ Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine) cons
             ByteReader in(from, "proposals");
             while (!in.done()) read_proposal(in, all);
         }
-        veto_teleports(subdomain, all.list);
+        teleports = veto_teleports(subdomain, all.list);
         return all;
     }
     std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
@@ -257,30 +272,38 @@ Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine) cons
 }
 
 // Only the owner of a far cell knows whether it is empty. Of each catom the first moveTo to an empty cell is kept, as on a single process.
-void LatticeMotion::veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const {
-    using Request = std::pair<std::uint64_t, std::int32_t>;  // The mover's id, and the number of the moveTo among its own.
+LatticeMotion::Teleports LatticeMotion::veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const {
     ByteWriter mine;
     for (const Proposal& p : all)
         if (p.kind == ActionKind::MoveTo && subdomain.halo->owner(p.to) == subdomain.comm.process() && full(subdomain, p.to)) {
             mine.write(p.id);
             mine.write(p.direction);
         }
-    std::set<Request> vetoed;
+    Teleports teleports;
+    auto& [vetoed, kept] = teleports;
     for (const auto& from : subdomain.comm.allgather_any(mine.view()))
         for (ByteReader in(from, "vetoed moves"); !in.done();) {
             const auto id = in.read<std::uint64_t>();
             vetoed.emplace(id, in.read<std::int32_t>());
         }
-    std::map<std::uint64_t, std::int32_t> first;
     for (const Proposal& p : all) {
         if (p.kind != ActionKind::MoveTo || vetoed.contains({p.id, p.direction})) continue;
-        const auto [kept, added] = first.emplace(p.id, p.direction);
-        if (!added) kept->second = std::min(kept->second, p.direction);
+        const auto [first, added] = kept.emplace(p.id, p.direction);
+        if (!added) first->second = std::min(first->second, p.direction);
     }
     std::erase_if(all, [&](const Proposal& p) {
-        const auto kept = first.find(p.id);
-        return p.kind == ActionKind::MoveTo && (kept == first.end() || kept->second != p.direction);
+        const auto first = teleports.kept.find(p.id);
+        return p.kind == ActionKind::MoveTo && (first == teleports.kept.end() || first->second != p.direction);
     });
+    return teleports;
+}
+
+// The same as on a single process, where collect() finds the cell full, or an earlier moveTo.
+Refusal LatticeMotion::Teleports::why_not(const Proposal& p) const {
+    if (p.kind != ActionKind::MoveTo) return Refusal::Conflict;
+    if (vetoed.contains({p.id, p.direction})) return Refusal::Occupied;
+    const auto first = kept.find(p.id);
+    return first != kept.end() && first->second != p.direction ? Refusal::Repeated : Refusal::Conflict;
 }
 
 // A proposal is granted if it is the smallest on each of its claims.

@@ -126,14 +126,12 @@ Result<Checkpoint> read_checkpoint(const std::string& folder, std::int64_t tick)
     return out;
 }
 
-// The newest of a folder for which check() has no objection.
+// The newest of these ticks of a folder for which check() has no objection.
 template <class Check>
-Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
-    std::vector<std::int64_t> ticks = checkpoint_ticks(folder);
-    std::reverse(ticks.begin(), ticks.end());
+Result<Checkpoint> newest_of(const std::vector<std::int64_t>& ticks, const std::string& folder, const Check& check) {
     std::string passed_over;
-    for (const std::int64_t tick : ticks) {
-        Result<Checkpoint> checkpoint = read_checkpoint(folder, tick);
+    for (auto tick = ticks.rbegin(); tick != ticks.rend(); ++tick) {
+        Result<Checkpoint> checkpoint = read_checkpoint(folder, *tick);
         Result<void> whole;
         if (checkpoint) whole = check(*checkpoint);
         if (checkpoint && whole) {
@@ -147,6 +145,17 @@ Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
                     ExitCode::RecordingRefused);
     return fail(fmt::format("no checkpoint in {} is whole: {}", folder, passed_over),
                 "Start the run again, with another folder for its checkpoints", ExitCode::RecordingRefused);
+}
+
+// The newest of a folder for which check() has no objection.
+template <class Check>
+Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
+    for (int tries = 1;; ++tries) {
+        const std::vector<std::int64_t> ticks = checkpoint_ticks(folder);
+        Result<Checkpoint> newest = newest_of(ticks, folder, check);
+        // A run that goes on there may have removed all of them meanwhile; there are newer ones then.
+        if (newest || tries >= kMostTries || checkpoint_ticks(folder) == ticks) return newest;
+    }
 }
 
 }  // namespace
@@ -240,16 +249,12 @@ Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Resu
                                      const std::function<std::string()>& digest, comm::Communicator& comm) {
     const auto name_of = [&](int process) { return fmt::format("{}.{}-of-{}{}", manifest.tick, process, comm.processes(), kShare); };
     Result<std::unique_ptr<ShareWriter>> share = ShareWriter::create((fs::path(path_) / name_of(comm.process())).string());
-    const auto write_share = [&]() -> Result<void> {
-        if (!share) return tl::unexpected<Error>(share.error());
-        // As much as the last one took: a disk that is too full is found before all of it is written.
-        if (const Result<void> reserved = (*share)->reserve(share_bytes_); !reserved) return reserved;
-        if (const Result<void> saved = save(**share); !saved) return saved;
-        share_bytes_ = (*share)->size();
-        return {};
-    };
-    Result<void> all = comm::outcome_of_all(comm, write_share());
+    // As much as the last one took: a disk that is too full is found before all of it is written.
+    Result<void> all = comm::outcome_of_all(comm, share ? (*share)->reserve(share_bytes_) : tl::unexpected<Error>(share.error()));
     if (!all) return all;
+    all = comm::outcome_of_all(comm, save(**share));
+    if (!all) return all;
+    share_bytes_ = (*share)->size();
     manifest.digest = digest();
     all = comm::outcome_of_all(comm, (*share)->close());
     share->reset();
@@ -271,10 +276,10 @@ Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Resu
     return {};
 }
 
-// What a run has left that stopped while it wrote goes too.
+// What a run has left that stopped while it wrote goes too, and the lock on that.
 void CheckpointFolder::forget_all_but(std::int64_t newest, std::int64_t before) const {
     for (const std::string& name : names_in(path_)) {
-        const std::optional<std::int64_t> tick = tick_of(name);
+        const std::optional<std::int64_t> tick = tick_of(OutputLock::locked_by(name).value_or(name));
         std::error_code ignored;
         if (tick && *tick != newest && *tick != before) fs::remove(fs::path(path_) / name, ignored);
     }

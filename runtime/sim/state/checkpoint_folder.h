@@ -57,7 +57,7 @@ std::vector<std::int64_t> checkpoint_ticks(const std::string& folder);
 // The checkpoint of one of these ticks; its shares are not looked at. Errors: the manifest is damaged or another user's.
 Result<Checkpoint> checkpoint_of(const std::string& folder, std::int64_t tick);
 
-// A checkpoint that can be read to its end, whatever a run that writes to its folder does meanwhile.
+// A checkpoint that can be read to its end, whatever a run that writes to its folder does meanwhile (see ShareFiles).
 struct OpenCheckpoint {
     Checkpoint checkpoint;
     ShareFiles shares;
@@ -76,8 +76,8 @@ class CheckpointFolder {
     // open_newest() of this folder; the next one to be written is its successor.
     Result<OpenCheckpoint> newest(comm::Communicator& comm);
 
-    // Writes a checkpoint: `save` gives this process's share, and then `digest`, which is collective, that of the state, while the disk
-    // writes. All processes return the same. Errors: a file cannot be written; the checkpoints that were there before are still there.
+    // Writes a checkpoint: `save` gives this process's share, and then `digest` that of the state, while the disk writes. Both are
+    // collective. All processes return the same. Errors: a file cannot be written; the checkpoints that were there before are still there.
     Result<void> write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save, const std::function<std::string()>& digest,
                        comm::Communicator& comm);
     // The tick of the last one that is whole.

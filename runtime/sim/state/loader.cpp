@@ -149,7 +149,7 @@ Result<void> Loader::divide() {
     CountOf count_of;
     const Result<void> counted = free ? count_homes(count_of) : count_bricks(count_of);
     if (!counted) return counted;
-    Setup::Counts counts(count_of.begin(), count_of.end());
+    BrickCounts counts(count_of.begin(), count_of.end());
     std::sort(counts.begin(), counts.end());
     Setup(subdomain_).divide(counts);
     std::size_t mine = 0, bricks = 0;
@@ -235,10 +235,9 @@ Result<void> Loader::load_catoms(const Rest& rest) {
 void Loader::load_totals(const Totals& saved) {
     Totals totals = saved;
     totals.stop = totals.save = false;
-    if (how_ != Loads::GoesOn) {
-        const auto later = [&](const world::Event& event) { return event.last() > subdomain_.tick(); };
-        totals.waiting = totals.timers || std::any_of(subdomain_.world.events.begin(), subdomain_.world.events.end(), later);
-    }
+    // The world may have got other events since.
+    const auto later = [&](const world::Event& event) { return event.last() > subdomain_.tick(); };
+    totals.waiting = totals.timers || std::any_of(subdomain_.world.events.begin(), subdomain_.world.events.end(), later);
     totals.awake = totals.awake || how_ == Loads::LooksAgain || how_ == Loads::Anew;
     if (how_ == Loads::Anew) {
         totals.waiting = totals.timers = totals.undefined = totals.finished = false;

@@ -61,9 +61,6 @@ Result<void> ShareWriter::close() { return file_.commit(); }
 
 namespace {
 
-// A process may have some thousand files open, and needs some for itself.
-constexpr std::size_t kMostHeld = 500;
-
 bool read_at(std::FILE* file, std::uint64_t offset, void* to, std::size_t size) {
     return fseeko(file, static_cast<off_t>(offset), SEEK_SET) == 0 && std::fread(to, 1, size, file) == size;
 }

@@ -2,6 +2,7 @@
 // too early or has other bytes than were written is refused.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -35,10 +36,13 @@ class ShareWriter : public ShareSink {
     OutputFile file_;
 };
 
-// The files of all processes that made a snapshot, by their numbers. Blocks are read and checked when they are asked for, also when the run
-// that made them has removed the files meanwhile.
+// The files of all processes that made a snapshot, by their numbers. Blocks are read and checked when they are asked for; also when the run
+// that made them has removed the files meanwhile, if it had no more than kMostHeld processes.
 class ShareFiles : public Shares {
   public:
+    // A process may have some thousand files open, and needs some for itself.
+    static constexpr std::size_t kMostHeld = 500;
+
     // Errors: a file is missing or none of ours, or has no whole number of blocks.
     static Result<ShareFiles> open(const std::vector<std::string>& paths);
 

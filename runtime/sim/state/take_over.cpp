@@ -78,12 +78,16 @@ TakeOver::Way TakeOver::way_of_given(u32 from) const {
     return way;
 }
 
-TakeOver::Way TakeOver::way_of_action(u32 from) const {
-    const ModuleInfo& was = was_.module();
-    const PredicateInfo& p = was.predicates[from];
-    Way way{.from = from, .done = true, .name = shown_name(p)};
+std::optional<u32> TakeOver::same_action(u32 from) const {
+    const PredicateInfo& p = was_.module().predicates[from];
     const std::optional<u32> found = find(p);
-    if (!found || !same_declaration(was, p, now_, now_.predicates[*found])) return way;
+    return found && same_declaration(was_.module(), p, now_, now_.predicates[*found]) ? found : std::nullopt;
+}
+
+TakeOver::Way TakeOver::way_of_action(u32 from) const {
+    Way way{.from = from, .done = true, .name = shown_name(was_.module().predicates[from])};
+    const std::optional<u32> found = same_action(from);
+    if (!found) return way;
     const PredicateInfo& q = now_.predicates[*found];
     // Where neighbours read an action they have not seen what is written here.
     if (q.column != kNone16 && q.rank_offset == kNone32 && q.storage != Storage::PerLink && !now_.columns[q.column].exported)
@@ -93,7 +97,9 @@ TakeOver::Way TakeOver::way_of_action(u32 from) const {
 
 void TakeOver::find_ways() {
     const ModuleInfo& was = was_.module();
+    actions_.resize(was.predicate_count);
     for (u32 i = 0; i < was.predicate_count; ++i) {
+        if (was.predicates[i].kind == PredicateKind::Action) actions_[i] = same_action(i);
         if (stores_given(was, i))
             ways_.push_back(way_of_given(i));
         else if (was.predicates[i].kind == PredicateKind::Action && was.predicates[i].column != kNone16)
@@ -135,10 +141,8 @@ void TakeOver::load_passing(const std::function<std::optional<u32>(u64)>& find_c
     FactStore::each_saved_action(was, std::move(actions), [&](u64 id, u16 predicate, const Value* arguments) {
         const std::optional<u32> catom = find_catom(id);
         if (!catom) return;
-        const PredicateInfo& p = was.predicates[predicate];
-        const std::optional<u32> found = find(p);
-        if (found && same_declaration(was, p, now_, now_.predicates[*found]))
-            facts_.evaluator.restore_action(*catom, static_cast<u16>(*found), arguments);
+        if (const std::optional<u32> now = actions_[predicate])
+            facts_.evaluator.restore_action(*catom, static_cast<u16>(*now), arguments);
         else
             ++lost_actions_[predicate];
     });

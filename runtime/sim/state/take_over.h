@@ -48,6 +48,7 @@ class TakeOver {
     void find_ways();
     Way way_of_given(u32 from) const;
     Way way_of_action(u32 from) const;
+    std::optional<u32> same_action(u32 from) const;
     std::optional<u32> find(const PredicateInfo& p) const;
     const PredicateInfo* other_arity(const PredicateInfo& p) const;
 
@@ -55,6 +56,7 @@ class TakeOver {
     const ModuleInfo& now_;
     FactStore& facts_;
     std::vector<Way> ways_;
+    std::vector<std::optional<u32>> actions_;    // What those that are on their way are now, by predicate.
     std::map<u32, std::uint64_t> lost_actions_;  // Those on their way that the program does not know, by predicate.
 };
 

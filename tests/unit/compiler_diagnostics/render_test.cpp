@@ -116,6 +116,34 @@ TEST(RenderJson, HasEveryField) {
     EXPECT_EQ(array[0]["help"], "write `_`");
 }
 
+TEST(RenderJson, HasTheFixesOfFilesOnDisk) {
+    source::FileSet files;
+    files.add("a.meld", "p(A, X).\nq(B).\n", source::File::From::Disk);
+    files.add("library.meld", "r(A).\n");
+    Diagnostic diagnostic{Kind::SingleUse, {0, 5, 6}, "once"};
+    diagnostic.fixes = {safe(write({0, 5, 6}, "_")), write({1, 0, 1}, "s"), leave_out({0, 9, 13}, "it", Edit::Fit::Item)};
+    const auto fixes = nlohmann::json::parse(render_json(files, {diagnostic}))[0]["fixes"];
+    ASSERT_EQ(fixes.size(), 2u);
+    EXPECT_EQ(fixes[0], nlohmann::json::parse(R"({"title": "Write `_`", "safe": true, "edits": [{"path": "a.meld", "line": 1, "column": 6,
+                                                  "end_line": 1, "end_column": 7, "text": "_"}]})"));
+    EXPECT_EQ(fixes[1]["safe"], false);
+    EXPECT_EQ(fixes[1]["edits"][0]["end_line"], 3);
+}
+
+TEST(RenderJson, JoinsTheMessagesOfPrograms) {
+    source::FileSet first, second;
+    first.add("a.meld", "p(A).");
+    second.add("b.meld", "q(A).");
+    JsonMessages messages;
+    messages.add(first, {{Kind::SyntaxError, {0, 0, 1}, "one"}, {Kind::SyntaxError, {0, 1, 2}, "two"}});
+    messages.add(second, {});
+    messages.add(second, {{Kind::SyntaxError, {0, 0, 1}, "three"}});
+    const auto array = nlohmann::json::parse(messages.text());
+    ASSERT_EQ(array.size(), 3u);
+    EXPECT_EQ(array[1]["message"], "two");
+    EXPECT_EQ(array[2]["path"], "b.meld");
+}
+
 TEST(RenderJson, SurvivesTextThatIsNoUtf8) {
     source::FileSet files;
     files.add("\xff.meld", "p");

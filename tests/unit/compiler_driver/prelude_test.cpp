@@ -8,11 +8,11 @@
 #include <string>
 #include <utility>
 
-#include "compiler/driver/front_end.h"
+#include "compiler/front/front_end.h"
 #include "runtime/abi/actions.h"
 #include "runtime/abi/senses.h"
 
-namespace meld::driver {
+namespace meld::front {
 namespace {
 
 using Signature = std::pair<std::string, std::size_t>;  // Of the arguments after the catom.
@@ -75,4 +75,4 @@ TEST(Prelude, NamesTheCodesOfActionsThatFail) {
 }
 
 }  // namespace
-}  // namespace meld::driver
+}  // namespace meld::front

@@ -53,6 +53,18 @@ TEST_F(Include, ReadsEachFileOnce) {
     EXPECT_EQ(print(program.tree), "b(A).\na(A).\n");
 }
 
+TEST_F(Include, TakesTheFilesThatAreMeantAndSearchesNone) {
+    write("x.meld", "wrong(A).");
+    Parsed program;
+    const std::uint32_t main = program.files.add((root_ / "main.meld").string(), "include \"x.meld\". use \"x\". use \"x\".");
+    const std::uint32_t other = program.files.add("elsewhere.meld", "e(A).");
+    program.tree = parse(program.files, main, program.report, {.libraries = {{"x", "l(A)."}}, .meant = {{other, std::nullopt, main}}});
+    EXPECT_EQ(program.rendered(), "");
+    EXPECT_EQ(print(program.tree), "e(A).\nl(A).\n");
+    EXPECT_EQ(program.tree.includes.size(), 3);
+    EXPECT_EQ(program.tree.includes.front().file, other);
+}
+
 TEST_F(Include, LooksBesideTheIncludingFile) {
     write("inc/a.meld", "include \"b.meld\".");
     write("inc/b.meld", "b(A).");

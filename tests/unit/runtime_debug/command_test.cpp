@@ -38,15 +38,36 @@ TEST(DebugCommand, Questions) {
         EXPECT_EQ(read<Facts>(line).name, "dist");
     }
     EXPECT_EQ(read<Facts>("facts @18446744073709551615").catom, std::numeric_limits<std::uint64_t>::max());
+    EXPECT_EQ(read<Query>("query  dist(A, D),  D > 9 ").body, "dist(A, D),  D > 9");
     read<Where>("where");
     read<Where>("catoms");
     EXPECT_FALSE(read<Diff>("diff").since);
     EXPECT_EQ(read<Diff>("diff 7").since, 7);
 }
 
+TEST(DebugCommand, Breaks) {
+    EXPECT_EQ(read<Until>("until dist(A, D),  D > 9").body, "dist(A, D),  D > 9");
+    EXPECT_EQ(read<Watch>("watch dist(A, 9)").body, "dist(A, 9)");
+    EXPECT_EQ(read<Break>("break gradient.meld:12").rule, "gradient.meld:12");
+    EXPECT_EQ(read<Break>("break dist").condition, "");
+    EXPECT_EQ(read<Break>("break dist if D > 3,  D < 9").condition, "D > 3,  D < 9");
+    read<Breaks>("breaks");
+    EXPECT_EQ(read<Delete>("delete 3").number, 3U);
+    EXPECT_FALSE(read<Delete>("delete all").number);
+}
+
+TEST(DebugCommand, ByHand) {
+    EXPECT_EQ(read<Change>("give token(@3,  7).").fact, "token(@3,  7).");
+    EXPECT_TRUE(read<Change>("give wall(@1)").gives);
+    EXPECT_FALSE(read<Change>("take wall(@1)").gives);
+    read<Events>("events");
+    EXPECT_EQ(read<SaveEvents>("save-events by hand.toml").path, "by hand.toml");
+}
+
 TEST(DebugCommand, HelpTellsAll) {
     const std::string all = read<Help>("help").text;
-    for (const std::string_view name : {"step", "back", "to", "run", "facts", "where", "catoms", "diff", "help", "quit"}) {
+    for (const std::string_view name : {"step", "back", "to", "run", "until", "break", "watch", "breaks", "delete", "facts", "query",
+                                        "where", "catoms", "diff", "help", "quit"}) {
         const std::string one = read<Help>(fmt::format("help {}", name)).text;
         EXPECT_TRUE(one.starts_with(name)) << one;
         EXPECT_THAT(all, testing::HasSubstr(one));
@@ -59,7 +80,12 @@ TEST(DebugCommand, MistakesNameTheCure) {
     };
     constexpr std::array kCases = {
         Case{"stp", "there is no command 'stp'. Did you mean 'step'?"},
-        Case{"xyzzy 3", "there is no command 'xyzzy'. There are step, back, to, run, facts, where, catoms, diff, help, quit"},
+        Case{"brake 12", "there is no command 'brake'. Did you mean 'break'?"},
+        Case{"break", "break: the rule is missing. Write break RULE [if BODY]"},
+        Case{"break 12 when D > 3", "break: 'when' is too much. Write break RULE [if BODY]"},
+        Case{"break 12 if", "break: the body behind if is missing. Write break RULE [if BODY]"},
+        Case{"watch", "watch: the body is missing. Write watch BODY"},
+        Case{"delete 0", "delete: '0' is no whole number from 1 on. Write delete N"},
         Case{"help bakc", "there is no command 'bakc'. Did you mean 'back'?"},
         Case{"step 0", "step: '0' is no whole number from 1 on. Write step [N]"},
         Case{"step 3x", "step: '3x' is no whole number from 1 on. Write step [N]"},

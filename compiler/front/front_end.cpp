@@ -1,0 +1,79 @@
+// The stages before planning, one function each.
+#include "compiler/front/front_end.h"
+
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "compiler/check/check.h"
+#include "compiler/front/embedded.h"
+#include "compiler/front/question.h"
+#include "compiler/lint/lint.h"
+#include "runtime/base/assert.h"
+
+namespace meld::front {
+
+namespace {
+
+std::vector<syntax::Library> libraries() {
+    std::vector<syntax::Library> result;
+    for (const EmbeddedText& library : kLibraries) result.push_back({library.name, library.text});
+    return result;
+}
+
+void add_sources(const source::FileSet& files, std::uint32_t main, const std::vector<syntax::Tree::Include>& includes,
+                 check::Program& program) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path folder = fs::absolute(files.file(main).path(), error).lexically_normal().parent_path();
+    std::vector<std::optional<std::uint32_t>> numbers(files.count());
+    const auto add = [&](std::uint32_t i) {
+        const source::File& file = files.file(i);
+        if (!file.on_disk()) return;
+        const std::string path = fs::absolute(file.path(), error).lexically_normal().lexically_relative(folder).string();
+        numbers[i] = static_cast<std::uint32_t>(program.sources.size());
+        program.sources.push_back({path, file.text()});
+    };
+    add(main);
+    for (std::uint32_t i = 0; i < files.count(); ++i)
+        if (i != main) add(i);
+    // A text without a file, as an editor has.
+    if (program.sources.empty()) program.sources.push_back({files.file(main).path(), files.file(main).text()});
+    for (const syntax::Tree::Include& include : includes) program.includes.push_back(include.file ? numbers[*include.file] : std::nullopt);
+}
+
+}  // namespace
+
+std::uint32_t add_prelude(source::FileSet& files) {
+    MELD_EXPECT(files.count() == 0);
+    files.add("stdlib/prelude.meld", kPrelude);
+    return 1;
+}
+
+ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
+                            const syntax::ParseOptions& options) {
+    ParsedProgram parsed;
+    for (std::uint32_t i = 0; i < prelude_files; ++i) parsed.prelude.append(syntax::parse(files, i, report));
+    syntax::ParseOptions with_libraries = options;
+    with_libraries.libraries = libraries();
+    parsed.program = syntax::parse(files, file, report, with_libraries);
+    return parsed;
+}
+
+check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed,
+                             diagnostics::Reporter& report) {
+    const std::vector<syntax::Tree::Include> includes = std::move(parsed.program.includes);
+    syntax::Tree tree = std::move(parsed.prelude);
+    tree.append(std::move(parsed.program));
+    check::separate_modules(tree, prelude_files, report);
+    const std::vector<diagnostics::Diagnostic> unused_names = lint::find_unused_names(files, tree, file);
+    check::Program program = check::check(files, tree, prelude_files, report);
+    add_witness(program);
+    lint::lint(program, file, unused_names, report);
+    program.name = std::filesystem::path(files.file(file).path()).stem().string();
+    add_sources(files, file, includes, program);
+    return program;
+}
+
+}  // namespace meld::front

@@ -1,0 +1,59 @@
+// Where a way forward through a run ends: rules, and bodies that begin to hold.
+//
+// A rule fires in a tick after which there is a derivation by it that there was not after the tick before: a way to satisfy its body in the
+// state of the whole run. So a break is a watch of the rule's body, and the same on any number of processes and each time that a tick is
+// run again.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/debug/answer.h"
+#include "runtime/debug/command.h"
+#include "runtime/inspect/watches.h"
+
+namespace meld::debug {
+
+// A body that is typed, to be watched.
+front::WatchRule rule_of(const std::string& body, front::WatchRule::Verb verb);
+
+// Every process has one and calls all of this at the same time.
+class BreakList {
+  public:
+    // Errors: there is no such rule, or it cannot be watched; mistakes in the body.
+    Result<Answer> add(const ModuleInfo& module, const Break& asked);
+    Result<Answer> add(const ModuleInfo& module, const Watch& asked);
+    // Errors: there is none with this number.
+    Result<Answer> remove(std::optional<std::uint64_t> number);
+    BreaksFound all() const;
+    bool empty() const { return entries_.empty(); }
+
+    // A way forward begins here. Cost: a look at all of the run, unless it goes on where the last one ended.
+    Result<void> begin(sim::Subdomain& subdomain);
+    // What is new after a tick, on process 0. Cost: proportional to what has changed.
+    Result<std::vector<Stop>> after(sim::Subdomain& subdomain);
+    // The run that was looked at is not there any more: another one goes on from another tick.
+    void forget() { watches_.reset(); }
+
+    // Whether process 0 says so.
+    static bool agreed(bool mine, comm::Communicator& comm);
+
+  private:
+    struct Entry {
+        BreaksFound::One shown;
+        std::vector<front::WatchRule> rules;  // One or several that are watched.
+    };
+    Result<Answer> add(const ModuleInfo& module, Entry entry);
+
+    std::vector<Entry> entries_;
+    std::uint64_t last_number_ = 0;
+    const ModuleInfo* module_ = nullptr;
+    std::unique_ptr<inspect::Watches> watches_;  // Of all entries, in their order; null: to be made anew.
+};
+
+}  // namespace meld::debug

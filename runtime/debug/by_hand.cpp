@@ -1,0 +1,89 @@
+#include "runtime/debug/by_hand.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/base/output_file.h"
+#include "runtime/comm/outcome.h"
+#include "runtime/debug/facts.h"
+#include "runtime/inspect/ground.h"
+#include "runtime/sim/core/given.h"
+#include "runtime/world/expression.h"
+
+namespace meld::debug {
+
+namespace {
+
+// In TOML, a value of the language is a string with its text.
+std::string toml_string(const std::string& text) {
+    std::string out = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') out += '\\';
+        out += c;
+    }
+    return out + '"';
+}
+
+Result<void> exists(sim::Subdomain& subdomain, std::uint64_t id) {
+    if (catom_exists(subdomain, id)) return {};
+    return fail(fmt::format("there is no catom @{} in tick {}", id, subdomain.tick()));
+}
+
+}  // namespace
+
+Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked) {
+    sim::Subdomain& subdomain = timeline.simulation().subdomain();
+    const char* const verb = asked.gives ? "give" : "take";
+    std::string fact = asked.fact;
+    if (fact.ends_with('.')) fact.pop_back();
+    Result<inspect::Ground> ground = inspect::read_ground(subdomain, fact);
+    if (!ground) return tl::unexpected<Error>(ground.error());
+    const auto where = world::parse_region_text(fmt::format("id == {}", ground->catom));
+    MELD_CHECK(where.has_value(), "a region of one catom, {}", ground->catom);
+    const world::GivenFact given{
+        .predicate = ground->predicate, .arguments = ground->arguments, .where = *where, .place = fmt::format("{} {}", verb, ground->text)};
+    if (auto can = sim::GivenFacts(subdomain).check(given); !can) return tl::unexpected<Error>(can.error());
+    if (auto is = exists(subdomain, ground->catom); !is) return tl::unexpected<Error>(is.error());
+
+    const std::int64_t now = timeline.tick();
+    const auto stays = std::ranges::find_if(done_, [&](const EventsFound::One& one) { return one.tick > now + 1; });
+    EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
+    done_.erase(stays, done_.end());
+    done_.push_back({.tick = now + 1,
+                     .verb = verb,
+                     .fact = ground->text,
+                     .predicate = ground->predicate,
+                     .catom = ground->catom,
+                     .arguments = ground->arguments});
+    world::Event event{.tick = now + 1, .give = {}, .take = {}};
+    (asked.gives ? event.give : event.take).push_back(given);
+    world_.events.resize(own_events_ + done_.size() - 1);
+    world_.events.push_back(std::move(event));
+    timeline.changes_from_here();
+    answer.events.push_back(done_.back());
+    return answer;
+}
+
+EventsFound ByHand::all(std::int64_t tick) const { return {.tick = tick, .events = done_}; }
+
+std::string ByHand::as_toml() const {
+    std::string out = "# What was done by hand. A world ends with it to make the same run.\n";
+    for (const EventsFound::One& one : done_) {
+        std::string values;
+        for (const std::string& text : one.arguments) values += (values.empty() ? "" : ", ") + toml_string(text);
+        const std::string what = values.empty() ? fmt::format("\"id == {}\"", one.catom)
+                                                : fmt::format("{{ where = \"id == {}\", args = [{}] }}", one.catom, values);
+        out += fmt::format("\n[[event]]\ntick = {}\n{} = {{ {} = {} }}\n", one.tick, one.verb, toml_string(one.predicate), what);
+    }
+    return out;
+}
+
+Result<Answer> ByHand::write(const std::string& path, comm::Communicator& comm) const {
+    const Result<void> mine = comm.process() == 0 ? write_file(path, as_toml()) : Result<void>{};
+    if (auto all = comm::outcome_of_first(comm, mine); !all) return tl::unexpected<Error>(all.error());
+    return Written{.path = path, .what = "event", .count = done_.size()};
+}
+
+}  // namespace meld::debug

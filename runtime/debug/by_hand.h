@@ -1,0 +1,39 @@
+// What somebody does to a run by hand, between two ticks: each becomes an event of its world, in the next tick.
+//
+// So it happens again whenever that tick is run again, and a world with the same events makes the same run. A run that is changed in the
+// past has another future: what was done by hand after that is dropped.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/debug/answer.h"
+#include "runtime/debug/command.h"
+#include "runtime/timeline/timeline.h"
+#include "runtime/world/world_file.h"
+
+namespace meld::debug {
+
+// Every process has one and calls all of this at the same time.
+class ByHand {
+  public:
+    // The world of the timeline, which outlives this.
+    explicit ByHand(world::World& world) : world_(world), own_events_(world.events.size()) {}
+
+    // Errors: mistakes in the fact; the world could not give it; there is no such catom.
+    Result<Answer> change(timeline::Timeline& timeline, const Change& asked);
+    EventsFound all(std::int64_t tick) const;
+    // As [[event]] tables of a world; on process 0. Errors, the same on every process: those of the file.
+    Result<Answer> write(const std::string& path, comm::Communicator& comm) const;
+
+  private:
+    std::string as_toml() const;
+
+    world::World& world_;
+    std::size_t own_events_;  // Those of the world itself come first.
+    std::vector<EventsFound::One> done_;
+};
+
+}  // namespace meld::debug

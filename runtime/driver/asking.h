@@ -1,0 +1,26 @@
+// The command lines of the commands that ask one thing about a run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "runtime/driver/options.h"
+
+namespace meld::driver {
+
+struct Asking {
+    RunOptions run = {};
+    std::string scratch = {};
+    const CLI::App* command = nullptr;
+};
+
+void add_query(CLI::App& app, Asking& asking);
+void add_facts(CLI::App& app, Asking& asking);
+// name: why or why-not.
+void add_why(CLI::App& app, Asking& asking, const std::string& name);
+void add_history(CLI::App& app, Asking& asking);
+void add_shot(CLI::App& app, Asking& asking);
+// After the command line of add_shot() has been read: its options become flags of the inquiry, as processes get them.
+void note_flags(Asking& asking);
+
+}  // namespace meld::driver

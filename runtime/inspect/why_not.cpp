@@ -1,0 +1,289 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "runtime/inspect/earlier_states.h"
+#include "runtime/inspect/heads.h"
+#include "runtime/inspect/why.h"
+#include "runtime/kernel/lists.h"
+#include "runtime/kernel/ranks.h"
+
+namespace meld::inspect {
+
+namespace {
+
+// So many facts of one answer are explained: what a rule could take a value from may go on without end, as D - 1 of D + 1 does.
+constexpr std::size_t kMostFacts = 10'000;
+
+using check::Clause;
+using check::Head;
+using check::PredicateId;
+using check::Rule;
+using Node = Explanation::Node;
+using Part = Explanation::Part;
+using Way = Explanation::Way;
+
+class WhyNot {
+  public:
+    WhyNot(Explainer& explainer, const WhyOptions& options) : e_(explainer), options_(options) {}
+
+    Result<Explanation> run(const std::string& asked) {
+        out_.tick = e_.states().tick;
+        out_.asked = asked;
+        const Result<Known> fact = e_.asked();
+        if (!fact) return tl::unexpected<Error>(fact.error());
+        if (e_.asks_more())
+            return fail("more is asked than whether one fact holds",
+                        "Write it with values, or _ where anything will do: 'dist(@42, 5)'; a query tells what holds besides");
+        if (!fact->catom) return fail("the catom is missing", "Say whose fact it is: 'dist(@42, 5)'");
+        bool holds = false;
+        const Result<void> matched = e_.each_match([&](const Known&) {
+            holds = true;
+            return false;
+        });
+        if (!matched) return tl::unexpected<Error>(matched.error());
+        if (holds) return std::move(out_);
+        out_.roots.push_back(add(*fact, 0));
+        for (std::size_t i = 0; i < facts_.size(); ++i)
+            if (auto done = explain(i); !done) return tl::unexpected<Error>(done.error());
+        return std::move(out_);
+    }
+
+  private:
+    struct Asked {
+        Known fact;
+        std::size_t depth;
+    };
+
+    std::size_t add(const Known& fact, std::size_t depth) {
+        const std::string text = e_.text(fact);
+        const auto [known, is_new] = numbers_.try_emplace(text, facts_.size());
+        if (!is_new) return known->second;
+        out_.nodes.push_back({.is = Node::Is::Missing, .fact = text, .tick = e_.states().tick});
+        facts_.push_back({fact, depth});
+        return known->second;
+    }
+    Node& node(std::size_t i) { return out_.nodes[i]; }
+    Result<void> note(std::size_t i, std::string text) {
+        node(i).note = std::move(text);
+        return {};
+    }
+
+    Result<void> explain(std::size_t i) {
+        if (i >= kMostFacts) return note(i, fmt::format("not followed further: the answer has {} facts", kMostFacts));
+        const Known fact = facts_[i].fact;
+        const check::Predicate& p = e_.predicate(fact.predicate);
+        Facts& now = e_.facts(0);
+        if (!now.exists(*fact.catom)) return note(i, fmt::format("there is no catom @{}", *fact.catom));
+        if (p.world != WorldSource::None) return not_sensed(i);
+        if (p.sensed) return note(i, "it is not sensed");
+        if (instead_of(i)) return {};
+        const std::vector<const Rule*> views = e_.views(fact.predicate), makers = e_.makers(fact.predicate);
+        if (views.empty() && makers.empty()) return note(i, "it was never given, and no rule derives it");
+        if (options_.depth != 0 && facts_[i].depth >= options_.depth) {
+            node(i).note += (node(i).note.empty() ? "" : "; ") + std::string("ask about it for more");
+            return {};
+        }
+        for (const Rule* rule : views)
+            if (auto done = by_rule(i, *rule, rule->heads[0].atom, {}, fact); !done) return done;
+        for (const Rule* rule : makers)
+            if (auto done = by_heads(i, *rule); !done) return done;
+        if (e_.base_of(fact.predicate)) node(i).ways.push_back({.note = "and it was not given"});
+        return {};
+    }
+
+    Result<void> not_sensed(std::size_t i) {
+        const Known& fact = facts_[i].fact;
+        if (!meld::is_link(e_.predicate(fact.predicate).world) || !fact.arguments[0]) return note(i, "it is not sensed");
+        const u64 to = fact.arguments[0]->catom;
+        if (!e_.facts(0).exists(to)) return note(i, fmt::format("there is no catom @{}", to));
+        std::vector<i64> ports;
+        e_.facts(0).at(e_.program().source(fact.predicate), *fact.catom, [&](const Fact& f) {
+            if (f.arguments[0].catom == to && fact.arguments.size() > 1) ports.push_back(f.arguments[1].integer);
+            return true;
+        });
+        if (!ports.empty()) return note(i, fmt::format("@{} touches @{} at port {}", *fact.catom, to, fmt::join(ports, ", ")));
+        return note(i, fmt::format("@{} and @{} do not touch", *fact.catom, to));
+    }
+
+    // Whether another value of the group holds, which the fact could not replace.
+    bool instead_of(std::size_t i) {
+        const Known& fact = facts_[i].fact;
+        const check::Predicate& p = e_.predicate(fact.predicate);
+        if (p.aggregate == check::Aggregate::None) return false;
+        const std::size_t at = p.aggregate_at - 1;
+        std::optional<Known> held;
+        e_.facts(0).at(e_.program().source(fact.predicate), *fact.catom, [&](const Fact& f) {
+            bool same = true;
+            for (std::size_t a = 0; a < at; ++a)
+                same = same && fact.arguments[a] && e_.terms().equal(p.arguments[a + 1].type, f.arguments[a], *fact.arguments[a]);
+            if (same) held = e_.keep(fact.predicate, f, 0);
+            return !same;
+        });
+        if (!held) return false;
+        const std::string text = e_.text(*held);
+        const std::string word = check::aggregate_name(e_.checked(), p);
+        if (!syntax::keeps_best(p.aggregate) || !fact.arguments[at]) {
+            node(i).note = syntax::combines(p.aggregate) ? fmt::format("{} holds: its {} is of all that there is, as why tells", text, word)
+                                                         : fmt::format("{} holds, and there is one value", text);
+            return true;
+        }
+        const int order = tuple::compare(e_.terms().types.of(p.arguments[at + 1].type), *held->arguments[at], *fact.arguments[at]);
+        const bool better = syntax::keeps_least(p.aggregate) ? order <= 0 : order >= 0;
+        node(i).note = better ? fmt::format("{} holds, and {} keeps it", text, word) : fmt::format("{} holds", text);
+        return better;
+    }
+
+    // ---- rules
+
+    Result<void> by_heads(std::size_t i, const Rule& rule) {
+        Result<void> outcome;
+        each_head_within(rule, [&](const HeadWithin& at) {
+            if (!outcome || at.head.kind != Head::Kind::Fact || at.head.atom.predicate != facts_[i].fact.predicate) return;
+            outcome = by_rule(i, rule, at.head.atom, at.around, facts_[i].fact, at.of_results);
+        });
+        return outcome;
+    }
+
+    Result<void> by_rule(std::size_t i, const Rule& rule, const check::Atom& head, const std::vector<Clause>& more, const Known& fact,
+                         bool of_results = false) {
+        Way way = e_.way_of(rule);
+        std::optional<Fitted> fitted = e_.fit(rule, head, fact, true, more);
+        const std::string cannot = fitted ? e_.cannot(fitted->body) : "";
+        if (!fitted || !cannot.empty()) {
+            way.note = fitted ? "it cannot be looked up: " + cannot : "its head is never this fact";
+            node(i).ways.push_back(std::move(way));
+            return {};
+        }
+        Attempt best;
+        std::optional<Known> missing;
+        const auto further = [&](const Attempt& attempt) { missing = note_attempt(*fitted, attempt, way); };
+        std::optional<u32> least;
+        const Result<bool> done = e_.search(*fitted, {.best = &best, .further = further}, [&](const Solution& solution) {
+            const u32 rank = rank_of(fact, *fitted, solution);
+            if (!least || rank < *least) least = rank;
+            return true;
+        });
+        if (!done) return tl::unexpected<Error>(done.error());
+        if (missing) way.parts.back().node = add(*missing, facts_[i].depth + 1);
+        if (least)
+            way.note = of_results ? "its body is met; results of aggregates in its head were not checked" : met_and_yet(rule, fact, *least);
+        node(i).ways.push_back(std::move(way));
+        return {};
+    }
+
+    // The parts that can be met together, and the one that then cannot; the fact that is not there, if it is that.
+    std::optional<Known> note_attempt(const Fitted& fitted, const Attempt& attempt, Way& way) {
+        way.parts.clear();
+        const Rule named = e_.named(fitted, attempt.values, attempt.bound);
+        const auto own = [&](const Clause* c) { return static_cast<std::size_t>(c - fitted.body.data()) < fitted.own; };
+        for (const Clause* c : attempt.met) {
+            if (c == attempt.failed || !own(c) || (c->kind != Clause::Kind::Atom && c->kind != Clause::Kind::Not)) continue;
+            const bool absent = c->kind == Clause::Kind::Not;
+            way.parts.push_back(
+                {.is = absent ? Part::Is::Absent : Part::Is::Fact, .text = absent ? e_.print(named, c->inner) : e_.print(named, *c)});
+        }
+        if (attempt.failed == nullptr) return std::nullopt;
+        const Clause& c = *attempt.failed;
+        Part part{.is = Part::Is::Fails, .text = e_.print(named, c)};
+        Values values = attempt.values;
+        std::optional<Known> missing;
+        if (c.kind == Clause::Kind::Atom) {
+            missing = pattern(c.atom, attempt.bound, values);
+        } else if (c.kind == Clause::Kind::Not) {
+            static_cast<void>(e_.search_part(fitted, c.inner, values, attempt.bound, {}, [&](const Solution& inner) {
+                for (std::size_t n = 0; n < c.inner.size(); ++n)
+                    if (inner.facts[n] != nullptr)
+                        part.note += (part.note.empty() ? "" : ", ") + e_.text(e_.keep(c.inner[n].atom.predicate, *inner.facts[n], 0));
+                return false;
+            }));
+            if (!part.note.empty()) part.note += " holds";
+        }
+        way.parts.push_back(std::move(part));
+        return missing;
+    }
+
+    // What an atom asks for; nothing: at no catom that is known, or it is there in another way.
+    std::optional<Known> pattern(const check::Atom& atom, const Bound& bound, Values& values) {
+        const check::Predicate& p = e_.predicate(atom.predicate);
+        const auto value_of = [&](const check::Term& term, const check::Type& type) -> std::optional<Value> {
+            if (term.op == check::Op::Anonymous) return std::nullopt;
+            bool all = true;
+            check::each_free_use(term, [&](const check::Term& t) { all = all && bound[t.variable.index()]; });
+            if (!all) return std::nullopt;
+            const Value v = e_.terms().value_as(term, type, values);
+            if (!e_.terms().scratch.went_well()) return std::nullopt;
+            return e_.keep(type, v);
+        };
+        Known out{.predicate = atom.predicate};
+        const auto catom = value_of(atom.arguments[0], check::Type::Node);
+        if (!catom) return std::nullopt;
+        out.catom = catom->catom;
+        for (std::size_t a = 1; a < atom.arguments.size(); ++a) out.arguments.push_back(value_of(atom.arguments[a], p.arguments[a].type));
+        if (e_.facts(0).exists(*out.catom) && e_.holds(out)) return std::nullopt;
+        return out;
+    }
+
+    // ---- a body that is met, and the fact is not there
+
+    u32 rank_of(const Known& head, const Fitted& fitted, const Solution& solution) const {
+        const check::Stratum* const recursion = e_.recursion_of(head.predicate);
+        u32 rank = 0;
+        for (std::size_t c = 0; c < fitted.own && recursion != nullptr; ++c) {
+            const Fact* const f = c < solution.facts.size() ? solution.facts[c] : nullptr;
+            if (f != nullptr && f->rank != kAbsent && recursion->contains(fitted.body[c].atom.predicate)) rank = std::max(rank, f->rank);
+        }
+        return rank + 1;
+    }
+
+    std::string met_and_yet(const Rule& rule, const Known& fact, u32 rank) {
+        if (rule.initial_fact) return "it is given once, in the first tick";
+        if (rule.linear) return "its body is met, and it fires in the next tick, if no other rule takes its facts";
+        if (!rule.heads.empty() && rule.heads[0].delay.op != check::Op::Anonymous) return "its body is met, but not for long enough yet";
+        if (const std::optional<Tombstone> lost = loss_of(fact)) {
+            const i64 ready = trusted_from(&*lost, rank, e_.states().latency);
+            if (ready > e_.states().tick)
+                return fmt::format("its body is met, and in quarantine until tick {}: rank {} against a loss of rank {} in tick {}", ready,
+                                   rank, lost->least_rank, lost->time);
+        }
+        return "its body is met now, and was not when the catom read it; it is read again in the next tick";
+    }
+
+    std::optional<Tombstone> loss_of(const Known& fact) {
+        const check::Predicate& p = e_.predicate(fact.predicate);
+        u64 group = kGroupHash;
+        const std::size_t end = p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at;
+        for (std::size_t a = 1; a < end; ++a) {
+            if (!fact.arguments[a - 1]) return std::nullopt;
+            const check::Type& type = p.arguments[a].type;
+            const Value v = *fact.arguments[a - 1];
+            group = mix(group, type.compound() ? hash_list(e_.terms().types.table(), e_.terms().types.number(type), v.list) : v.catom);
+        }
+        return e_.facts(0).loss(e_.ranked_source(fact.predicate), *fact.catom, group);
+    }
+
+    Explainer& e_;
+    const WhyOptions& options_;
+    Explanation out_;
+    std::vector<Asked> facts_;  // By node.
+    std::map<std::string, std::size_t> numbers_;
+};
+
+}  // namespace
+
+Result<Explanation> why_not(timeline::Timeline& timeline, const std::string& fact, const WhyOptions& options) {
+    Explanation out;
+    const Result<void> asked = ask_back(timeline, fact, [&](Explainer& explainer) -> Result<void> {
+        Result<Explanation> found = WhyNot(explainer, options).run(fact);
+        if (!found) return tl::unexpected<Error>(found.error());
+        out = std::move(*found);
+        return {};
+    });
+    if (!asked) return tl::unexpected<Error>(asked.error());
+    return out;
+}
+
+}  // namespace meld::inspect

@@ -1,0 +1,310 @@
+#include "runtime/picture/frame.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "runtime/comm/outcome.h"
+#include "runtime/inspect/query.h"
+
+namespace meld::picture {
+
+namespace {
+
+using inspect::Table;
+using Kind = check::Type::Kind;
+using render::Vec;
+
+// Whole numbers up to so many are kinds, with a colour and a line in the legend for each.
+constexpr std::size_t kFewNumbers = 8;
+
+constexpr float kAbove = 0.62F;  // In the plane, lines are so much above the middles of catoms.
+constexpr float kSmall = 0.5F;   // In space, catoms are so much smaller where there are lines.
+// The part of the way between two catoms that an arrow takes.
+constexpr float kArrowBegins = 0.12F, kArrowEnds = 0.8F;
+
+Vec vec(const world::Vec3& at) { return {static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])}; }
+
+render::Rgb rgb(std::uint32_t c) {
+    return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
+}
+
+render::Form form_of(const sim::Subdomain& subdomain) {
+    if (subdomain.ensemble.is_free()) return render::Form::Sphere;
+    switch (subdomain.lattice.kind()) {
+        case world::LatticeKind::Square:
+            return render::Form::Cube;
+        case world::LatticeKind::Hex:
+            return render::Form::Hexagon;
+        default:
+            return render::Form::Sphere;
+    }
+}
+
+// Asks the bodies of a look, one after the other, and puts what they say into a frame.
+class Looker {
+  public:
+    Looker(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look)
+        : subdomain_(subdomain), look_(look), speaks_(subdomain.comm.process() == 0), drawn_(drawing.drawn(subdomain)) {}
+
+    Result<Frame> frame();
+
+  private:
+    // What a body says, on process 0. The option is named in errors.
+    struct Said {
+        Table table = {};
+        std::size_t catom = 0;                // The column of the catom that it is about.
+        std::optional<std::size_t> end = {};  // Of what a line goes to.
+        std::optional<std::size_t> value = {};
+    };
+    enum class Wants { Catoms, Lines, Values };
+    Result<Said> ask(const std::string& body, const char* option, Wants wants);
+    Result<void> choose();
+    Result<void> colour();
+    Result<void> join(const std::string& body, const char* option, bool arrow);
+    Result<void> name();
+    // Where in the scene the catom of a row is; nothing if it is not shown.
+    std::optional<std::size_t> place(const Said& said, std::size_t row, std::size_t column) const {
+        const auto at = drawn_.find(said.table.cell(row, column).catom);
+        if (!at || places_[*at] < 0) return std::nullopt;
+        return static_cast<std::size_t>(places_[*at]);
+    }
+    void add_drawn();
+    // Lines go between the middles of catoms, where nobody would see them.
+    void uncover_lines();
+
+    sim::Subdomain& subdomain_;
+    const Look& look_;
+    const bool speaks_;
+    const record::Drawn drawn_;
+    std::vector<std::ptrdiff_t> places_;  // Of catoms in the scene, as in drawn_; -1: not shown.
+    Frame frame_;
+};
+
+Result<Looker::Said> Looker::ask(const std::string& body, const char* option, Wants wants) {
+    Result<Table> table = inspect::query(subdomain_, body);
+    if (!table) {
+        Error error = table.error();
+        if (!error.problem.empty()) error.problem = fmt::format("{}: {}", option, error.problem);
+        return tl::unexpected<Error>(error);
+    }
+    Said said{.table = std::move(*table)};
+    const auto fits = [&]() -> Result<void> {
+        if (!speaks_) return {};
+        const std::vector<Table::Column>& columns = said.table.columns();
+        const auto next = [&](std::size_t from, auto... kinds) {
+            for (std::size_t i = from; i < columns.size(); ++i)
+                if (((columns[i].type.kind == kinds) || ...)) return i;
+            return columns.size();
+        };
+        const auto lacks = [&](const char* what, const char* example) {
+            return fail(fmt::format("{}: no variable is {} in `{}`", option, what, body), fmt::format("Write it as in {}", example));
+        };
+        said.catom = next(0, Kind::Node);
+        if (said.catom == columns.size()) return lacks("a catom", "--only 'leader(A)'");
+        if (wants == Wants::Lines) {
+            said.end = next(said.catom + 1, Kind::Node, Kind::Vec3);
+            if (*said.end == columns.size()) return lacks("another catom or a vec3", "--links 'parent(A, B)'");
+        }
+        if (columns.size() > 1) said.value = said.catom + 1 == columns.size() ? columns.size() - 2 : columns.size() - 1;
+        if (wants == Wants::Values && !said.value) return lacks("a value", "--labels 'dist(A, D)'");
+        return {};
+    }();
+    if (const auto all = comm::outcome_of_first(subdomain_.comm, fits); !all) return tl::unexpected<Error>(all.error());
+    return said;
+}
+
+// Finds out which catoms are shown, and puts them into the scene.
+Result<void> Looker::choose() {
+    std::vector<bool> shown(drawn_.ids.size(), look_.only.empty());
+    for (const auto& [body, option, shows] : {std::tuple(&look_.only, "--only", true), std::tuple(&look_.hide, "--hide", false)}) {
+        if (body->empty()) continue;
+        const Result<Said> said = ask(*body, option, Wants::Catoms);
+        if (!said) return tl::unexpected<Error>(said.error());
+        for (std::size_t row = 0; row < said->table.rows(); ++row)
+            if (const auto at = drawn_.find(said->table.cell(row, said->catom).catom)) shown[*at] = shows;
+    }
+    render::Scene& scene = frame_.scene;
+    places_.assign(drawn_.ids.size(), -1);
+    for (std::size_t i = 0; i < drawn_.ids.size(); ++i) {
+        if (!shown[i]) continue;
+        places_[i] = static_cast<std::ptrdiff_t>(scene.places.size());
+        scene.places.push_back(vec(drawn_.positions[i]));
+        scene.colours.push_back(rgb(drawn_.colours[i]));
+        if (!drawn_.diameters.empty()) scene.diameters.push_back(static_cast<float>(drawn_.diameters[i]));
+    }
+    return {};
+}
+
+Result<void> Looker::colour() {
+    if (look_.colour.empty()) return {};
+    const Result<Said> said = ask(look_.colour, "--colour", Wants::Catoms);
+    if (!said) return tl::unexpected<Error>(said.error());
+    if (!speaks_) return {};
+    const Table& table = said->table;
+    const Kind kind = said->value ? table.columns()[*said->value].type.kind : Kind::Error;
+    frame_.coloured_by = said->value ? table.columns()[*said->value].name : look_.colour;
+    frame_.whole_numbers = kind == Kind::Int;
+    std::vector<bool> has(frame_.scene.places.size());
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+        const auto at = place(*said, row, said->catom);
+        if (!at || has[*at]) continue;
+        has[*at] = true;
+        if (!said->value) {
+            frame_.words.emplace_back(*at, "holds");
+            continue;
+        }
+        const Value v = table.cell(row, *said->value);
+        if (kind == Kind::Int)
+            frame_.numbers.emplace_back(*at, static_cast<double>(v.integer));
+        else if (kind == Kind::Float)
+            frame_.numbers.emplace_back(*at, v.real);
+        else
+            frame_.words.emplace_back(*at, table.text(row, *said->value));
+    }
+    return {};
+}
+
+Result<void> Looker::join(const std::string& body, const char* option, bool arrow) {
+    if (body.empty()) return {};
+    const Result<Said> said = ask(body, option, Wants::Lines);
+    if (!said) return tl::unexpected<Error>(said.error());
+    if (!speaks_) return {};
+    render::Scene& scene = frame_.scene;
+    const bool to_catom = said->table.columns()[*said->end].type.kind == Kind::Node;
+    for (std::size_t row = 0; row < said->table.rows(); ++row) {
+        const auto from = place(*said, row, said->catom);
+        if (!from) continue;
+        Vec begin = scene.places[*from], end = begin;
+        if (to_catom) {
+            const auto to = place(*said, row, *said->end);
+            if (!to) continue;
+            const Vec way = scene.places[*to] - begin;
+            end = begin + (arrow ? kArrowEnds : 1) * way;
+            if (arrow) begin += kArrowBegins * way;
+        } else {
+            const List* const parts = said->table.cell(row, *said->end).list;
+            for (int i = 0; i < 3; ++i) end[i] += static_cast<float>(tuple::item(parts, static_cast<std::size_t>(i)).real);
+        }
+        scene.strokes.push_back({.from = begin, .to = end, .radius = 0.05F, .arrow = arrow});
+    }
+    return {};
+}
+
+Result<void> Looker::name() {
+    if (look_.labels.empty()) return {};
+    const Result<Said> said = ask(look_.labels, "--labels", Wants::Values);
+    if (!said) return tl::unexpected<Error>(said.error());
+    if (!speaks_) return {};
+    for (std::size_t row = 0; row < said->table.rows(); ++row)
+        if (const auto at = place(*said, row, said->catom))
+            frame_.scene.notes.push_back({frame_.scene.places[*at], said->table.text(row, *said->value)});
+    return {};
+}
+
+// What catoms have drawn themselves: labels and lines.
+void Looker::add_drawn() {
+    render::Scene& scene = frame_.scene;
+    for (std::size_t i = 0; i < drawn_.labels.size(); ++i)
+        if (places_[i] >= 0 && !drawn_.labels[i].empty() && look_.labels.empty())
+            scene.notes.push_back({scene.places[static_cast<std::size_t>(places_[i])], drawn_.labels[i]});
+    for (const auto& [from, to] : drawn_.lines)
+        if (places_[from] >= 0 && places_[to] >= 0)
+            scene.strokes.push_back({.from = vec(drawn_.positions[from]), .to = vec(drawn_.positions[to])});
+}
+
+void Looker::uncover_lines() {
+    render::Scene& scene = frame_.scene;
+    const bool flat = subdomain_.lattice.flat() && !subdomain_.ensemble.is_free();
+    if (flat)
+        for (render::Stroke& stroke : scene.strokes)
+            for (Vec* end : {&stroke.from, &stroke.to}) end->z() += kAbove;
+    const float size = look_.size.value_or(flat || scene.strokes.empty() ? 1 : kSmall);
+    if (size == 1) return;
+    if (scene.diameters.empty()) scene.diameters.assign(scene.places.size(), 1);
+    for (float& diameter : scene.diameters) diameter *= size;
+}
+
+Result<Frame> Looker::frame() {
+    frame_.tick = subdomain_.tick();
+    frame_.catoms = drawn_.ids.size();
+    frame_.scene.form = look_.form.value_or(form_of(subdomain_));
+    if (auto done = choose(); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = colour(); !done) return tl::unexpected<Error>(done.error());
+    add_drawn();
+    if (auto done = join(look_.links, "--links", false); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = join(look_.arrows, "--arrows", true); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = name(); !done) return tl::unexpected<Error>(done.error());
+    uncover_lines();
+    render::Scene& scene = frame_.scene;
+    if (look_.ground && !scene.places.empty()) {
+        float lowest = std::numeric_limits<float>::infinity();
+        for (std::size_t i = 0; i < scene.places.size(); ++i) lowest = std::min(lowest, scene.places[i].z() - scene.diameter(i) / 2);
+        scene.ground = lowest;
+    }
+    return std::move(frame_);
+}
+
+// The kinds of things that words stand for, in order, with their colours.
+render::Legend by_word(std::span<Frame> frames, const std::string& title) {
+    std::map<std::string, render::Rgb> kinds;
+    for (const Frame& frame : frames)
+        for (const auto& [at, word] : frame.words) kinds[word];
+    std::size_t i = 0;
+    for (auto& [word, colour] : kinds) colour = render::kind_colour(i++);
+    for (Frame& frame : frames)
+        for (const auto& [at, word] : frame.words) frame.scene.colours[at] = kinds[word];
+    render::Legend legend{.title = title};
+    if (kinds.size() == 1 && kinds.begin()->first == "holds")
+        legend = {.kinds = {{title, kinds.begin()->second}}};
+    else
+        legend.kinds.assign(kinds.begin(), kinds.end());
+    return legend;
+}
+
+render::Legend by_number(std::span<Frame> frames, const Look& look, const std::string& title, bool whole) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    std::set<double> few;
+    for (const Frame& frame : frames)
+        for (const auto& [at, number] : frame.numbers) {
+            low = std::min(low, number);
+            high = std::max(high, number);
+            if (few.size() <= kFewNumbers) few.insert(number);
+        }
+    if (look.range) std::tie(low, high) = *look.range;
+    const auto colour = [&](double number) { return look.map.at(high > low ? (number - low) / (high - low) : 0.5); };
+    for (Frame& frame : frames)
+        for (const auto& [at, number] : frame.numbers) frame.scene.colours[at] = colour(number);
+    render::Legend legend{.title = title};
+    if (whole && !look.range && few.size() <= kFewNumbers)
+        for (const double number : few) legend.kinds.emplace_back(fmt::format("{:.0f}", number), colour(number));
+    else
+        legend.scale = {.low = low, .high = high, .whole = whole, .map = look.map};
+    return legend;
+}
+
+}  // namespace
+
+Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look) {
+    return Looker(subdomain, drawing, look).frame();
+}
+
+std::optional<render::Legend> colour(std::span<Frame> frames, const Look& look) {
+    if (look.colour.empty() || frames.empty()) return std::nullopt;
+    const auto any = [&](const auto& values) { return std::ranges::any_of(frames, [&](const Frame& f) { return !values(f).empty(); }); };
+    // Catoms without a value are grey, whatever they have given themselves.
+    for (Frame& frame : frames) std::ranges::fill(frame.scene.colours, render::Rgb{});
+    const std::string& title = frames.front().coloured_by;
+    const bool words = any([](const Frame& f) -> const auto& { return f.words; });
+    const bool numbers = any([](const Frame& f) -> const auto& { return f.numbers; });
+    std::optional<render::Legend> legend;
+    if (words) legend = by_word(frames, title);
+    if (numbers) legend = by_number(frames, look, title, frames.front().whole_numbers);
+    return legend;
+}
+
+}  // namespace meld::picture

@@ -1,0 +1,54 @@
+// What of a run is in a picture, asked in Meld: a body says what is coloured, shown, joined or named.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/record/drawing.h"
+#include "runtime/render/caption.h"
+#include "runtime/render/scene.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::picture {
+
+// Bodies may be empty. Each is about the first of its variables that is a catom. The value of a catom is that of the last other variable;
+// of several the least.
+struct Look {
+    std::string colour = {};  // By value; of a body without another variable, those for which it holds.
+    std::string only = {};    // These are shown,
+    std::string hide = {};    // and these are not.
+    std::string links = {};   // A line from the catom to the next variable that is a catom, or along a vec3,
+    std::string arrows = {};  // or an arrow.
+    std::string labels = {};  // The value is written at the catom.
+    render::ColourMap map = *render::ColourMap::named("viridis");
+    std::optional<std::pair<double, double>> range = {};  // Of numbers; otherwise from the least to the greatest that are shown.
+    std::optional<render::Form> form = {};                // Otherwise that of the lattice.
+    std::optional<float> size = {};                       // Of catoms, as a part of their diameters; otherwise so that lines are seen.
+    bool ground = false;                                  // A floor below what is shown, for shadows.
+};
+
+// A moment of a run.
+struct Frame {
+    std::int64_t tick = 0;
+    std::uint64_t catoms = 0;      // All there are, also those that are not shown.
+    render::Scene scene = {};      // In the colours that catoms have given themselves.
+    std::string coloured_by = {};  // What colours are to mean.
+    // Values of catoms that are shown, by their places in the scene: numbers, or words for anything else.
+    std::vector<std::pair<std::size_t, double>> numbers = {};
+    std::vector<std::pair<std::size_t, std::string>> words = {};
+    bool whole_numbers = true;
+};
+
+// The run as it is between two ticks, on process 0; an empty frame on the others. Every process calls it. Errors: mistakes in a body; a
+// variable that is to be a catom is none.
+Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look);
+
+// Gives the catoms of all frames the colours of their values, which mean the same in each. Nothing is to be told if values have none.
+std::optional<render::Legend> colour(std::span<Frame> frames, const Look& look);
+
+}  // namespace meld::picture

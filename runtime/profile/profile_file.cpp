@@ -1,0 +1,79 @@
+#include "runtime/profile/profile_file.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "runtime/base/input_file.h"
+#include "runtime/base/units.h"
+#include "runtime/base/visible.h"
+#include "runtime/profile/report.h"
+#include "runtime/profile/times.h"
+
+namespace meld::profile {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kKey = "claymeld_profile";
+constexpr int kVersion = 1;
+constexpr int kGreatestDepth = 8;
+constexpr std::uint64_t kMost_bytes = std::uint64_t{4} << 30;
+
+tl::unexpected<Error> no_profile(const std::string& path, const std::string& why) {
+    return fail(fmt::format("{} is no profile: {}", path, why), "Give a file that meldsim run --profile has written",
+                ExitCode::RecordingRefused);
+}
+
+// Whoever goes through nested JSON calls itself, so how deep it may be is limited before.
+Result<Json> parse(const std::string& path, const std::string& text) {
+    bool too_deep = false;
+    const auto each = [&](int depth, Json::parse_event_t, Json&) {
+        too_deep = too_deep || depth > kGreatestDepth;
+        return !too_deep;
+    };
+    Json file = Json::parse(text, each, false);
+    if (too_deep) return no_profile(path, fmt::format("it is nested more than {} levels deep", kGreatestDepth));
+    return file;
+}
+
+}  // namespace
+
+std::string file_text(const Json& run, const Json& statistics) {
+    const Json file = {{kKey, kVersion}, {"run", run}, {"statistics", statistics}};
+    // Escapes text that is not visible, and everything that is not ASCII.
+    return file.dump(-1, ' ', true, Json::error_handler_t::replace) + "\n";
+}
+
+Result<Profile> read_profile(const std::string& path) {
+    const Result<std::string> text = read_input(path, kMost_bytes);
+    if (!text) return tl::unexpected(text.error());
+    Result<Json> parsed = parse(path, *text);
+    if (!parsed) return tl::unexpected(parsed.error());
+    Json& file = *parsed;
+    if (!file.is_object() || !file.contains(kKey)) return no_profile(path, "it is not whole, or something else");
+    if (file[kKey] != kVersion) return no_profile(path, "it is of another version of Claymeld");
+    Profile profile{std::move(file["run"]), std::move(file["statistics"])};
+    // All that is printed is looked at now, so that a file that somebody has changed is refused as a whole.
+    try {
+        describe(profile);
+        trace_events(profile.statistics);
+    } catch (const Json::exception& error) {
+        return no_profile(path, fmt::format("a part is missing or of another kind ({})", error.what()));
+    }
+    return profile;
+}
+
+std::string describe(const Profile& profile) {
+    const Json& run = profile.run;
+    const Json& s = profile.statistics;
+    return fmt::format("{} in {}: ticks {} to {}, {} catoms, {} process{} of {} thread{}, {} to run\n",
+                       visible(run.at("program").get<std::string>()), visible(run.at("world").get<std::string>()),
+                       s.at("first_tick").get<std::int64_t>(), s.at("last_tick").get<std::int64_t>(), run.at("catoms").get<std::uint64_t>(),
+                       run.at("processes").get<int>(), run.at("processes") == 1 ? "" : "es", run.at("threads").get<int>(),
+                       run.at("threads") == 1 ? "" : "s", format_duration(run.at("run_seconds").get<double>())) +
+           time_tables(s) + tables(s);
+}
+
+}  // namespace meld::profile

@@ -1,0 +1,43 @@
+// What is written and drawn over a picture: title, legend, scale, words. The only use of Cairo.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/render/camera.h"
+#include "runtime/render/colours.h"
+#include "runtime/render/paint.h"
+
+namespace meld::render {
+
+// What colours mean.
+struct Legend {
+    std::string title = {};
+    // Of numbers, from the least to the greatest.
+    struct Scale {
+        double low = 0, high = 0;
+        bool whole = true;  // They are whole numbers.
+        ColourMap map;
+    };
+    std::optional<Scale> scale = {};
+    std::vector<std::pair<std::string, Rgb>> kinds = {};
+};
+
+struct Caption {
+    std::string title = {};                   // Above the picture.
+    std::string line = {};                    // Below it, such as the tick.
+    std::optional<Legend> legend = {};        // At its right.
+    std::optional<double> catom_metres = {};  // The diameter of a catom, for a scale in metres; otherwise it is in catoms.
+    bool scale = false;
+    Rgb ink = {51, 51, 51};
+};
+
+// The room that this needs around a picture of so many pixels.
+Margins margins(const Caption& caption, std::size_t width, std::size_t height);
+
+// Also the notes of the scene, where what they are at is seen.
+void write_over(Painted& picture, const Scene& scene, const Camera& camera, const Caption& caption);
+
+}  // namespace meld::render

@@ -1,0 +1,256 @@
+#include "runtime/render/geometry.h"
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/assert.h"
+
+namespace meld::render {
+
+namespace {
+
+// Of geometries in an Embree scene.
+constexpr unsigned kCatoms = 0, kStrokes = 1;
+
+// Beyond this share of half a cube its faces bend towards its edges, so that cubes that touch can be told apart.
+constexpr float kEdge = 0.86F;
+
+// Faces of all cubes that are not against another one, four corners each.
+struct Faces {
+    std::vector<Vec> corners;
+    std::vector<std::uint32_t> cubes;  // The cube of each.
+};
+
+// Where places are whole numbers, the keys of all of them, in order.
+class Grid {
+  public:
+    explicit Grid(const Scene& scene) {
+        if (!scene.diameters.empty()) return;
+        const auto whole = [](float x) { return std::abs(x - std::round(x)) < 1e-4F && std::abs(x) < (1 << 20) - 1; };
+        if (!std::ranges::all_of(scene.places, [&](const Vec& at) { return whole(at.x()) && whole(at.y()) && whole(at.z()); })) return;
+        keys_.reserve(scene.places.size());
+        for (const Vec& at : scene.places) keys_.push_back(key(at));
+        std::ranges::sort(keys_);
+    }
+    bool has(const Vec& at) const { return !keys_.empty() && std::ranges::binary_search(keys_, key(at)); }
+
+  private:
+    static std::uint64_t key(const Vec& at) {
+        const auto part = [](float x) { return static_cast<std::uint64_t>(std::lround(x) + (1 << 20)); };
+        return part(at.z()) << 42 | part(at.y()) << 21 | part(at.x());
+    }
+    std::vector<std::uint64_t> keys_;
+};
+
+Faces faces_of(const Scene& scene) {
+    const Grid grid(scene);
+    Faces out;
+    for (std::size_t i = 0; i < scene.places.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+            for (const float side : {-1.0F, 1.0F}) {
+                const Vec out_of = Vec::Unit(axis) * side;
+                if (grid.has(scene.places[i] + out_of)) continue;
+                const Vec u = Vec::Unit((axis + 1) % 3), v = Vec::Unit((axis + 2) % 3);
+                for (const auto& [a, b] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
+                    out.corners.push_back(scene.places[i] +
+                                          scene.diameter(i) / 2 * (out_of + static_cast<float>(a) * u + static_cast<float>(b) * v));
+                out.cubes.push_back(static_cast<std::uint32_t>(i));
+            }
+    return out;
+}
+
+// The two halves of each hexagon, with corners between its neighbours.
+Faces hexagons_of(const Scene& scene) {
+    std::array<Vec, 6> corner;
+    for (int i = 0; i < 6; ++i) {
+        const float angle = static_cast<float>(2 * i + 1) * std::numbers::pi_v<float> / 6;
+        corner[static_cast<std::size_t>(i)] = Vec(std::cos(angle), std::sin(angle), 0) / std::sqrt(3.0F);
+    }
+    Faces out;
+    for (std::size_t i = 0; i < scene.places.size(); ++i)
+        for (const auto& half : {std::array{0, 1, 2, 3}, std::array{3, 4, 5, 0}}) {
+            for (const int c : half) out.corners.push_back(scene.places[i] + scene.diameter(i) * corner[static_cast<std::size_t>(c)]);
+            out.cubes.push_back(static_cast<std::uint32_t>(i));
+        }
+    return out;
+}
+
+// The normal of a cube's face bent towards the nearest edges.
+Vec bent(const Vec& normal, const Vec& from_middle, float half) {
+    Vec out = normal;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float part = from_middle[axis] / half;
+        if (std::abs(normal[axis]) < 0.5F && std::abs(part) > kEdge)
+            out[axis] += std::copysign((std::abs(part) - kEdge) / (1 - kEdge), part);
+    }
+    return out.normalized();
+}
+
+}  // namespace
+
+struct Geometry::Parts {
+    explicit Parts(const Scene& of) : scene(of) {}
+    ~Parts() {
+        if (rays != nullptr) rtcReleaseScene(rays);
+        if (device != nullptr) rtcReleaseDevice(device);
+    }
+    Parts(const Parts&) = delete;
+    Parts& operator=(const Parts&) = delete;
+
+    // Room for the corners of a geometry; nothing if there is no memory.
+    template <class Item>
+    Item* room(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count) {
+        return static_cast<Item*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(Item), count));
+    }
+    bool add(RTCGeometry geometry, unsigned number) {
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(rays, geometry, number);
+        rtcReleaseGeometry(geometry);
+        return rtcGetDeviceError(device) == RTC_ERROR_NONE;
+    }
+    bool add_points() {
+        const bool discs = scene.form == Form::Disc;
+        RTCGeometry points = rtcNewGeometry(device, discs ? RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT : RTC_GEOMETRY_TYPE_SPHERE_POINT);
+        const std::size_t count = scene.places.size();
+        auto* const balls = room<std::array<float, 4>>(points, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, count);
+        auto* const normals = discs ? room<std::array<float, 3>>(points, RTC_BUFFER_TYPE_NORMAL, RTC_FORMAT_FLOAT3, count) : nullptr;
+        const bool enough = balls != nullptr && (!discs || normals != nullptr);
+        for (std::size_t i = 0; enough && i < count; ++i) {
+            const Vec& at = scene.places[i];
+            balls[i] = {at.x(), at.y(), at.z(), scene.diameter(i) / 2};
+            if (discs) normals[i] = {0, 0, 1};
+        }
+        return add(points, kCatoms) && enough;
+    }
+    bool add_faces(Faces faces) {
+        RTCGeometry quads = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+        const std::size_t count = faces.corners.size();
+        auto* const corners = room<std::array<float, 3>>(quads, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, count);
+        auto* const indices = room<std::array<std::uint32_t, 4>>(quads, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, count / 4);
+        const bool enough = corners != nullptr && indices != nullptr;
+        for (std::size_t i = 0; enough && i < count; ++i) {
+            corners[i] = {faces.corners[i].x(), faces.corners[i].y(), faces.corners[i].z()};
+            indices[i / 4][i % 4] = static_cast<std::uint32_t>(i);
+        }
+        face_owners = std::move(faces.cubes);
+        return add(quads, kCatoms) && enough;
+    }
+    // A stroke is one tube; an arrow is a tube and a cone.
+    bool add_strokes() {
+        std::vector<std::array<float, 4>> ends;
+        const auto tube = [&](const Vec& from, float thick, const Vec& to, float thin, std::size_t stroke) {
+            ends.push_back({from.x(), from.y(), from.z(), thick});
+            ends.push_back({to.x(), to.y(), to.z(), thin});
+            tube_owners.push_back(static_cast<std::uint32_t>(stroke));
+        };
+        for (std::size_t i = 0; i < scene.strokes.size(); ++i) {
+            const Stroke& s = scene.strokes[i];
+            const float length = (s.to - s.from).norm();
+            const float head = s.arrow ? std::min(0.5F * length, 6 * s.radius) : 0;
+            const Vec neck = length > 0 ? Vec(s.to - (s.to - s.from) * (head / length)) : s.to;
+            tube(s.from, s.radius, neck, s.radius, i);
+            if (head > 0) tube(neck, 2.5F * s.radius, s.to, 0.02F * s.radius, i);
+        }
+        if (ends.empty()) return true;
+        RTCGeometry curves = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
+        auto* const points = room<std::array<float, 4>>(curves, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, ends.size());
+        auto* const starts = room<std::uint32_t>(curves, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, ends.size() / 2);
+        const bool enough = points != nullptr && starts != nullptr;
+        if (enough) std::ranges::copy(ends, points);
+        for (std::size_t i = 0; enough && i < ends.size() / 2; ++i) starts[i] = static_cast<std::uint32_t>(2 * i);
+        return add(curves, kStrokes) && enough;
+    }
+    bool fill() {
+        rays = rtcNewScene(device);
+        if (rays == nullptr) return false;
+        const bool many = scene.places.size() > 4'000'000;
+        rtcSetSceneFlags(rays, many ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE);
+        if (many) rtcSetSceneBuildQuality(rays, RTC_BUILD_QUALITY_LOW);
+        const bool catoms = scene.places.empty()          ? true
+                            : scene.form == Form::Cube    ? add_faces(faces_of(scene))
+                            : scene.form == Form::Hexagon ? add_faces(hexagons_of(scene))
+                                                          : add_points();
+        if (!catoms || !add_strokes()) return false;
+        rtcCommitScene(rays);
+        return rtcGetDeviceError(device) == RTC_ERROR_NONE;
+    }
+
+    const Scene& scene;
+    RTCDevice device = nullptr;
+    RTCScene rays = nullptr;
+    std::vector<std::uint32_t> face_owners;  // Of cubes and hexagons.
+    std::vector<std::uint32_t> tube_owners;
+};
+
+Geometry::Geometry(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Geometry::Geometry(Geometry&&) noexcept = default;
+Geometry::~Geometry() = default;
+
+Result<Geometry> Geometry::build(const Scene& scene, int threads) {
+    MELD_EXPECT(scene.colours.size() == scene.places.size(), "{} colours for {} catoms", scene.colours.size(), scene.places.size());
+    auto parts = std::make_unique<Parts>(scene);
+    parts->device = rtcNewDevice(fmt::format("threads={},user_threads=0,set_affinity=0", threads).c_str());
+    if (parts->device == nullptr || !parts->fill())
+        return fail(fmt::format("there is not enough memory for a picture of {} catoms", scene.places.size()),
+                    "Show fewer of them, with --only or --hide", ExitCode::LimitHit);
+    return Geometry(std::move(parts));
+}
+
+std::optional<Geometry::Hit> Geometry::hit(const Vec& from, const Vec& along) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit ray{};
+    ray.ray = {.org_x = from.x(),
+               .org_y = from.y(),
+               .org_z = from.z(),
+               .tnear = 0,
+               .dir_x = along.x(),
+               .dir_y = along.y(),
+               .dir_z = along.z(),
+               .time = 0,
+               .tfar = std::numeric_limits<float>::infinity(),
+               .mask = ~0U,
+               .id = 0,
+               .flags = 0};
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(parts_->rays, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const Scene& scene = parts_->scene;
+    Vec normal = Vec(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).normalized();
+    if (normal.dot(along) > 0) normal = -normal;
+    if (ray.hit.geomID == kStrokes) {
+        const std::uint32_t stroke = parts_->tube_owners[ray.hit.primID];
+        return Hit{ray.ray.tfar, normal, scene.strokes[stroke].colour, static_cast<std::uint32_t>(scene.places.size()) + stroke};
+    }
+    const std::uint32_t catom = parts_->face_owners.empty() ? ray.hit.primID : parts_->face_owners[ray.hit.primID];
+    if (scene.form == Form::Cube) normal = bent(normal, from + ray.ray.tfar * along - scene.places[catom], scene.diameter(catom) / 2);
+    return Hit{ray.ray.tfar, normal, scene.colours[catom], catom};
+}
+
+bool Geometry::meets(const Vec& from, const Vec& along, float within) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay ray{.org_x = from.x(),
+               .org_y = from.y(),
+               .org_z = from.z(),
+               .tnear = 0,
+               .dir_x = along.x(),
+               .dir_y = along.y(),
+               .dir_z = along.z(),
+               .time = 0,
+               .tfar = within,
+               .mask = ~0U,
+               .id = 0,
+               .flags = 0};
+    rtcOccluded1(parts_->rays, &context, &ray);
+    return ray.tfar < 0;
+}
+
+}  // namespace meld::render

@@ -1,0 +1,28 @@
+// What rays see: catoms under a sky and a sun, with soft shadows, and a line where one is in front of another far behind it.
+#pragma once
+
+#include <optional>
+
+#include "runtime/base/parallel_for.h"
+#include "runtime/render/camera.h"
+#include "runtime/render/geometry.h"
+#include "runtime/render/image.h"
+
+namespace meld::render {
+
+struct Quality {
+    std::size_t samples = 2;  // Rays through a pixel, along each side.
+    std::size_t sky = 4;      // Rays to the sky from each place that they meet.
+};
+
+struct Painted {
+    Image image;
+    std::vector<float> distances;  // For each pixel how far away the nearest thing in it is; infinite: nothing.
+};
+
+// Transparent where there is nothing, if there is no background. The same for any number of threads.
+// Cost: one ray a sample, and a ray to the sun and those to the sky from each that meets something: some 0.1 us each.
+Painted paint(const Scene& scene, const Geometry& geometry, const Camera& camera, std::size_t width, std::size_t height,
+              std::optional<Rgb> background, const Quality& quality, Workers& workers);
+
+}  // namespace meld::render

@@ -1,0 +1,50 @@
+// What is in a picture: catoms with their colours, strokes and notes. Unit of length: the catom diameter.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace meld::render {
+
+using Vec = Eigen::Vector3f;
+
+// As screens show it (sRGB).
+struct Rgb {
+    std::uint8_t r = 176, g = 176, b = 176;
+    bool operator==(const Rgb&) const = default;
+};
+
+// How catoms look. Discs and hexagons lie flat, for lattices in the plane.
+enum class Form : std::uint8_t { Sphere, Cube, Disc, Hexagon };
+
+// A line between two places, with a round end or an arrow's.
+struct Stroke {
+    Vec from = Vec::Zero(), to = Vec::Zero();
+    Rgb colour = {60, 60, 60};
+    float radius = 0.05F;
+    bool arrow = false;
+};
+
+// Words at a place.
+struct Note {
+    Vec at = Vec::Zero();
+    std::string text = {};
+};
+
+struct Scene {
+    Form form = Form::Sphere;
+    std::vector<Vec> places = {};
+    std::vector<float> diameters = {};  // Empty: all are 1.
+    std::vector<Rgb> colours = {};      // One for each place.
+    std::vector<Stroke> strokes = {};
+    std::vector<Note> notes = {};
+    std::optional<float> ground = {};  // The height of a floor, which shows shadows only.
+
+    float diameter(std::size_t i) const { return diameters.empty() ? 1.0F : diameters[i]; }
+};
+
+}  // namespace meld::render

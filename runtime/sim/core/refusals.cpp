@@ -1,0 +1,104 @@
+#include "runtime/sim/core/refusals.h"
+
+#include <cstddef>
+#include <iterator>
+
+#include "runtime/base/assert.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::sim {
+
+namespace {
+
+struct Words {
+    Refusal why;
+    std::string_view name, text;
+};
+constexpr Words kWords[] = {
+    {Refusal::NotInThisWorld, "not_in_this_world", "nothing in this world carries it out"},
+    {Refusal::NotOnThisLattice, "not_on_this_lattice", "this lattice has no such move"},
+    {Refusal::NoSuchPort, "no_such_port", "the catom had no such port"},
+    {Refusal::NotAtRightAngles, "not_at_right_angles", "its two ports were not at right angles"},
+    {Refusal::Outside, "outside", "the cell was none of the lattice"},
+    {Refusal::NotANeighbour, "not_a_neighbour", "the other catom was no neighbour"},
+    {Refusal::NoUnit, "no_unit", "the catom held no unit"},
+    {Refusal::NoRoom, "no_room", "the other catom had no room for the units"},
+    {Refusal::Occupied, "occupied", "a cell that had to be empty was not"},
+    {Refusal::NoSupport, "no_support", "a cell that had to be occupied was empty"},
+    {Refusal::NoPath, "no_path", "no path led to a cell beside the other catom"},
+    {Refusal::Disconnects, "disconnects", "the neighbours would not have stayed connected"},
+    {Refusal::Repeated, "repeated", "the catom had asked for it before in that tick"},
+    {Refusal::Conflict, "conflict", "another request had priority"},
+    {Refusal::NoSuchFeature, "no_such_feature", "the catom had no such feature"},
+};
+constexpr std::size_t kRefusals = std::size(kWords);
+
+constexpr bool in_order() {
+    for (std::size_t i = 0; i < kRefusals; ++i)
+        if (static_cast<std::size_t>(kWords[i].why) != i) return false;
+    return true;
+}
+static_assert(in_order(), "a reason is found by its number");
+
+const Words& words_of(Refusal why) {
+    const auto index = static_cast<std::size_t>(why);
+    MELD_EXPECT(index < kRefusals, "reason {}", index);
+    return kWords[index];
+}
+
+}  // namespace
+
+std::string_view name_of(Refusal why) { return words_of(why).name; }
+std::string_view text_of(Refusal why) { return words_of(why).text; }
+
+std::vector<Refused> Refusals::of_all(comm::Communicator& comm) const {
+    std::vector<Refused> mine;
+    for (const auto& [key, count] : counts_) mine.push_back({key.first, key.second, count});
+    if (comm.processes() == 1) return mine;
+    ByteWriter bytes;
+    write(mine, bytes);
+    Refusals sum;
+    for (const auto& theirs : comm.allgather_any(bytes.view())) {
+        ByteReader in(theirs, "the refused actions of a process");
+        for (const Refused& each : read_refused(in)) sum.add(each.action, each.why, each.count);
+    }
+    mine.clear();
+    for (const auto& [key, count] : sum.counts_) mine.push_back({key.first, key.second, count});
+    return mine;
+}
+
+void write(const std::vector<Refused>& all, ByteWriter& out) {
+    out.write_count(all.size());
+    for (const Refused& each : all) {
+        out.write(each.action);
+        out.write(each.why);
+        out.write(each.count);
+    }
+}
+
+std::vector<Refused> read_refused(ByteReader& in) {
+    constexpr std::size_t size_bytes = sizeof(ActionKind) + sizeof(Refusal) + sizeof(std::uint64_t);
+    std::vector<Refused> all(in.read_count(size_bytes));
+    for (Refused& each : all) {
+        each.action = in.read<ActionKind>();
+        each.why = in.read<Refusal>();
+        each.count = in.read<std::uint64_t>();
+    }
+    return all;
+}
+
+bool known(const Refused& refused) {
+    return static_cast<std::size_t>(refused.action) <= known_actions().size() && static_cast<std::size_t>(refused.why) < kRefusals;
+}
+
+void refuse_those_of_other_worlds(Subdomain& subdomain, ActionInfo::Performer here) {
+    using Performer = ActionInfo::Performer;
+    if (subdomain.totals.actions == 0) return;
+    for (const eval::Action& action : subdomain.actions()) {
+        const ActionKind kind = subdomain.kind_of(action);
+        const Performer whose = info(kind).performer;
+        if ((whose == Performer::Lattice || whose == Performer::Bodies) && whose != here) subdomain.refuse(kind, Refusal::NotInThisWorld);
+    }
+}
+
+}  // namespace meld::sim
