@@ -39,6 +39,23 @@ bool CodeActionParams::wants(llvm::StringRef kind) const {
     return false;
 }
 
+bool fromJSON(const json::Value& value, InitializeParams& result, json::Path path) {
+    const json::ObjectMapper map(value, path);
+    if (!map) return false;
+    const auto part = [](const json::Object* of, llvm::StringRef name) { return of == nullptr ? nullptr : of->getObject(name); };
+    const json::Object* all = value.getAsObject();
+    if (const json::Object* options = part(all, "initializationOptions"))
+        if (const auto profile = options->getString("profile")) result.profile = profile->str();
+    if (const json::Object* hints = part(part(part(all, "capabilities"), "workspace"), "inlayHint"))
+        result.refreshes_hints = hints->getBoolean("refreshSupport").value_or(false);
+    return true;
+}
+
+bool fromJSON(const json::Value& value, CommandParams& result, json::Path path) {
+    json::ObjectMapper map(value, path);
+    return map && map.map("command", result.command) && map.mapOptional("arguments", result.arguments);
+}
+
 // ---- places and kinds
 
 Position from(const protocol::Position& position) { return {position.line, position.character}; }
@@ -131,6 +148,13 @@ json::Object to_json(const Message& message) {
                      {"relatedInformation", std::move(related)}};
     if (message.without_use) one["tags"] = json::Array{kUnnecessary};
     return one;
+}
+
+json::Object to_json(const CostHint& hint) {
+    return json::Object{{"position", protocol::toJSON(to(hint.position))},
+                        {"label", hint.label},
+                        {"paddingLeft", true},
+                        {"tooltip", json::Object{{"kind", "markdown"}, {"value", hint.markdown}}}};
 }
 
 json::Object to_json(const Action& action) {

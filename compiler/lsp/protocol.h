@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/lsp/costs.h"
 #include "compiler/lsp/describe.h"
 
 namespace meld::lsp {
@@ -35,6 +36,21 @@ struct CodeActionParams {
 };
 bool fromJSON(const json::Value& value, CodeActionParams& result, json::Path path);
 
+// Of all that an editor says of itself, only what we look at; the library's own knows neither.
+struct InitializeParams {
+    std::string profile;           // From the editor's options for this server: a file with the costs of rules.
+    bool refreshes_hints = false;  // It asks for hints anew when it is told to.
+};
+bool fromJSON(const json::Value& value, InitializeParams& result, json::Path path);
+
+struct CommandParams {
+    std::string command;
+    std::vector<std::string> arguments;
+};
+bool fromJSON(const json::Value& value, CommandParams& result, json::Path path);
+
+// Shows the profile that its argument names beside the rules; without one, none.
+inline constexpr llvm::StringLiteral kProfileCommand = "meld.profile";
 inline constexpr llvm::StringLiteral kQuickFix = "quickfix";
 
 Position from(const protocol::Position& position);
@@ -45,8 +61,9 @@ protocol::SymbolKind to(Outline::Kind kind);
 // Nothing if a place of the prelude has no file.
 std::optional<protocol::Location> location(const Place& place);
 
-// A diagnostic, and a code action with its edits.
+// A diagnostic, a code action with its edits, and a hint beside a rule.
 json::Object to_json(const Message& message);
+json::Object to_json(const CostHint& hint);
 json::Object to_json(const Action& action);
 
 }  // namespace meld::lsp

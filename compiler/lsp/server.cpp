@@ -13,10 +13,12 @@
 #include <utility>
 
 #include "compiler/format/format.h"
+#include "compiler/lsp/costs.h"
 #include "compiler/lsp/describe.h"
 #include "compiler/lsp/protocol.h"
 #include "compiler/lsp/shallow_input.h"
 #include "runtime/base/version.h"
+#include "runtime/base/visible.h"
 
 namespace meld::lsp {
 
@@ -32,7 +34,10 @@ std::string normal(llvm::StringRef path) { return std::filesystem::path(path.str
 class Server {
   public:
     explicit Server(protocol::JSONTransport& transport)
-        : handler_(transport), publish_(handler_.outgoingNotification<json::Value>("textDocument/publishDiagnostics")) {
+        : handler_(transport),
+          publish_(handler_.outgoingNotification<json::Value>("textDocument/publishDiagnostics")),
+          show_message_(handler_.outgoingNotification<json::Value>("window/showMessage")),
+          refresh_hints_(handler_.outgoingRequest<json::Value, std::nullptr_t>("workspace/inlayHint/refresh", &Server::forget)) {
         handler_.method("initialize", this, &Server::initialize);
         handler_.method("shutdown", this, &Server::shutdown);
         handler_.method("textDocument/hover", this, &Server::hover);
@@ -43,6 +48,8 @@ class Server {
         handler_.method("textDocument/documentSymbol", this, &Server::symbols);
         handler_.method("textDocument/formatting", this, &Server::format);
         handler_.method("textDocument/codeAction", this, &Server::code_actions);
+        handler_.method("textDocument/inlayHint", this, &Server::hints);
+        handler_.method("workspace/executeCommand", this, &Server::execute);
         handler_.notification("initialized", this, &Server::ignore);
         handler_.notification("textDocument/didOpen", this, &Server::opened);
         handler_.notification("textDocument/didChange", this, &Server::changed);
@@ -65,7 +72,11 @@ class Server {
 
     // ---- life
 
-    void initialize(const protocol::InitializeParams&, Reply<json::Value> reply) {
+    void initialize(const InitializeParams& params, Reply<json::Value> reply) {
+        refreshes_hints_ = params.refreshes_hints;
+        if (!params.profile.empty())
+            if (const Result<void> shown = show_costs(params.profile); !shown)
+                show_message_(json::Object{{"type", kErrorMessage}, {"message", shown.error().message()}});
         reply(json::Object{
             {"serverInfo", json::Object{{"name", "meldc"}, {"version", kVersion}}},
             {"capabilities",
@@ -81,6 +92,8 @@ class Server {
                  {"completionProvider", json::Object{{"triggerCharacters", json::Array{}}}},
                  {"documentSymbolProvider", true},
                  {"documentFormattingProvider", true},
+                 {"inlayHintProvider", true},
+                 {"executeCommandProvider", json::Object{{"commands", json::Array{kProfileCommand}}}},
                  {"codeActionProvider", json::Object{{"codeActionKinds", json::Array{kQuickFix}}}},
              }},
         });
@@ -288,8 +301,53 @@ class Server {
         reply(std::move(list));
     }
 
+    // ---- costs of rules
+
+    void execute(const CommandParams& params, Reply<std::nullptr_t> reply) {
+        if (params.command != kProfileCommand) return reply(failed("there is no command '" + visible(params.command) + "'"));
+        const Result<void> shown = show_costs(params.arguments.empty() ? "" : params.arguments.front());
+        if (!shown) return reply(failed(shown.error().message()));
+        reply(nullptr);
+        if (refreshes_hints_) refresh_hints_(nullptr, "hints-" + std::to_string(++refreshed_));
+    }
+
+    // What was shown stays if the file is no profile.
+    Result<void> show_costs(const std::string& profile) {
+        if (profile.empty()) {
+            costs_.reset();
+            return {};
+        }
+        Result<Costs> costs = Costs::read(profile);
+        if (!costs) return tl::unexpected(costs.error());
+        costs_ = std::move(*costs);
+        return {};
+    }
+
+    void hints(const protocol::InlayHintsParams& params, Reply<json::Value> reply) {
+        const Analysis* program = analysis(params.textDocument);
+        if (program == nullptr) return reply(not_open());
+        // While it is written anew it may be no profile; then the old one counts.
+        if (costs_ && costs_->outdated()) (void)show_costs(std::string(costs_->path()));
+        json::Array list;
+        if (costs_)
+            for (const CostHint& hint : costs_->hints(*program, {from(params.range.start), from(params.range.end)}))
+                list.push_back(to_json(hint));
+        reply(std::move(list));
+    }
+
+    // The editor's answer to a request that wants none.
+    static void forget(const json::Value&, llvm::Expected<std::nullptr_t> answer) {
+        if (!answer) llvm::consumeError(answer.takeError());
+    }
+
+    static constexpr int kErrorMessage = 1;  // MessageType of the protocol.
+
     protocol::MessageHandler handler_;
-    protocol::OutgoingNotification<json::Value> publish_;
+    protocol::OutgoingNotification<json::Value> publish_, show_message_;
+    protocol::OutgoingRequest<json::Value> refresh_hints_;
+    bool refreshes_hints_ = false;
+    int refreshed_ = 0;
+    std::optional<Costs> costs_;
     OpenTexts texts_;
     std::map<std::string, Document> documents_;
     bool shut_down_ = false;

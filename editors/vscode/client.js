@@ -3,6 +3,7 @@
 
 const vscode = require("vscode");
 const { LanguageClient } = require("vscode-languageclient/node");
+const costs = require("./costs");
 const debug = require("./debug");
 
 let client;
@@ -27,6 +28,7 @@ async function stop() {
 
 function activate(context) {
     debug.register(context);
+    costs.register(context, () => client);
     const changed = vscode.workspace.onDidChangeConfiguration(async (event) => {
         if (!event.affectsConfiguration("meld.meldc")) return;
         await stop();

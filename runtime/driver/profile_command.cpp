@@ -7,7 +7,7 @@
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"
 #include "runtime/driver/tell.h"
-#include "runtime/profile/profile_file.h"
+#include "runtime/profile/description.h"
 #include "runtime/profile/times.h"
 
 namespace meld::driver {
@@ -19,7 +19,7 @@ Result<void> show(const ProfileOptions& options) {
                                           {"--trace", options.trace, NamedPath::Written},
                                           {"--json", options.json ? "-" : "", NamedPath::Written}};
     if (auto distinct = check_distinct(paths); !distinct) return distinct;
-    const Result<profile::Profile> profile = profile::read_profile(options.file);
+    const Result<profile::Profile> profile = profile::read_whole_profile(options.file);
     if (!profile) return tl::unexpected(profile.error());
     if (!options.trace.empty())
         if (auto written = write_file(options.trace, profile::trace_events(profile->statistics)); !written) return written;

@@ -32,7 +32,7 @@
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/watching.h"
-#include "runtime/profile/profile_file.h"
+#include "runtime/profile/file/profile_file.h"
 #include "runtime/profile/report.h"
 #include "runtime/profile/statistics.h"
 #include "runtime/profile/times.h"

@@ -199,12 +199,15 @@ class Extension(unittest.TestCase):
 
     def test_what_the_code_registers_is_what_the_manifest_names(self):
         package = json.loads((self.FOLDER / "package.json").read_text())
-        code = "".join((self.FOLDER / name).read_text() for name in ("client.js", "debug.js"))
+        code = "".join((self.FOLDER / name).read_text() for name in ("client.js", "costs.js", "debug.js"))
         contributes = package["contributes"]
         self.assertEqual(set(re.findall(r'registerCommand\("([^"]+)"', code)), {c["command"] for c in contributes["commands"]})
         self.assertEqual(set(re.findall(r'registerDebug\w+\("([^"]+)"', code)), {d["type"] for d in contributes["debuggers"]})
         self.assertEqual({"meld." + name for name in re.findall(r'getConfiguration\("meld"\)\.get\("(\w+)"\)', code)},
                          set(contributes["configuration"]["properties"]))
+        # The server's own command has another name: the library registers that.
+        self.assertIn('kProfileCommand = "meld.profile"', (ROOT / "compiler/lsp/protocol.h").read_text())
+        self.assertIn('command: "meld.profile"', code)
         self.assertEqual(package["activationEvents"], [f"onDebugResolve:{d['type']}" for d in contributes["debuggers"]])
         for name in re.findall(r'require\("\./(\w+)"\)', code):
             self.assertTrue((self.FOLDER / f"{name}.js").is_file())

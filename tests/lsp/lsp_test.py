@@ -33,6 +33,7 @@ setColor(A, 255, 0, 0) :- dist(A, D), D > 1.
 ball(A, N), dist(A, D) -o { B | neighbor(A, B), B <> A | ball(B, N + D) }.
 """
 SHARED = "type source(node).\nsource(@0).\n"
+WHOLE = {"start": {"line": 0, "character": 0}, "end": {"line": 10 ** 6, "character": 0}}
 
 
 class Case(frame.Case):
@@ -450,7 +451,8 @@ class Hostile(Case):
                                {"textDocument": {"uri": uri(path)}, "position": {"line": line, "character": character}, **more})
         self.server.answer("textDocument/codeAction", {
             "textDocument": {"uri": uri(path)}, "context": {"diagnostics": []},
-            "range": {"start": {"line": 0, "character": 0}, "end": {"line": 10 ** 6, "character": 0}}})
+            "range": WHOLE})
+        self.server.answer("textDocument/inlayHint", {"textDocument": {"uri": uri(path)}, "range": WHOLE})
         for method in ("documentSymbol", "formatting"):
             self.server.answer("textDocument/" + method, {"textDocument": {"uri": uri(path)}, "options": {}})
 

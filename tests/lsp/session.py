@@ -24,6 +24,7 @@ class Session:
         self.messages = queue.Queue()
         self.diagnostics = {}
         self.versions = {}
+        self.shown = []
         self.last = 0
         self.errors = b""
         threading.Thread(target=self.read, daemon=True).start()
@@ -60,6 +61,8 @@ class Session:
         if message.get("method") == "textDocument/publishDiagnostics":
             self.diagnostics[path_of(message["params"]["uri"]).name] = message["params"]["diagnostics"]
             self.versions[path_of(message["params"]["uri"]).name] = message["params"]["version"]
+        if message.get("method") == "window/showMessage":
+            self.shown.append(message["params"])
         return message
 
     def notify(self, method, params=None):
@@ -81,8 +84,8 @@ class Session:
 
     # ---- the protocol
 
-    def start(self):
-        result = self.ask("initialize", {"processId": None, "rootUri": None, "capabilities": {}})
+    def start(self, **more):
+        result = self.ask("initialize", {"processId": None, "rootUri": None, "capabilities": {}, **more})
         self.notify("initialized")
         return result
 

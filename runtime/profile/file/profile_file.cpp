@@ -1,14 +1,10 @@
-#include "runtime/profile/profile_file.h"
+#include "runtime/profile/file/profile_file.h"
 
 #include <fmt/format.h>
 
 #include <utility>
 
 #include "runtime/base/input_file.h"
-#include "runtime/base/units.h"
-#include "runtime/base/visible.h"
-#include "runtime/profile/report.h"
-#include "runtime/profile/times.h"
 
 namespace meld::profile {
 
@@ -20,11 +16,6 @@ constexpr const char* kKey = "claymeld_profile";
 constexpr int kVersion = 1;
 constexpr int kGreatestDepth = 8;
 constexpr std::uint64_t kMost_bytes = std::uint64_t{4} << 30;
-
-tl::unexpected<Error> no_profile(const std::string& path, const std::string& why) {
-    return fail(fmt::format("{} is no profile: {}", path, why), "Give a file that meldsim run --profile has written",
-                ExitCode::RecordingRefused);
-}
 
 // Whoever goes through nested JSON calls itself, so how deep it may be is limited before.
 Result<Json> parse(const std::string& path, const std::string& text) {
@@ -40,6 +31,15 @@ Result<Json> parse(const std::string& path, const std::string& text) {
 
 }  // namespace
 
+tl::unexpected<Error> no_profile(const std::string& path, const std::string& why) {
+    return fail(fmt::format("{} is no profile: {}", path, why), "Give a file that meldsim run --profile has written",
+                ExitCode::RecordingRefused);
+}
+
+tl::unexpected<Error> part_missing(const std::string& path, const nlohmann::json::exception& error) {
+    return no_profile(path, fmt::format("a part is missing or of another kind ({})", error.what()));
+}
+
 std::string file_text(const Json& run, const Json& statistics) {
     const Json file = {{kKey, kVersion}, {"run", run}, {"statistics", statistics}};
     // Escapes text that is not visible, and everything that is not ASCII.
@@ -54,26 +54,7 @@ Result<Profile> read_profile(const std::string& path) {
     Json& file = *parsed;
     if (!file.is_object() || !file.contains(kKey)) return no_profile(path, "it is not whole, or something else");
     if (file[kKey] != kVersion) return no_profile(path, "it is of another version of Claymeld");
-    Profile profile{std::move(file["run"]), std::move(file["statistics"])};
-    // All that is printed is looked at now, so that a file that somebody has changed is refused as a whole.
-    try {
-        describe(profile);
-        trace_events(profile.statistics);
-    } catch (const Json::exception& error) {
-        return no_profile(path, fmt::format("a part is missing or of another kind ({})", error.what()));
-    }
-    return profile;
-}
-
-std::string describe(const Profile& profile) {
-    const Json& run = profile.run;
-    const Json& s = profile.statistics;
-    return fmt::format("{} in {}: ticks {} to {}, {} catoms, {} process{} of {} thread{}, {} to run\n",
-                       visible(run.at("program").get<std::string>()), visible(run.at("world").get<std::string>()),
-                       s.at("first_tick").get<std::int64_t>(), s.at("last_tick").get<std::int64_t>(), run.at("catoms").get<std::uint64_t>(),
-                       run.at("processes").get<int>(), run.at("processes") == 1 ? "" : "es", run.at("threads").get<int>(),
-                       run.at("threads") == 1 ? "" : "s", format_duration(run.at("run_seconds").get<double>())) +
-           time_tables(s) + tables(s);
+    return Profile{std::move(file["run"]), std::move(file["statistics"])};
 }
 
 }  // namespace meld::profile

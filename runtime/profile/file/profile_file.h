@@ -14,10 +14,14 @@ std::string file_text(const nlohmann::ordered_json& run, const nlohmann::ordered
 struct Profile {
     nlohmann::ordered_json run, statistics;
 };
+// Whether the parts are what they should be, their readers find out.
 // Errors: the file cannot be read, or is no whole profile of this version.
 Result<Profile> read_profile(const std::string& path);
 
-// What a person reads of it.
-std::string describe(const Profile& profile);
+// The error of a file that is read as a profile, and why it is none.
+tl::unexpected<Error> no_profile(const std::string& path, const std::string& why);
+
+// A reader of the parts found one missing, or of another kind; to be called with what it has thrown.
+tl::unexpected<Error> part_missing(const std::string& path, const nlohmann::json::exception& error);
 
 }  // namespace meld::profile
