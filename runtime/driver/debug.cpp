@@ -1,4 +1,5 @@
 #include "runtime/driver/debug.h"
+#include "runtime/driver/silent.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -39,18 +40,6 @@ namespace {
 constexpr std::uint64_t kLinesOnTerminal = 40, kLinesServed = 1000;
 // What another program says instead of a signal: what is being done is to end.
 constexpr std::string_view kPause = "pause";
-
-// In place of a module of the run that writes: what that has kept in a checkpoint is read and forgotten.
-class Silent : public sim::SimModule {
-  public:
-    bool runnable() const override { return false; }
-    Result<void> saveable() const override { return {}; }
-    void load_catoms(sim::Subdomain&, std::span<const tuple::SavedCatom>, ByteReader& in) override { in.read_bytes(in.left()); }
-    Result<void> load_rest(sim::Subdomain&, ByteReader& in) override {
-        in.read_bytes(in.left());
-        return {};
-    }
-};
 
 // The checkpoint at which a session begins, if it does not begin with the world. Every process calls it.
 Result<std::unique_ptr<sim::OpenCheckpoint>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims,

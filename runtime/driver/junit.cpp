@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "runtime/base/visible.h"
@@ -51,7 +52,10 @@ std::string junit(const std::string& program, const Result<void>& ran, double se
         begin(fmt::format("{}: {}", o.verb, o.name), 0);
         if (o.wrong) {
             ++failures;
-            cases += fmt::format(">\n      <failure message=\"{}\"/>\n    </testcase>\n", escaped(o.found));
+            const std::string_view found = o.found;
+            const std::size_t line = std::min(found.find('\n'), found.size());
+            cases += fmt::format(">\n      <failure message=\"{}\">{}</failure>\n    </testcase>\n", escaped(found.substr(0, line)),
+                                 escaped(found.substr(line)));
         } else if (!ran) {
             ++skipped;
             cases += ">\n      <skipped message=\"the run did not come to its end\"/>\n    </testcase>\n";

@@ -11,6 +11,7 @@
 #include "runtime/compare/compare.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/shot.h"
+#include "runtime/driver/silent.h"
 #include "runtime/sim/state/checkpoint_folder.h"
 
 namespace meld::driver {
@@ -18,18 +19,6 @@ namespace meld::driver {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The modules of a run that write, as simulate() adds and names them.
-std::vector<std::string> writing_modules(const RunOptions& options) {
-    std::vector<std::string> names;
-    if (!options.record.empty()) names.emplace_back("recorder");
-    if (options.counts()) names.emplace_back("statistics");
-    names.insert(names.end(), {"printer", "watcher"});
-    if (std::ranges::any_of(kWatches, [&](const BodiesOption& watch) { return !(options.*watch.bodies).empty(); }))
-        names.emplace_back("watches");
-    if (!options.digest.empty()) names.emplace_back("digests");
-    return names;
-}
 
 // Options that say what is run, beside something that says so itself.
 Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code) {

@@ -100,7 +100,7 @@ CLI::App* add_diff(CLI::App& app, DiffOptions& diff) {
 // The bodies of both options; one is given.
 struct Bodies {
     std::string until = {}, holding = {};
-    std::size_t depth = 3;
+    std::size_t depth = kWitnessDepth;
 };
 
 CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {

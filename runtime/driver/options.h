@@ -10,6 +10,9 @@
 
 namespace meld::driver {
 
+// The facts of a body that was found to hold are followed so many steps, if nothing else is said.
+inline constexpr std::size_t kWitnessDepth = 3;
+
 // What `meldsim bisect` asks about a run.
 struct Question {
     enum class Asks { Until, While } asks = Asks::Until;

@@ -66,6 +66,7 @@ class Run {
   private:
     Result<void> add_recorder();
     Result<void> check_watches();
+    void explain_watch();
     Result<void> write_junit(const Result<void>& ran);
     Result<void> open_checkpoints();
     Result<void> tick_to_the_end();
@@ -246,6 +247,7 @@ Result<void> Run::tick_to_the_end() {
     const auto each = [&] {
         if (interrupt::received() != 0) simulation_->subdomain().request_stop();
         if (checkpoints_) checkpoints_->after_tick();
+        if (watches_ != nullptr && watches_->caught_now()) explain_watch();
         if (!progress) return;
         progress->update([&] {
             const std::string line = progress_line(*simulation_, pace, options_.ticks);
@@ -335,6 +337,13 @@ Result<void> Run::report() {
 Result<void> Run::check_watches() {
     if (watches_ == nullptr || simulation_->summary().ending == sim::Ending::Interrupted) return {};
     return watches_->at_end(simulation_->subdomain());
+}
+
+// What was found counts, also if nobody can say why.
+void Run::explain_watch() {
+    const Result<void> said = explain_caught(*watches_, *simulation_, options_, *inputs_, comm_);
+    if (!said && speaks_ && said.error().code != ExitCode::Interrupted)
+        log::warning("why this holds cannot be said: {}", said.error().message());
 }
 
 Result<void> Run::write_junit(const Result<void>& ran) {

@@ -8,6 +8,13 @@
 
 #include "compiler/front/watch_rules.h"
 #include "compiler/source/source.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/visible.h"
+#include "runtime/comm/outcome.h"
+#include "runtime/driver/silent.h"
+#include "runtime/inspect/why.h"
+#include "runtime/timeline/history.h"
+#include "runtime/timeline/timeline.h"
 
 namespace meld::driver {
 
@@ -62,6 +69,29 @@ Result<std::unique_ptr<inspect::Watches>> make_watches(const RunOptions& options
         if (rule.asked.text.empty()) return fail("there is nothing to watch", "Give a body: --watch 'leader(A), leader(B), A <> B'");
     if (rules.empty()) return nullptr;
     return inspect::Watches::make(module, std::move(rules), to);
+}
+
+Result<void> explain_caught(inspect::Watches& watches, sim::Simulation& simulation, const RunOptions& options, const Inputs& inputs,
+                            comm::Communicator& comm) {
+    if (!simulation.saveable()) return {};
+    const std::int64_t tick = simulation.subdomain().tick();
+    const ByteWriter counters = simulation.counters();
+    timeline::History kept(0);
+    if (auto saved = kept.keep(tick, [&](sim::ShareSink& sink) { return simulation.save(counters.view(), sink); }, comm); !saved)
+        return saved;
+    const timeline::GatheredShares shares = timeline::GatheredShares::gather(*kept.before(tick)->second, comm);
+    const auto make = [&] {
+        auto copy = std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads);
+        for (const std::string& name : writing_modules(options)) copy->add(std::make_unique<Silent>(), name);
+        return copy;
+    };
+    timeline::Timeline timeline(make, inputs.registry, {.limits = {options.ticks, options.strict}, .history_bytes = 0});
+    if (auto there = timeline.start(&shares); !there) return there;
+    const auto why = inspect::why_body(timeline, watches.witness(), {.depth = kWitnessDepth, .makers = false});
+    if (!why) return tl::unexpected<Error>(why.error());
+    Result<void> printed;
+    if (comm.process() == 0) printed = watches.explain(*watches.caught_now(), visible(why->to_text()));
+    return comm::outcome_of_first(comm, printed);
 }
 
 }  // namespace meld::driver

@@ -305,6 +305,22 @@ std::vector<u64> Watch::catoms_of(const Way& way) const {
     return catoms;
 }
 
+Witness Watch::witness_of(const Way& way) const {
+    const check::Rule& question = program_.question();
+    Witness witness{.body = rule_.body};
+    const auto first = std::ranges::find(question.body, check::Clause::Kind::Atom, &check::Clause::kind);
+    const bool at_variable = first != question.body.end() && first->atom.arguments[0].is_variable();
+    // Behind those that have a name of their own are the catoms of other atoms.
+    const std::size_t named = front::answers(question).size();
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+        if (at_variable && first->atom.arguments[0].variable == columns_[i])
+            witness.catom = way.values[i].catom;
+        else if (i < named)
+            witness.values.emplace_back(question.variables[columns_[i]].name, tuple::print_value(column_types_[i], way.values[i]));
+    }
+    return witness;
+}
+
 int Watch::compare(const std::vector<Value>& a, const std::vector<Value>& b) const {
     for (std::size_t i = 0; i < columns_.size(); ++i)
         if (const int c = tuple::compare(column_types_[i], a[i], b[i])) return c;

@@ -18,6 +18,7 @@
 #include "runtime/inspect/shared_facts.h"
 #include "runtime/inspect/sieve.h"
 #include "runtime/inspect/terms.h"
+#include "runtime/inspect/witness.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::inspect {
@@ -66,6 +67,7 @@ class Watch {
     // The catoms of its atoms.
     std::vector<u64> catoms_of(const Way& way) const;
     Way way_of(std::string key, std::string text);
+    Witness witness_of(const Way& way) const;
 
   private:
     Watch(Program program, front::WatchRule rule);

@@ -187,17 +187,20 @@ Result<Watches::Looked> Watches::look(sim::Subdomain& subdomain) {
     Looked looked{.searched = true};
     for (std::size_t k = 0; k < which.size() && subdomain.comm.process() == 0; ++k) {
         One& one = watches_[which[k]];
-        std::vector<std::string> lines;
+        News news{.watch = which[k]};
         if (one.remembers())
-            lines = news(one, found[k]);
+            news.lines = this->news(one, found[k]);
         else if (!found[k].ways.empty())
-            lines = {found[k].ways[0].text};
-        if (!lines.empty()) looked.news.push_back({.watch = which[k], .lines = std::move(lines)});
+            news.lines = {found[k].ways[0].text};
+        if (news.lines.empty()) continue;
+        news.first = one.watch->witness_of(*std::ranges::find(found[k].ways, news.lines[0], &Watch::Way::text));
+        looked.news.push_back(std::move(news));
     }
     return looked;
 }
 
 Result<void> Watches::after(sim::Subdomain& subdomain) {
+    caught_now_.reset();
     const Result<Looked> looked = look(subdomain);
     if (!looked) return tl::unexpected<Error>(looked.error());
     if (!looked->searched) return {};
@@ -208,11 +211,13 @@ Result<void> Watches::after(sim::Subdomain& subdomain) {
         if (outcome) outcome = tell(subdomain, news.watch, news.lines);
         stop = stop || one.watch->rule().verb == Verb::Stop;
         one.over = one.watch->rule().verb == Verb::Never;
+        if (caught_ || caught_now_ || one.watch->rule().verb == Verb::Tell) continue;
+        caught_now_ = news.watch;
+        witness_ = news.first;
     }
     return agree(subdomain, stop, outcome);
 }
 
-// The derivation of a witness belongs below its line.
 Result<void> Watches::tell(sim::Subdomain& subdomain, std::size_t number, const std::vector<std::string>& lines) {
     const One& one = watches_[number];
     Outcome& outcome = outcomes_[number];
@@ -239,16 +244,27 @@ Result<void> Watches::agree(sim::Subdomain& subdomain, bool stop, const Result<v
             out.write(stop);
             for (const One& one : watches_) out.write(one.over);
             for (const Outcome& outcome : outcomes_) out.write(outcome.wrong);
+            out.write(caught_now_.has_value());
+            out.write(static_cast<u64>(caught_now_.value_or(0)));
         }
         const auto all = subdomain.comm.allgather_any(out.view());
         ByteReader in(all[0], "what watches say");
         stop = in.read<bool>();
         for (One& one : watches_) one.over = in.read<bool>();
         for (Outcome& outcome : outcomes_) outcome.wrong = in.read<bool>();
+        const bool caught = in.read<bool>();
+        const u64 number = in.read<u64>();
+        caught_now_ = caught ? std::optional<std::size_t>(number) : std::nullopt;
     }
+    caught_ = caught_ || caught_now_;
     any_wrong_ = std::ranges::any_of(outcomes_, &Outcome::wrong);
     if (stop) subdomain.end_here();
     return comm::outcome_of_first(subdomain.comm, mine);
+}
+
+Result<void> Watches::explain(std::size_t number, const std::string& why) {
+    outcomes_[number].found += "\n" + why;
+    return print(to_, why);
 }
 
 Result<void> Watches::at_end(sim::Subdomain& subdomain) {

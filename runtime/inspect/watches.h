@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -28,6 +29,7 @@ class Watches : public sim::SimModule {
     struct News {
         std::size_t watch = 0;  // Its number among the rules.
         std::vector<std::string> lines = {};
+        Witness first = {};  // Of the first line.
     };
     struct Looked {
         bool searched = false;        // The same on all processes; otherwise nothing can have changed.
@@ -47,12 +49,19 @@ class Watches : public sim::SimModule {
         std::string name;         // Its own, or the body.
         const char* verb = "";    // As it is written.
         bool wrong = false;       // The run is not as wanted.
-        std::string found = {};   // Of one that is wrong: what, and where.
+        std::string found = {};   // Of one that is wrong: what, and where; on further lines why, if it is known.
         std::uint64_t lines = 0;  // That tell has printed.
     };
     const std::vector<Outcome>& outcomes() const { return outcomes_; }
     // Some watch says that the run is not as wanted; on all processes.
     bool any_wrong() const { return any_wrong_; }
+
+    // After the tick in which the first of --watch and --never found the run not as wanted: its number. On all processes the same.
+    std::optional<std::size_t> caught_now() const { return caught_now_; }
+    // What it found then, on process 0.
+    const Witness& witness() const { return witness_; }
+    // Why it holds, to be printed below, and to be kept with what was found. Errors: the line cannot be written.
+    Result<void> explain(std::size_t number, const std::string& why);
 
     Result<void> saveable() const override { return {}; }
     void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
@@ -94,10 +103,13 @@ class Watches : public sim::SimModule {
     std::vector<One> watches_;
     std::vector<Outcome> outcomes_;
     bool any_wrong_ = false;
-    bool begun_ = false;            // It has seen the tick before.
-    bool asked_ = false;            // Actions were asked for in that.
-    std::uint64_t gone_ = 0;        // Catoms that there were, until then.
-    std::vector<u64> asking_ = {};  // Catoms of this process that asked for actions in it.
+    bool caught_ = false;                    // There was one already; on all processes.
+    std::optional<std::size_t> caught_now_;  // In this tick.
+    Witness witness_;                        // Of that, on process 0.
+    bool begun_ = false;                     // It has seen the tick before.
+    bool asked_ = false;                     // Actions were asked for in that.
+    std::uint64_t gone_ = 0;                 // Catoms that there were, until then.
+    std::vector<u64> asking_ = {};           // Catoms of this process that asked for actions in it.
 };
 
 }  // namespace meld::inspect

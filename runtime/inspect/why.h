@@ -3,10 +3,9 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "runtime/inspect/explanation.h"
+#include "runtime/inspect/witness.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld::inspect {
@@ -28,13 +27,7 @@ struct WhyOptions {
 // Cost: that of the program's front end, and of the facts that are followed; each earlier tick is a run to it.
 Result<Explanation> why(timeline::Timeline& timeline, const std::string& fact, const WhyOptions& options);
 
-// A way in which a body holds: with the catom of its first fact, and the values of its other variables, as Meld.
-struct Witness {
-    std::string body = {};
-    u64 catom = 0;
-    std::vector<std::pair<std::string, std::string>> values = {};
-};
-// The same of all facts of the body, which are the parts of the only root.
+// The same of all facts of a body that holds, which are the parts of the only root.
 Result<Explanation> why_body(timeline::Timeline& timeline, const Witness& witness, const WhyOptions& options);
 
 // Why a fact does not hold: for each rule that could give it, how far its body can be satisfied and the part that then fails; where this is
