@@ -222,4 +222,11 @@ Result<Command> parse_command(std::string_view line) {
     return (*entry)->read(**entry, words);
 }
 
+std::span<const std::string_view> command_names() { return kNames; }
+
+std::string_view arguments_of(std::string_view command) {
+    const auto found = std::ranges::find(kCommands, command, &Entry::name);
+    return found != kCommands.end() ? found->arguments : std::string_view();
+}
+
 }  // namespace meld::debug

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -78,5 +79,10 @@ using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, D
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);
+
+// For completion: what there is, and how the words after the name are written, such as "RULE [if BODY]"; empty: there are none, or there is
+// no such command.
+std::span<const std::string_view> command_names();
+std::string_view arguments_of(std::string_view command);
 
 }  // namespace meld::debug

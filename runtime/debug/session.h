@@ -11,6 +11,7 @@
 #include "runtime/debug/breaks.h"
 #include "runtime/debug/by_hand.h"
 #include "runtime/debug/command.h"
+#include "runtime/debug/vocabulary.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld::debug {
@@ -31,6 +32,9 @@ class Session {
     // Process 0 has all of the answer. Nothing is to be done for Quit. Errors: it cannot be done, and the session stays where it was; the
     // program fails; a tick is not what it was before.
     Result<Answer> execute(const Command& command);
+
+    // What can be typed now; of this process.
+    Vocabulary vocabulary() const { return vocabulary_of(timeline_.simulation().subdomain(), options_.folder); }
 
     // Called now and then while a question is answered, with the number of facts that were looked at.
     void looked(std::function<void(std::uint64_t)> call) { looked_ = std::move(call); }

@@ -114,7 +114,11 @@ class Conversation {
           timeline_(timeline),
           input_(std::move(input)),
           session_(timeline, world,
-                   {.most_lines = most_lines(options), .folder = options.debug->folder, .recorded = !options.replay.empty()}) {}
+                   {.most_lines = most_lines(options), .folder = options.debug->folder, .recorded = !options.replay.empty()}) {
+        if (input_) input_->complete_by([this](std::string_view line) { return debug::complete(line, session_.vocabulary()); });
+    }
+    Conversation(const Conversation&) = delete;
+    Conversation& operator=(const Conversation&) = delete;
 
     // One command instead of those that somebody gives. Returns the exit code.
     Result<int> inquire(const Inquiry& inquiry) {
