@@ -44,6 +44,10 @@ struct Events {};  // Those that were made by hand.
 struct SaveEvents {
     std::string path = {};
 };
+struct Reload {};  // The program, as its file is now.
+struct Save {
+    std::string folder = {};
+};
 struct Facts {
     std::optional<std::uint64_t> catom = {};
     std::string name = {};  // Of a predicate; empty: all.
@@ -74,8 +78,8 @@ struct Help {
 };
 struct Quit {};
 
-using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Facts, Query, Why,
-                             History, Rules, Predicates, Where, Diff, Help, Quit>;
+using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Reload, Save, Facts,
+                             Query, Why, History, Rules, Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -16,10 +16,19 @@
 
 namespace meld::debug {
 
+// What only whoever has started the session can do with its run.
+struct Host {
+    // Goes on with the program as it is now; the answer knows nothing of breaks.
+    std::function<Result<Reloaded>()> reload = {};
+    // Writes a checkpoint into a folder; `events` are [[event]] tables of ticks to come.
+    std::function<Result<Saved>(const std::string& folder, const std::string& events)> save = {};
+};
+
 struct SessionOptions {
     std::uint64_t most_lines = 0;  // Beyond these, facts are only counted.
     std::string folder = {};       // Where paths in commands begin; empty: where the process is.
     bool recorded = false;         // What happens in the run is recorded, so nobody can change it.
+    Host host = {};
 };
 
 // Every process of the run has one and gives it the same commands in the same order.
@@ -48,6 +57,8 @@ class Session {
     Result<Answer> why(const Why& asked);
     const ModuleInfo& module() const { return timeline_.simulation().subdomain().module; }
     Result<Answer> change(const Change& asked);
+    Result<Answer> reload();
+    Result<Answer> save(const Save& asked);
     std::string path_of(const std::string& path) const;
     Result<Answer> stand() const;
     Result<Answer> compare(std::int64_t since);
@@ -57,6 +68,7 @@ class Session {
     std::function<void(std::uint64_t)> looked_;
     BreakList breaks_;
     ByHand by_hand_;
+    bool reloaded_ = false;   // The first tick is where the program was read again.
     std::int64_t came_from_;  // Where the last command that moved began.
 };
 

@@ -30,6 +30,12 @@ foreach(name breaks by_hand)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
   set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)
 endforeach()
+foreach(class Save Reload)
+  string(TOLOWER ${class} name)
+  add_test(NAME debug_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/debug_state_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)
+endforeach()
 add_test(NAME debug_ataterminal COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/debug_terminal_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(debug_ataterminal PROPERTIES TIMEOUT 300)
