@@ -35,6 +35,11 @@ pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 add_library(meld_pictures INTERFACE)
 target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CAIRO)
 
+# Only runtime/debug sees libedit: lines that are typed at its prompt.
+pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
+add_library(meld_edit INTERFACE)
+target_link_libraries(meld_edit INTERFACE PkgConfig::EDIT)
+
 # Clang and LLVM come as one shared library each, LLVM's linker as two static ones; their headers are not ours to be warned
 # about. Their own CMake packages would ask for a dozen further packages that nobody here needs.
 set(CLAYMELD_LLVM_ROOT /usr/lib/llvm-19 CACHE PATH "Where LLVM 19 is installed")

@@ -30,6 +30,7 @@ std::atomic<int> first{0};
 std::atomic<std::int64_t> first_ns{0};
 std::atomic<Answer> answer{Answer::AtOnce};
 std::atomic<const char*> last_words{nullptr};
+std::atomic<void (*)()> last_step{nullptr};
 std::atomic<std::uint64_t> repeated_signals{0};  // A bit for each.
 std::atomic<bool> by_signal{false};
 timer_t patience;
@@ -37,7 +38,8 @@ timer_t time_limit;
 std::array<char, 200> words_when_time_is_up{};
 std::atomic<bool> handling{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free &&
-              std::atomic<Answer>::is_always_lock_free && std::atomic<const char*>::is_always_lock_free);
+              std::atomic<Answer>::is_always_lock_free && std::atomic<const char*>::is_always_lock_free &&
+              std::atomic<void (*)()>::is_always_lock_free);
 
 std::int64_t now_ns() {
     timespec now{};
@@ -59,6 +61,7 @@ void set_waiting(int how, std::initializer_list<int> signals) {
 
 [[noreturn]] void leave(int signal) {
     Leftover::remove_all();
+    if (void (*const step)() = last_step.load(); step != nullptr) step();
     const char* words = last_words.load();
     if (words != nullptr && signal == kTimer) words = words_when_time_is_up.data();
     // Where standard error takes nothing, nobody can be told.
@@ -141,6 +144,8 @@ void hold(std::initializer_list<int> signals) { set_waiting(SIG_BLOCK, signals);
 void end_by_signal() { by_signal.store(true); }
 
 void set_last_words(const char* words) { last_words.store(words); }
+
+void set_last_step(void (*step)()) { last_step.store(step); }
 
 int received() { return first.load(std::memory_order_relaxed); }
 

@@ -39,6 +39,9 @@ void end_by_signal();
 // Written to standard error when the process is ended; a string that is never freed, or nullptr (the default) for silence.
 void set_last_words(const char* words);
 
+// What is done then, too, before the words: a function that may be called in handlers of signals; nullptr (the default) for nothing.
+void set_last_step(void (*step)());
+
 // The signal that came first; 0 if none has.
 int received();
 // Takes back a request to stop what is being done, such as Ctrl-C: the next one is the first again. False, and nothing is done, if it was

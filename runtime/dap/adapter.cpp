@@ -118,20 +118,28 @@ Adapter::Body Adapter::launch(const Json& arguments) {
     if (!launch) return tl::unexpected<Error>(launch.error());
     launch_ = *launch;
     if (auto started = run_.start(launch_); !started) return tl::unexpected<Error>(started.error());
-    // It is ready when it answers.
-    const Body at = run_.ask("where");
-    const Body rules = at ? run_.ask("rules") : at;
-    if (!rules) return fail(fmt::format("the run cannot be started: {}", rules.error().message()));
-    // The files of a recording are where the client knows them to be.
-    const bool program = launch_.program.ends_with(".meld");
-    rules_ = Rules(*rules, program ? std::filesystem::path(launch_.program).parent_path().string() : "");
-    place_.emplace(run_, rules_, program ? launch_.program : "");
+    place_.emplace(run_, rules_, launch_.program.ends_with(".meld") ? launch_.program : "");
     place_->choose(launch_.catom);
-    place_->arrive(*at);
+    // It is ready when it answers.
+    if (auto known = know_program(); !known) return fail(fmt::format("the run cannot be started: {}", known.error().message()));
     breakpoints_.emplace(run_, rules_);
     launched_ = true;
     after_.push_back([this] { client_.event("initialized"); });
     return Json();
+}
+
+// Where the run is, and by which rules.
+Result<void> Adapter::know_program() {
+    const Body at = run_.ask("where");
+    const Body rules = at ? run_.ask("rules") : at;
+    if (!rules) return tl::unexpected<Error>(rules.error());
+    // The files of a recording are where the client knows them to be.
+    const bool program = launch_.program.ends_with(".meld");
+    rules_ = Rules(*rules, program ? std::filesystem::path(launch_.program).parent_path().string() : "");
+    commands_.clear();
+    predicates_.clear();
+    place_->arrive(*at);
+    return {};
 }
 
 Adapter::Body Adapter::configuration_done(const Json&) {

@@ -92,6 +92,7 @@ class Adapter {
     void stopped(const Result<Json>& answer, const Move& move);
     void tell_stop(const char* reason, const std::string& description, const Json& breakpoints = Json::array());
     void show_anew();
+    Result<void> know_program();
     Result<void> know_words();
 
     Run& run_;

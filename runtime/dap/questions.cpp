@@ -142,6 +142,10 @@ Adapter::Body Adapter::typed(const std::string& line) {
     }
     const Body answer = ask_line(run_, line);
     if (!answer) return answer;
+    if (answer->value("reloaded", false)) {
+        if (auto known = know_program(); !known) return tl::unexpected<Error>(known.error());
+        after_.push_back([this] { show_anew(); });
+    }
     std::int64_t reference = 0;
     if (answer->contains("columns") && answer->at("rows").size() > 1)
         reference = place_->table().add([this, rows = *answer] { return rows_of(rows, place_->table()); });

@@ -1,8 +1,10 @@
 #include "runtime/debug/answer.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 #include <nlohmann/json.hpp>
 
@@ -85,6 +87,18 @@ std::string stop_text(const Stop& stop) {
     return out;
 }
 
+// 20 facts of visited and 1 of token
+std::string counted(const std::map<std::string, std::uint64_t>& facts) {
+    std::string out;
+    std::size_t left = facts.size();
+    for (const auto& [name, count] : facts) {
+        const bool first = out.empty();
+        out += first ? "" : --left == 1 ? " and " : ", ";
+        out += first ? fmt::format("{} fact{} of {}", count, count == 1 ? "" : "s", name) : fmt::format("{} of {}", count, name);
+    }
+    return out;
+}
+
 struct Text {
     std::string operator()(const Moved& moved) const {
         std::string out = tick_text(moved.tick, moved.ended);
@@ -109,6 +123,17 @@ struct Text {
     std::string operator()(const Written& written) const {
         return fmt::format("{}: {} {}{}\n", written.path, written.count, written.what, written.count == 1 ? "" : "s");
     }
+    std::string operator()(const Reloaded& done) const {
+        if (!done.changed) return done.messages + fmt::format("tick {}: the program is the one that there was\n", done.tick);
+        std::string out = done.messages + fmt::format("tick {}: goes on with the program as it is now\n", done.tick);
+        if (!done.facts.taken_over.empty()) out += fmt::format("taken over: {}\n", counted(done.facts.taken_over));
+        if (!done.facts.dropped.empty()) out += fmt::format("dropped: {}\n", counted(done.facts.dropped));
+        if (!done.facts.derived_anew.empty()) out += fmt::format("derived anew: {}\n", fmt::join(done.facts.derived_anew, ", "));
+        for (const BreaksFound::One& one : done.lost)
+            out += fmt::format("gone: {}: {} {}\n", one.number, one.rule ? "break" : "watch", one.what);
+        return out;
+    }
+    std::string operator()(const Saved& saved) const { return fmt::format("{}: a checkpoint of tick {}\n", saved.folder, saved.tick); }
     std::string operator()(const FactsFound& found) const {
         std::string out = found.catom ? catom_text(*found.catom) : "";
         for (const std::string& line : found.lines) out += line + "\n";
@@ -186,6 +211,21 @@ struct AsJson {
         return {{"tick", found.tick}, {"dropped", found.dropped}, {"events", std::move(events)}};
     }
     Json operator()(const Written& written) const { return {{"written", written.path}, {written.what + "s", written.count}}; }
+    Json operator()(const Reloaded& done) const {
+        return {{"tick", done.tick},
+                {"reloaded", done.changed},
+                {"taken_over", done.facts.taken_over},
+                {"dropped", done.facts.dropped},
+                {"derived_anew", done.facts.derived_anew},
+                {"gone", (*this)(BreaksFound{done.lost})["breaks"]},
+                {"messages", done.messages}};
+    }
+    Json operator()(const Saved& saved) const {
+        return {{"saved", saved.folder},
+                {"tick", saved.tick},
+                {"digest", saved.digest},
+                {"events", saved.events.empty() ? Json() : Json(saved.events)}};
+    }
     Json operator()(const FactsFound& found) const {
         Json json = {{"tick", found.tick}, {"count", found.count}};
         if (found.catom) json["catom"] = catom_json(*found.catom);

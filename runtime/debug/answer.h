@@ -63,6 +63,23 @@ struct Written {
     std::uint64_t count = 0;
 };
 
+// Of reload.
+struct Reloaded {
+    std::int64_t tick = 0;
+    bool changed = true;  // Otherwise the program is the one that there was, and nothing has happened.
+    sim::TakenOver facts = {};
+    std::vector<BreaksFound::One> lost = {};  // Breaks and watches that the new program has no room for.
+    std::string messages = {};                // What the compiler says.
+};
+
+// Of save: a checkpoint.
+struct Saved {
+    std::int64_t tick = 0;
+    std::string folder = {};
+    std::string digest = {};
+    std::string events = {};  // The file with what was done by hand in the next tick; empty: nothing was.
+};
+
 struct FactsFound {
     std::int64_t tick = 0;
     std::uint64_t count = 0;
@@ -107,8 +124,8 @@ struct Explained {
     std::string text;
 };
 
-using Answer = std::variant<Moved, BreaksFound, EventsFound, Written, FactsFound, RowsFound, WhyFound, inspect::Comings, RulesListed,
-                            PredicatesListed, Standing, Changes, Explained>;
+using Answer = std::variant<Moved, BreaksFound, EventsFound, Written, Reloaded, Saved, FactsFound, RowsFound, WhyFound, inspect::Comings,
+                            RulesListed, PredicatesListed, Standing, Changes, Explained>;
 
 // For people: lines, each with its end.
 std::string to_text(const Answer& answer);

@@ -113,7 +113,9 @@ Result<Answer> BreakList::add(const ModuleInfo& module, const Break& asked) {
     if (!program) return tl::unexpected<Error>(program.error());
     const Result<std::vector<const Rule*>> rules = find_rules(*program, asked.rule);
     if (!rules) return tl::unexpected<Error>(rules.error());
-    Entry entry{.shown = {.rule = true, .what = asked.rule + (asked.condition.empty() ? "" : " if " + asked.condition)}, .rules = {}};
+    Entry entry{.asked = asked,
+                .shown = {.rule = true, .what = asked.rule + (asked.condition.empty() ? "" : " if " + asked.condition)},
+                .rules = {}};
     for (const Rule* rule : *rules) {
         const std::optional<std::string> body = rule->linear ? std::nullopt : body_of(rule->text);
         if (!body && rules->size() > 1) continue;
@@ -132,7 +134,7 @@ Result<Answer> BreakList::add(const ModuleInfo& module, const Break& asked) {
 }
 
 Result<Answer> BreakList::add(const ModuleInfo& module, const Watch& asked) {
-    return add(module, Entry{.shown = {.what = asked.body}, .rules = {rule_of(asked.body, Verb::Stop)}});
+    return add(module, Entry{.asked = asked, .shown = {.what = asked.body}, .rules = {rule_of(asked.body, Verb::Stop)}});
 }
 
 // Mistakes are told now, and not on the way.
@@ -151,6 +153,19 @@ Result<Answer> BreakList::remove(std::optional<std::uint64_t> number) {
         return fail(fmt::format("delete: there is no break or watch with the number {}", *number), "`breaks` lists them");
     watches_.reset();
     return all();
+}
+
+std::vector<BreaksFound::One> BreakList::reread(const ModuleInfo& module) {
+    std::vector<BreaksFound::One> lost;
+    const std::uint64_t last = last_number_;
+    module_ = &module;
+    watches_.reset();
+    for (const Entry& e : std::exchange(entries_, {})) {
+        last_number_ = e.shown.number - 1;
+        if (!std::visit([&](const auto& asked) { return add(module, asked); }, e.asked)) lost.push_back(e.shown);
+    }
+    last_number_ = last;
+    return lost;
 }
 
 BreaksFound BreakList::all() const {

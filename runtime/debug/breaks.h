@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -30,6 +31,9 @@ class BreakList {
     Result<Answer> add(const ModuleInfo& module, const Watch& asked);
     // Errors: there is none with this number.
     Result<Answer> remove(std::optional<std::uint64_t> number);
+    // The program is another one now: all are set again, by what was typed, under their numbers. Returns those that cannot be, which are
+    // gone.
+    std::vector<BreaksFound::One> reread(const ModuleInfo& module);
     BreaksFound all() const;
     bool empty() const { return entries_.empty(); }
 
@@ -45,6 +49,7 @@ class BreakList {
 
   private:
     struct Entry {
+        std::variant<Break, Watch> asked;
         BreaksFound::One shown;
         std::vector<front::WatchRule> rules;  // One or several that are watched.
     };

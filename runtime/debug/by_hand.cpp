@@ -48,29 +48,56 @@ Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked)
     if (auto is = exists(subdomain, ground->catom); !is) return tl::unexpected<Error>(is.error());
 
     const std::int64_t now = timeline.tick();
-    const auto stays = std::ranges::find_if(done_, [&](const EventsFound::One& one) { return one.tick > now + 1; });
+    const auto stays = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > now + 1; });
     EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
     done_.erase(stays, done_.end());
-    done_.push_back({.tick = now + 1,
-                     .verb = verb,
-                     .fact = ground->text,
-                     .predicate = ground->predicate,
-                     .catom = ground->catom,
-                     .arguments = ground->arguments});
-    world::Event event{.tick = now + 1, .give = {}, .take = {}};
-    (asked.gives ? event.give : event.take).push_back(given);
-    world_.events.resize(own_events_ + done_.size() - 1);
-    world_.events.push_back(std::move(event));
+    Done done{.shown = {.tick = now + 1,
+                        .verb = verb,
+                        .fact = ground->text,
+                        .predicate = ground->predicate,
+                        .catom = ground->catom,
+                        .arguments = ground->arguments},
+              .event = {.tick = now + 1, .give = {}, .take = {}}};
+    (asked.gives ? done.event.give : done.event.take).push_back(given);
+    done_.push_back(std::move(done));
+    give_to_world();
     timeline.changes_from_here();
-    answer.events.push_back(done_.back());
+    answer.events.push_back(done_.back().shown);
     return answer;
 }
 
-EventsFound ByHand::all(std::int64_t tick) const { return {.tick = tick, .events = done_}; }
+void ByHand::give_to_world() {
+    world_.events.resize(own_events_);
+    for (std::size_t i = first_; i < done_.size(); ++i) world_.events.push_back(done_[i].event);
+}
 
-std::string ByHand::as_toml() const {
+std::size_t ByHand::happens_after(std::int64_t tick) {
+    const auto first = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > tick; });
+    const std::size_t before = first_;
+    happens_from(static_cast<std::size_t>(first - done_.begin()));
+    return before;
+}
+
+void ByHand::happens_from(std::size_t first) {
+    first_ = first;
+    give_to_world();
+}
+
+EventsFound ByHand::all(std::int64_t tick) const {
+    EventsFound found{.tick = tick};
+    for (const Done& one : done_) found.events.push_back(one.shown);
+    return found;
+}
+
+std::string ByHand::to_come(std::int64_t tick) const {
+    const bool any = !done_.empty() && done_.back().shown.tick > tick;
+    return any ? as_toml(tick) : "";
+}
+
+std::string ByHand::as_toml(std::int64_t after) const {
     std::string out = "# What was done by hand. A world ends with it to make the same run.\n";
-    for (const EventsFound::One& one : done_) {
+    for (const auto& [one, event] : done_) {
+        if (one.tick <= after) continue;
         std::string values;
         for (const std::string& text : one.arguments) values += (values.empty() ? "" : ", ") + toml_string(text);
         const std::string what = values.empty() ? fmt::format("\"id == {}\"", one.catom)
@@ -81,7 +108,7 @@ std::string ByHand::as_toml() const {
 }
 
 Result<Answer> ByHand::write(const std::string& path, comm::Communicator& comm) const {
-    const Result<void> mine = comm.process() == 0 ? write_file(path, as_toml()) : Result<void>{};
+    const Result<void> mine = comm.process() == 0 ? write_file(path, as_toml(0)) : Result<void>{};
     if (auto all = comm::outcome_of_first(comm, mine); !all) return tl::unexpected<Error>(all.error());
     return Written{.path = path, .what = "event", .count = done_.size()};
 }

@@ -25,15 +25,27 @@ class ByHand {
     // Errors: mistakes in the fact; the world could not give it; there is no such catom.
     Result<Answer> change(timeline::Timeline& timeline, const Change& asked);
     EventsFound all(std::int64_t tick) const;
+    // The run begins anew at a tick: what was done before it does not happen again. Returns the number of those that did not happen before
+    // that call, for happens_from(), which takes it back.
+    std::size_t happens_after(std::int64_t tick);
+    void happens_from(std::size_t first);
+    // What happens after a tick, as [[event]] tables; empty if nothing does.
+    std::string to_come(std::int64_t tick) const;
     // As [[event]] tables of a world; on process 0. Errors, the same on every process: those of the file.
     Result<Answer> write(const std::string& path, comm::Communicator& comm) const;
 
   private:
-    std::string as_toml() const;
+    struct Done {
+        EventsFound::One shown;
+        world::Event event;
+    };
+    void give_to_world();
+    std::string as_toml(std::int64_t after) const;
 
     world::World& world_;
     std::size_t own_events_;  // Those of the world itself come first.
-    std::vector<EventsFound::One> done_;
+    std::vector<Done> done_;
+    std::size_t first_ = 0;  // Those before it do not happen in this run.
 };
 
 }  // namespace meld::debug

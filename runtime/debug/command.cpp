@@ -88,6 +88,11 @@ Result<Command> read_save_events(const Entry& entry, const Words& words) {
     return SaveEvents{std::string(rest(words))};
 }
 
+Result<Command> read_save(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the folder is missing");
+    return Save{std::string(rest(words))};
+}
+
 Result<Command> read_break(const Entry& entry, const Words& words) {
     if (words.empty()) return wrong(entry, "the rule is missing");
     Break stop{.rule = std::string(words[0])};
@@ -146,7 +151,7 @@ Result<Command> read_help(const Entry&, const Words& words);
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
-constexpr std::array<Entry, 25> kCommands = {{
+constexpr std::array<Entry, 27> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
@@ -161,6 +166,8 @@ constexpr std::array<Entry, 25> kCommands = {{
     {"take", "FACT", "take a fact that was given, at the start of the next tick", kAnyNumber, read_change},
     {"events", "", "what was done by hand, and in which ticks", 0, read_alone<Events>},
     {"save-events", "FILE", "write that as events of a world", kAnyNumber, read_save_events},
+    {"reload", "", "go on from here with the program as its file is now", 0, read_alone<Reload>},
+    {"save", "DIR", "write what is shown as a checkpoint, for meldsim resume, fork, query and debug", kAnyNumber, read_save},
     {"facts", "[@N] [NAME]", "what holds now: everything, what holds at catom N, or the facts of one predicate", 2, read_facts},
     {"query", "BODY", "all ways to satisfy a body, in Meld: query dist(A, D), D > 9, not leaf(A)", kAnyNumber, read_body<Query>},
     {"why", "[--all] [--depth N] [--no-replay] FACT", "what a fact rests on, down to what was given and sensed: why dist(@42, 7)",
@@ -220,6 +227,13 @@ Result<Command> parse_command(std::string_view line) {
     words.erase(words.begin());
     if (words.size() > (*entry)->most_words) return wrong(**entry, fmt::format("'{}' is too much", words[(*entry)->most_words]));
     return (*entry)->read(**entry, words);
+}
+
+std::span<const std::string_view> command_names() { return kNames; }
+
+std::string_view arguments_of(std::string_view command) {
+    const auto found = std::ranges::find(kCommands, command, &Entry::name);
+    return found != kCommands.end() ? found->arguments : std::string_view();
 }
 
 }  // namespace meld::debug

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -43,6 +44,10 @@ struct Events {};  // Those that were made by hand.
 struct SaveEvents {
     std::string path = {};
 };
+struct Reload {};  // The program, as its file is now.
+struct Save {
+    std::string folder = {};
+};
 struct Facts {
     std::optional<std::uint64_t> catom = {};
     std::string name = {};  // Of a predicate; empty: all.
@@ -73,10 +78,15 @@ struct Help {
 };
 struct Quit {};
 
-using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Facts, Query, Why,
-                             History, Rules, Predicates, Where, Diff, Help, Quit>;
+using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Reload, Save, Facts,
+                             Query, Why, History, Rules, Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);
+
+// For completion: what there is, and how the words after the name are written, such as "RULE [if BODY]"; empty: there are none, or there is
+// no such command.
+std::span<const std::string_view> command_names();
+std::string_view arguments_of(std::string_view command);
 
 }  // namespace meld::debug

@@ -11,6 +11,7 @@
 #include "runtime/base/input_file.h"
 #include "runtime/base/interrupt.h"
 #include "runtime/base/standard_streams.h"
+#include "runtime/debug/line_history.h"
 
 namespace meld::debug {
 
@@ -40,6 +41,7 @@ Result<Input> Input::open(const std::string& path, From from) {
     input.name_ = from_file ? path : "standard input";
     if (!from_file) {
         input.from_ = from;
+        if (from == From::Terminal) input.editor_ = LineEditor::open(history_path());
         return input;
     }
     Result<std::string> text = read_input(path, kMostFile_bytes, InputKind::FileOrPipe);
@@ -47,6 +49,29 @@ Result<Input> Input::open(const std::string& path, From from) {
     input.text_ = std::move(*text);
     input.at_end_ = true;
     return input;
+}
+
+// The next line that somebody types here, also an empty one.
+Result<std::optional<std::string>> Input::edited(const std::string& prompt) {
+    while (true) {
+        Result<LineEditor::Typed> typed = editor_->read(prompt);
+        if (!typed) return tl::unexpected<Error>(typed.error());
+        if (typed->what == LineEditor::Typed::What::Line) {
+            ++line_;
+            return without_comment(std::move(typed->text));
+        }
+        // What comes next does not stand behind the prompt.
+        if (auto printed = print(stdout, "\n"); !printed) return tl::unexpected<Error>(printed.error());
+        if (typed->what == LineEditor::Typed::What::End) return std::nullopt;
+        if (!interrupt::forget_request()) return fail("interrupted", "", ExitCode::Interrupted);
+    }
+}
+
+std::string Input::without_comment(std::string line) const {
+    if (from_ != From::Program) line.resize(end_of_command(line));
+    const std::size_t last = line.find_last_not_of(" \t\r");
+    line.resize(last == std::string::npos ? 0 : last + 1);
+    return line;
 }
 
 // Reads on; false at the end.
@@ -93,6 +118,7 @@ bool Input::says(std::string_view word) {
 }
 
 Result<std::optional<std::string>> Input::next(std::string_view prompt) {
+    if (editor_) return edited(std::string(prompt));
     if (from_ == From::Terminal)
         if (auto printed = print(stdout, prompt); !printed) return tl::unexpected<Error>(printed.error());
     while (true) {
@@ -111,12 +137,9 @@ Result<std::optional<std::string>> Input::next(std::string_view prompt) {
             if (from_ == From::Terminal) static_cast<void>(print(stdout, "\n"));
             return std::nullopt;
         }
-        std::string line = text_.substr(at_, end == std::string::npos ? end : end - at_);
+        std::string line = without_comment(text_.substr(at_, end == std::string::npos ? end : end - at_));
         at_ = end == std::string::npos ? text_.size() : end + 1;
         ++line_;
-        if (from_ != From::Program) line.resize(end_of_command(line));
-        const std::size_t last = line.find_last_not_of(" \t\r");
-        line.resize(last == std::string::npos ? 0 : last + 1);
         if (!line.empty() || from_ == From::Terminal) return line;
     }
 }

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/debug/line_editor.h"
 
 namespace meld::debug {
 
@@ -14,7 +17,8 @@ class Input {
   public:
     // Who gives the commands: a script; somebody at a terminal; or a program, which waits for each answer and writes no comments.
     enum class From { Script, Terminal, Program };
-    // Errors: the file cannot be read. An empty path is standard input; a file is a script.
+    // Errors: the file cannot be read. An empty path is standard input; a file is a script. What is typed at a terminal of this process
+    // can be edited, and is kept for later sessions.
     static Result<Input> open(const std::string& path, From from);
 
     // Whoever it is goes on after a mistake, and Ctrl-C ends what is being done and not the session.
@@ -29,10 +33,18 @@ class Input {
     // Of the line that came last: "session.txt:3: ".
     std::string place() const;
 
+    // Where lines are edited; otherwise nobody asks.
+    void complete_by(Complete complete) {
+        if (editor_) editor_->complete_by(std::move(complete));
+    }
+
   private:
+    Result<std::optional<std::string>> edited(const std::string& prompt);
+    std::string without_comment(std::string line) const;
     Result<bool> more(std::string_view prompt);
     Result<bool> read();
 
+    std::unique_ptr<LineEditor> editor_;
     std::string name_, text_;
     From from_ = From::Script;
     bool at_end_ = false;

@@ -45,6 +45,8 @@ Result<Answer> Session::execute(const Command& command) {
                    [&](const Change& asked) { return change(asked); },
                    [&](const Events&) -> Result<Answer> { return by_hand_.all(now); },
                    [&](const SaveEvents& asked) { return by_hand_.write(path_of(asked.path), timeline_.simulation().subdomain().comm); },
+                   [&](const Reload&) { return reload(); },
+                   [&](const Save& asked) { return save(asked); },
                    [&](const Facts& facts) -> Result<Answer> {
                        return find_facts(timeline_.simulation().subdomain(), {facts.catom, facts.name, options_.most_lines});
                    },
@@ -68,7 +70,8 @@ Result<Answer> Session::go(std::int64_t tick) {
     const std::int64_t from = timeline_.tick(), first = timeline_.first_tick();
     if (tick < first)
         return fail(fmt::format("to {}: the first tick here is {}", tick, first),
-                    fmt::format("This is a checkpoint of tick {}, and what came before is not in it", first));
+                    reloaded_ ? "The program was read again there, and the run before that was another one"
+                              : fmt::format("This is a checkpoint of tick {}, and what came before is not in it", first));
     if (tick > from && !breaks_.empty()) return forward(tick, nullptr, "");
     const Result<void> done = timeline_.to(tick);
     breaks_.forget();
@@ -124,6 +127,30 @@ Result<Answer> Session::change(const Change& asked) {
     if (const auto ended = timeline_.ended(); ended && *ended != sim::Ending::Quiet && *ended != sim::Ending::Interrupted)
         return fail(fmt::format("the run ends with tick {}, so nothing comes after it", timeline_.tick()), "Go back, and then do it");
     return by_hand_.change(timeline_, asked);
+}
+
+Result<Answer> Session::reload() {
+    if (options_.recorded)
+        return fail("a recording carries its program, which does not change", "Debug the program of the run, or a checkpoint of it");
+    const std::int64_t now = timeline_.tick();
+    // What was done by hand before this tick has happened, and the new program may not know it.
+    const std::size_t before = by_hand_.happens_after(now);
+    Result<Reloaded> done = options_.host.reload();
+    if (!done || !done->changed) by_hand_.happens_from(before);
+    if (!done) return tl::unexpected<Error>(done.error());
+    if (!done->changed) return *done;
+    came_from_ = now;
+    reloaded_ = true;
+    done->lost = breaks_.reread(module());
+    return *done;
+}
+
+Result<Answer> Session::save(const Save& asked) {
+    if (options_.recorded)
+        return fail("the run of a recording cannot be saved: its program and world are in the recording", "Debug the program of the run");
+    Result<Saved> saved = options_.host.save(path_of(asked.folder), by_hand_.to_come(timeline_.tick()));
+    if (!saved) return tl::unexpected<Error>(saved.error());
+    return *saved;
 }
 
 std::string Session::path_of(const std::string& path) const {

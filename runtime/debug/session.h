@@ -11,14 +11,24 @@
 #include "runtime/debug/breaks.h"
 #include "runtime/debug/by_hand.h"
 #include "runtime/debug/command.h"
+#include "runtime/debug/vocabulary.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld::debug {
+
+// What only whoever has started the session can do with its run.
+struct Host {
+    // Goes on with the program as it is now; the answer knows nothing of breaks.
+    std::function<Result<Reloaded>()> reload = {};
+    // Writes a checkpoint into a folder; `events` are [[event]] tables of ticks to come.
+    std::function<Result<Saved>(const std::string& folder, const std::string& events)> save = {};
+};
 
 struct SessionOptions {
     std::uint64_t most_lines = 0;  // Beyond these, facts are only counted.
     std::string folder = {};       // Where paths in commands begin; empty: where the process is.
     bool recorded = false;         // What happens in the run is recorded, so nobody can change it.
+    Host host = {};
 };
 
 // Every process of the run has one and gives it the same commands in the same order.
@@ -32,6 +42,9 @@ class Session {
     // program fails; a tick is not what it was before.
     Result<Answer> execute(const Command& command);
 
+    // What can be typed now; of this process.
+    Vocabulary vocabulary() const { return vocabulary_of(timeline_.simulation().subdomain(), options_.folder); }
+
     // Called now and then while a question is answered, with the number of facts that were looked at.
     void looked(std::function<void(std::uint64_t)> call) { looked_ = std::move(call); }
 
@@ -44,6 +57,8 @@ class Session {
     Result<Answer> why(const Why& asked);
     const ModuleInfo& module() const { return timeline_.simulation().subdomain().module; }
     Result<Answer> change(const Change& asked);
+    Result<Answer> reload();
+    Result<Answer> save(const Save& asked);
     std::string path_of(const std::string& path) const;
     Result<Answer> stand() const;
     Result<Answer> compare(std::int64_t since);
@@ -53,6 +68,7 @@ class Session {
     std::function<void(std::uint64_t)> looked_;
     BreakList breaks_;
     ByHand by_hand_;
+    bool reloaded_ = false;   // The first tick is where the program was read again.
     std::int64_t came_from_;  // Where the last command that moved began.
 };
 

@@ -1,5 +1,6 @@
 // Calls meldc, the only program that contains Clang.
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -25,13 +26,15 @@ std::string meldc_path() {
 
 }  // namespace
 
-Result<std::string> compile_program(const RunOptions& options) {
+Result<std::string> compile_program(const RunOptions& options, std::string* messages) {
     if (options.program.ends_with(".so")) {
         if (options.question) return fail("a module has no room for a body", "Give the .meld file that it was compiled from");
         return options.program;
     }
     int ends[2];
     if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
+    // A file, so that nobody waits for a reader of it.
+    const int said = messages == nullptr ? -1 : memfd_create("messages", MFD_CLOEXEC);
     const std::string meldc = meldc_path();
     std::vector<const char*> arguments = {"meldc", "compile", options.program.c_str()};
     for (const std::string& file : options.link) arguments.insert(arguments.end(), {"--link", file.c_str()});
@@ -42,7 +45,7 @@ Result<std::string> compile_program(const RunOptions& options) {
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
     if (options.question) arguments.insert(arguments.end(), {"--ask", options.question->body.c_str()});
     if (options.counts()) arguments.push_back("--counters");
-    if (options.quiet) arguments.push_back("--quiet");
+    if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
     const pid_t parent = getpid();
     const pid_t child = fork();
@@ -52,6 +55,7 @@ Result<std::string> compile_program(const RunOptions& options) {
         prctl(PR_SET_PDEATHSIG, SIGTERM);
         if (getppid() != parent) _exit(127);
         dup2(ends[1], STDOUT_FILENO);
+        if (said >= 0) dup2(said, STDERR_FILENO);
         close(ends[0]);
         close(ends[1]);
         execvp(meldc.c_str(), const_cast<char* const*>(arguments.data()));
@@ -68,6 +72,12 @@ Result<std::string> compile_program(const RunOptions& options) {
     close(ends[0]);
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    if (said >= 0) {
+        off_t at = 0;
+        for (ssize_t n = 0; (n = pread(said, buffer, sizeof buffer, at)) > 0; at += n)
+            messages->append(buffer, static_cast<std::size_t>(n));
+        close(said);
     }
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : static_cast<int>(ExitCode::OurBug);
     if (code == 127) return fail("cannot start " + meldc, "Build it, or put it beside meldsim");

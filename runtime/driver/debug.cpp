@@ -22,6 +22,7 @@
 #include "runtime/debug/input.h"
 #include "runtime/debug/session.h"
 #include "runtime/driver/checkpoints.h"
+#include "runtime/driver/debug_state.h"
 #include "runtime/driver/looked_at.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
@@ -30,6 +31,7 @@
 #include "runtime/driver/shot.h"
 #include "runtime/driver/tell.h"
 #include "runtime/sim/state/checkpoint_folder.h"
+#include "runtime/sim/watchers/watcher.h"
 #include "runtime/timeline/timeline.h"
 
 namespace meld::driver {
@@ -97,13 +99,20 @@ class OnTheWay {
 class Conversation {
   public:
     Conversation(const RunOptions& options, comm::Communicator& comm, timeline::Timeline& timeline, world::World& world,
-                 std::optional<debug::Input> input)
+                 std::optional<debug::Input> input, debug::Host host)
         : options_(options),
           comm_(comm),
           timeline_(timeline),
           input_(std::move(input)),
           session_(timeline, world,
-                   {.most_lines = most_lines(options), .folder = options.debug->folder, .recorded = !options.replay.empty()}) {}
+                   {.most_lines = most_lines(options),
+                    .folder = options.debug->folder,
+                    .recorded = !options.replay.empty(),
+                    .host = std::move(host)}) {
+        if (input_) input_->complete_by([this](std::string_view line) { return debug::complete(line, session_.vocabulary()); });
+    }
+    Conversation(const Conversation&) = delete;
+    Conversation& operator=(const Conversation&) = delete;
 
     // One command instead of those that somebody gives. Returns the exit code.
     Result<int> inquire(const Inquiry& inquiry) {
@@ -276,7 +285,10 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
     }
 
     record::Drawing* drawing = nullptr;
-    const auto make = [&] {
+    std::vector<std::string> writers = options.debug->writers;
+    // A run from its start has these.
+    if (options.resume.empty() && options.replay.empty() && !options.debug->inquiry) writers = {"printer", "watcher"};
+    const timeline::Timeline::Make make = [&] {
         auto simulation = std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads);
         if (check) simulation->add(check(), "check");
         // What catoms have drawn is known from where the run began, or from where it was recorded.
@@ -286,8 +298,13 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
             drawing = follows.get();
             simulation->add(std::move(follows), "recorder");
         }
-        for (const std::string& name : options.debug->writers)
-            if (drawing == nullptr || name != "recorder") simulation->add(std::make_unique<Silent>(), name);
+        for (const std::string& name : writers) {
+            // What is watched is known to a run that goes on from here.
+            if (name == "watcher")
+                simulation->add(std::make_unique<sim::Watcher>(nullptr), name);
+            else if (drawing == nullptr || name != "recorder")
+                simulation->add(std::make_unique<Silent>(), name);
+        }
         return simulation;
     };
     const timeline::TimelineOptions how{.limits = {options.ticks, options.strict},
@@ -309,7 +326,11 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
         timeline.simulation().add(std::move(follows), "drawing");
     }
     if (options.debug->shot) return take_shot(options, inputs.world, comm, timeline, [&]() -> record::Drawing& { return *drawing; });
-    Conversation conversation(options, comm, timeline, inputs.world, std::move(input));
+    DebuggedRun run(options, inputs, claims, comm);
+    debug::Host host{
+        .reload = [&] { return run.reload(timeline, make); },
+        .save = [&](const std::string& folder, const std::string& events) { return run.save(timeline.simulation(), folder, events); }};
+    Conversation conversation(options, comm, timeline, inputs.world, std::move(input), std::move(host));
     if (options.debug->inquiry) return conversation.inquire(*options.debug->inquiry);
     const Result<void> held = conversation.hold();
     if (!held) return tl::unexpected<Error>(held.error());

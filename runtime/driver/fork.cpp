@@ -10,6 +10,7 @@
 #include "runtime/base/log.h"
 #include "runtime/base/output_file.h"
 #include "runtime/base/output_paths.h"
+#include "runtime/driver/command_line.h"
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/tell.h"
@@ -58,6 +59,7 @@ RunOptions merge(RunOptions before, const RunOptions& given, const Paths& here) 
     out.library_paths = first_given(here(given.library_paths), before.library_paths);
     out.link = first_given(here(given.link), before.link);
     out.extensions = first_given(here(given.extensions), before.extensions);
+    out.events = first_given(here(given.events), before.events);
     // Of a constant that is set twice, the later value counts.
     out.set = std::move(before.set);
     out.set.insert(out.set.end(), given.set.begin(), given.set.end());
@@ -76,44 +78,6 @@ RunOptions merge(RunOptions before, const RunOptions& given, const Paths& here) 
     for (std::string& text : out.watch)
         if (names_watch_file(text)) text = here(text);
     return out;
-}
-
-// The command line of a run with these options, by which its processes are started and its checkpoints know it.
-std::vector<std::string> command_line(const RunOptions& run) {
-    std::vector<std::string> words = {"meldsim", "run", run.program.starts_with('-') ? "./" + run.program : run.program};
-    const auto add = [&](const char* option, const std::string& value) {
-        if (!value.empty()) words.push_back(fmt::format("{}={}", option, value));
-    };
-    const auto add_all = [&](const char* option, const std::vector<std::string>& values) {
-        for (const std::string& value : values) {
-            words.push_back(fmt::format("{}{}{}", option, value.empty() ? "" : "=", value));
-            // After `--arg=` the next word would be the value.
-            if (value.empty()) words.emplace_back();
-        }
-    };
-    add("--world", run.world);
-    add_all("--library", run.library_paths);
-    if (run.ticks >= 0) add("--ticks", std::to_string(run.ticks));
-    add("--processes", std::to_string(run.processes));
-    add("--threads", std::to_string(run.threads));
-    add_all("--set", run.set);
-    add_all("--arg", run.given);
-    add_all("--link", run.link);
-    add_all("--extension", run.extensions);
-    if (run.optimisation) words.push_back(fmt::format("-O{}", *run.optimisation));
-    if (run.seed >= 0) add("--seed", std::to_string(run.seed));
-    for (const OutputOption& output : kOutputs) add(output.name, run.*output.path);
-    for (const BodiesOption& watch : kWatches) add_all(watch.name, run.*watch.bodies);
-    add("--checkpoint", run.checkpoint);
-    add("--checkpoint-every", run.checkpoint_every);
-    add("--retries", std::to_string(run.retries));
-    add("--heartbeat", run.heartbeat);
-    if (run.timeout_seconds > 0) add("--timeout", fmt::format("{}", run.timeout_seconds));
-    for (const auto& [option, on] :
-         {std::pair{"--strict", run.strict}, {"--sync", run.sync}, {"--stats", run.stats}, {"--json", run.json}, {"--quiet", run.quiet}})
-        if (on) words.emplace_back(option);
-    add("--forked-from", run.fork);
-    return words;
 }
 
 // The results of the run of the checkpoint stay as they are.

@@ -1,12 +1,15 @@
 #include "runtime/driver/inputs.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <utility>
 
+#include "runtime/base/input_file.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
@@ -21,12 +24,39 @@ std::string world_path(const RunOptions& options) {
     return std::filesystem::exists(beside, error) ? beside : "";
 }
 
+namespace {
+
+constexpr std::uint64_t kMostEvents_bytes = std::uint64_t{1} << 30;
+
+// The same world with the events of these files after its own.
+Result<world::World> with_events(const world::World& world, const std::vector<std::string>& files) {
+    std::string text = world.text;
+    for (const std::string& file : files) {
+        const Result<std::string> events = read_input(file, kMostEvents_bytes, InputKind::FileOrPipe);
+        if (!events) return tl::unexpected<Error>(events.error());
+        text += "\n" + *events;
+    }
+    const std::string names = fmt::format("{}", fmt::join(files, ", "));
+    Result<world::World> with = world::parse_world(text, world.path);
+    if (!with) return fail(fmt::format("--events {}: behind the world, {}", names, with.error().problem), with.error().suggestion);
+    const auto rest = [](std::map<std::string, std::uint64_t> parts) {
+        parts.erase("event");
+        return parts;
+    };
+    if (rest(world.parts) != rest(with->parts))
+        return fail(fmt::format("--events {}: there is more than [[event]] tables in it", names), "Put the rest into the world");
+    return with;
+}
+
+}  // namespace
+
 Result<world::World> choose_world(const RunOptions& options) {
     if (!options.replay.empty()) return recorded_world(options.replay);
     const std::string path = world_path(options);
     Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
                                                                    "the default, a cube of 1,000 catoms")
                                               : world::read_world(path);
+    if (world && !options.events.empty()) world = with_events(*world, options.events);
     if (!world) return world;
     if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
     if (options.given.size() > 9)

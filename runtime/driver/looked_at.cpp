@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code) {
     const auto given = [&]() -> const char* {
         if (!options.world.empty()) return "--world";
+        if (!options.events.empty()) return "--events";
         if (!options.library_paths.empty()) return "--library";
         if (options.seed >= 0) return "--seed";
         if (!options.set.empty()) return "--set";

@@ -8,6 +8,8 @@ CLI::Option* add_list(CLI::App& command, const std::string& name, std::vector<st
 
 void add_inputs(CLI::App& command, RunOptions& run, const char* world) {
     command.add_option("--world", run.world, world)->type_name("FILE");
+    add_list(command, "--events", run.events, "FILE",
+             "Further [[event]] tables for the world, such as save-events of the debugger has written; repeatable");
     add_list(command, "-I,--library", run.library_paths, "DIR", "Search this folder for the program's includes and libraries; repeatable");
     add_list(command, "--set", run.set, "NAME=VALUE", "Replace the value of a constant of the program; repeatable");
     add_list(command, "--arg", run.given, "VALUE", "The value of @arg1 in the program; the next --arg sets @arg2, and so on");

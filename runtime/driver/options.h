@@ -85,6 +85,7 @@ struct RunOptions {
     std::vector<std::string> link = {};        // C files with extern functions.
     std::optional<int> optimisation = {};      // Of the module, 0 to 3; otherwise meldc decides.
     std::vector<std::string> given = {};       // Values of @arg1, @arg2, ...
+    std::vector<std::string> events = {};      // Files with [[event]] tables, after those of the world.
     std::vector<std::string> extensions = {};  // Shared objects that add implementations of components.
     std::string facts_out = {};
     std::string record = {};

@@ -18,7 +18,7 @@ int bisect_command(RunOptions options);
 int resume_command(const ResumeOptions& resume, const ParseRun& parse);
 
 // The module of a program: compiled by the meldc beside this program, from its cache if it was compiled before.
-// Errors carry meldc's exit code; its messages have been printed by then.
-Result<std::string> compile_program(const RunOptions& options);
+// Errors carry meldc's exit code; its messages have been printed by then, or are in `messages`, also if there is no error.
+Result<std::string> compile_program(const RunOptions& options, std::string* messages = nullptr);
 
 }  // namespace meld::driver

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
@@ -132,9 +133,13 @@ ByteWriter Simulation::counters() const {
     return out;
 }
 
-Result<void> Simulation::save(std::span<const std::byte> counters, ShareSink& sink) const {
+Result<void> Simulation::save(std::span<const std::byte> counters, ShareSink& sink, const Names& leaves_out) const {
     MELD_EXPECT(saveable().has_value(), "a snapshot of a run that cannot be saved");
-    return Saver(subdomain_, all_modules(), codes_).run(counters, sink);
+    Modules modules = all_modules();
+    const auto added = modules.begin() + static_cast<std::ptrdiff_t>(modules_.size());
+    if (leaves_out)
+        modules.erase(std::remove_if(added, modules.end(), [&](const NamedModule& m) { return leaves_out(m.name); }), modules.end());
+    return Saver(subdomain_, modules, codes_).run(counters, sink);
 }
 
 Result<void> Simulation::resume(const Registry& registry, const Shares& shares) {
@@ -264,7 +269,8 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     subdomain_.set_strict(limits.strict);
     std::optional<interrupt::Answering> soon(interrupt::Answer::Soon);
     // A run that goes on from its end is over. Where facts have been given since an earlier run(), there is something left to do.
-    std::optional<Ending> ended = std::exchange(goes_on_, false) ? ended_with_this_tick(may_end) : std::nullopt;
+    const bool may_be_over = std::exchange(goes_on_, false) && subdomain_.tick() > 0;
+    std::optional<Ending> ended = may_be_over ? ended_with_this_tick(may_end) : std::nullopt;
     while (!ended && subdomain_.tick() < most) {
         if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
         if (auto done = run_tick(); !done) {

@@ -75,8 +75,9 @@ class Simulation {
     // What all processes have counted, for save(). Every process calls it, also one that cannot save its share.
     ByteWriter counters() const;
     // This process's share of the state between two ticks, with counters(); nothing of the run changes. The run is saveable(). Errors:
-    // those of the sink.
-    Result<void> save(std::span<const std::byte> counters, ShareSink& sink) const;
+    // those of the sink. Modules that were added under names for which `leaves_out` is true are not in it, as if the run had none.
+    using Names = std::function<bool(const std::string& name)>;
+    Result<void> save(std::span<const std::byte> counters, ShareSink& sink, const Names& leaves_out = {}) const;
     // What the run has written is on the disk, as a checkpoint there will say. Every process calls it. Errors: those of the modules.
     Result<void> secure();
     // Adds a module that runs after those of the world (recorder, digests). A run that branches off finds by its name what it had kept.

@@ -21,6 +21,7 @@ Result<void> Timeline::start(const sim::Shares* from) {
 }
 
 Result<Timeline::Running> Timeline::from_the_start() {
+    if (beginning_) return restore_from(*beginning_->before(first_tick_)->second);
     Running running = make_();
     const Result<void> done = from_ != nullptr ? running->resume(registry_, *from_) : running->start(registry_);
     if (!done) return tl::unexpected<Error>(done.error());
@@ -56,11 +57,34 @@ Result<void> Timeline::remember(sim::Simulation& simulation) {
 // The latest state that is known at or before a tick.
 Result<Timeline::Running> Timeline::restore(std::int64_t tick) {
     const auto kept = history_.before(tick);
-    if (!kept) return from_the_start();
+    return kept ? restore_from(*kept->second) : from_the_start();
+}
+
+Result<Timeline::Running> Timeline::restore_from(const KeptShare& kept) {
     Running running = make_();
-    const GatheredShares shares = GatheredShares::gather(*kept->second, running->subdomain().comm);
+    const GatheredShares shares = GatheredShares::gather(kept, running->subdomain().comm);
     if (auto done = running->resume(registry_, shares); !done) return tl::unexpected<Error>(done.error());
     return running;
+}
+
+Result<void> Timeline::begin_anew(Make make, std::unique_ptr<sim::Simulation> running) {
+    if (auto can = running->saveable(); !can) return can;
+    // The newest snapshot is kept, however large it is.
+    History beginning(0);
+    sim::Subdomain& subdomain = running->subdomain();
+    const ByteWriter counters = running->counters();
+    const auto save = [&](sim::ShareSink& sink) { return running->save(counters.view(), sink); };
+    if (auto kept = beginning.keep(subdomain.tick(), save, subdomain.comm); !kept) return kept;
+    make_ = std::move(make);
+    from_ = nullptr;
+    beginning_ = std::move(beginning);
+    history_ = History(options_.history_bytes);
+    present_ = std::move(running);
+    first_tick_ = latest_ = tick();
+    work_since_ = 0;
+    digests_.clear();
+    failure_.reset();
+    return check(*present_);
 }
 
 Result<void> Timeline::run_to(sim::Simulation& simulation, std::int64_t tick, const Stop& stop) {

@@ -41,6 +41,11 @@ class Timeline {
     // those of Simulation; the run cannot be saved.
     Result<void> start(const sim::Shares* from = nullptr);
 
+    // From here on it is another run, whose simulations `make` makes. `running` is at its beginning, between two ticks; what was before
+    // that cannot be seen any more. Errors: it cannot be saved, and then this timeline stays what it was. Cost: a snapshot, beside the
+    // history.
+    Result<void> begin_anew(Make make, std::unique_ptr<sim::Simulation> running);
+
     // The run as it is at tick(). Valid until the next call that moves it back.
     sim::Simulation& simulation() { return *present_; }
     std::int64_t tick() { return present_->subdomain().tick(); }
@@ -83,6 +88,7 @@ class Timeline {
   private:
     using Running = std::unique_ptr<sim::Simulation>;
     Result<Running> restore(std::int64_t tick);
+    Result<Running> restore_from(const KeptShare& kept);
     Result<Running> from_the_start();
     Result<void> run_to(sim::Simulation& simulation, std::int64_t tick, const Stop& stop = {});
     Result<void> remember(sim::Simulation& simulation);
@@ -93,6 +99,7 @@ class Timeline {
     TimelineOptions options_;
     History history_;
     const sim::Shares* from_ = nullptr;
+    std::optional<History> beginning_;  // Instead: one snapshot, of its first tick.
     Running present_;
     std::int64_t first_tick_ = 0;
     std::int64_t latest_ = 0;       // The last tick that was run.

@@ -177,6 +177,20 @@ class Sessions(DapTest):
         self.refused("the run has ended", c.frames)
         self.assertEqual(c.leave(), 0)
 
+    def test_a_program_that_is_read_again(self):
+        c = self.begin()
+        self.assertEqual(c.ask("completions", text="facts ne", column=9)["targets"][0]["label"], "near")
+        self.assertTrue(self.lines(c, 13)[0]["verified"])
+        c.type("step 3")
+        c.event("stopped")
+        self.write("chain.meld", "type new(node).\n" + CHAIN.replace("near(", "close(") + "new(A) :- close(A, _).\n")
+        self.assertIn("derived anew: ", c.type("reload"))
+        c.event("invalidated")
+        self.assertEqual(c.ask("completions", text="facts ne", column=9)["targets"][-1]["label"], "new")
+        self.assertEqual(self.lines(c, 14)[0]["verified"], True)
+        self.assertEqual(c.type("rules new")[:10], "chain.meld")
+        self.assertEqual(c.leave(), 0)
+
     def test_attributes_of_a_launch(self):
         self.write("given.meld", "type p(node, string, int).\nconst limit = 1.\np(@0, @arg1, limit).\n")
         c = self.begin("given.meld", args=["-two words"], set={"limit": 7}, world="chain.toml", cwd=str(self.folder), seed=3, threads=2,

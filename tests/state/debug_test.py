@@ -2,20 +2,12 @@
 
     debug_test.py --meldc PATH --meldsim PATH [--walks N] [unittest options]
 """
-import fcntl
 import functools
 import json
-import os
-import pty
 import random
 import re
-import select
-import signal
-import struct
 import subprocess
 import sys
-import termios
-import time
 from pathlib import Path
 
 import h5py
@@ -24,7 +16,6 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from frame import TOOLS, Case, main, square  # noqa: E402
-from running import LONG_TICK, SECONDS  # noqa: E402
 
 EXAMPLES = ROOT / "examples/meld"
 OWN = Path(__file__).resolve().parent / "programs"
@@ -302,200 +293,6 @@ class OfRuns(DebugTest):
             out, err = self.session(["where"], "kept", "-n", processes)
             self.assertIn("tick 10", out)
             self.assertRegex(err, "^warning: .*a newer checkpoint is not whole, and the session begins with that of tick 10")
-
-
-class AtATerminal(DebugTest):
-    def start(self, *arguments, output=None):
-        pid, self.terminal = pty.fork()
-        if pid == 0:
-            if output is not None:
-                os.dup2(output, 1)
-            os.execv(TOOLS.meldsim, ["meldsim", "debug", *map(str, arguments)])
-        self.pid, self.shown = pid, ""
-        self.addCleanup(self.leave, pid, self.terminal)
-        fcntl.ioctl(self.terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 200, 0, 0))
-
-    def leave(self, pid, terminal):
-        if pid == self.pid:
-            os.kill(pid, signal.SIGKILL)
-            os.waitpid(pid, 0)
-        os.close(terminal)
-
-    def expect(self, text, seconds=20):
-        """What was shown up to this text."""
-        end = time.monotonic() + seconds
-        while text not in self.shown:
-            ready, _, _ = select.select([self.terminal], [], [], max(0, end - time.monotonic()))
-            try:
-                more = os.read(self.terminal, 4096).decode() if ready else ""
-            except OSError:
-                more = ""
-            self.assertTrue(more, f"'{text}' is missing in {self.shown!r}")
-            self.shown += more
-        before, _, self.shown = self.shown.partition(text)
-        return before
-
-    def rest(self):
-        """What it shows until it ends."""
-        shown, self.shown = self.shown, ""
-        while select.select([self.terminal], [], [], 20)[0]:
-            try:
-                shown += os.read(self.terminal, 4096).decode()
-            except OSError:
-                return shown
-        self.fail(f"it goes on after {shown!r}")
-
-    def say(self, text):
-        os.write(self.terminal, text.encode())
-
-    def interrupt_a_run(self):
-        self.say("run\n")
-        self.expect("run")
-        time.sleep(0.4)
-        self.say("\x03")
-        self.expect(": interrupted")
-        self.expect("> ")
-
-    def ends(self, code):
-        found = []
-        self.wait_for(lambda: found or self.has_ended(found), seconds=20)
-        self.pid = None
-        self.assertEqual(os.waitstatus_to_exitcode(found[0]), code)
-
-    def has_ended(self, found):
-        pid, status = os.waitpid(self.pid, os.WNOHANG)
-        if pid != 0:
-            found.append(status)
-        return pid != 0
-
-    def test_a_session(self):
-        self.start(GRADIENT)
-        self.expect("tick 0> ")
-        self.say("step 9\n")
-        self.expect("tick 9> ")
-        self.say("\n")
-        self.expect("tick 10> ")
-        self.say("bakc\n")
-        self.expect("Did you mean 'back'?")
-        self.expect("tick 10> ")
-        self.say("facts\n")
-        shown = self.expect("more")
-        self.assertEqual(shown.count("dist(@"), 40)
-        self.expect("tick 10> ")
-        # Ctrl-C drops what was typed, and Ctrl-D ends.
-        self.say("run\x03")
-        self.expect("tick 10> ")
-        self.say("where\n")
-        self.expect("catoms   8000")
-        self.expect("tick 10> ")
-        self.say("\x04")
-        self.ends(0)
-
-    def test_a_session_on_several_processes(self):
-        """The terminal is that of the process which has started them."""
-        self.start(OWN / "waiting.meld", "--ticks", 10**9, "-n", 2)
-        self.expect("tick 0> ")
-        self.say("step 2\n\nbakc\n")
-        self.expect("tick 3> ")
-        self.expect("Did you mean 'back'?")
-        self.say("facts\n")
-        self.expect("more")
-        self.expect("tick 3> ")
-        for _ in range(2):
-            self.interrupt_a_run()
-        self.say("to 5\n")
-        self.expect("tick 5\r\n")
-        self.expect("tick 5> ")
-        self.say("\x04")
-        self.ends(0)
-
-    def test_ctrl_c_at_the_prompt_is_over_with_the_prompt(self):
-        for processes in (1, 2):
-            self.start(GRADIENT, "-n", processes)
-            for _ in range(2):
-                self.expect("tick 0> ")
-                self.say("\x03")
-            self.expect("tick 0> ")
-            self.say("step 2\n")
-            self.expect("tick 2\r\n")
-            self.expect("tick 2> ")
-            self.say("\x04")
-            self.ends(0)
-
-    def test_sigterm_ends_a_session(self):
-        for processes in (1, 2):
-            self.start(GRADIENT, "-n", processes)
-            self.expect("tick 0> ")
-            self.say("\x03")
-            self.expect("tick 0> ")
-            os.kill(self.pid, signal.SIGTERM)
-            self.assertEqual(self.rest().count("interrupted"), 1)
-            self.ends(143)
-
-    def test_the_second_ctrl_c_ends_a_long_tick(self):
-        program, world = self.write("long.meld", LONG_TICK), self.write("large.toml", square(600))
-        for processes in (1, 2):
-            self.start(program, "--world", world, "-n", processes)
-            self.expect("tick 0> ")
-            self.say("step\n")
-            for _ in range(2):
-                time.sleep(0.5)
-                self.say("\x03")
-            self.ends(130)
-
-    def test_where_nobody_reads_its_answers_it_ends(self):
-        for processes in (1, 2):
-            read, write = os.pipe()
-            self.start(GRADIENT, "-n", processes, output=write)
-            os.close(write)
-            self.assertEqual(os.read(read, 100), b"tick 0> ")
-            os.close(read)
-            self.say("where\n")
-            self.expect("cannot write standard output")
-            self.ends(4)
-
-    def test_ctrl_c_stops_between_two_ticks(self):
-        self.start(OWN / "waiting.meld", "--ticks", 10**9)
-        self.expect("> ")
-        for _ in range(2):
-            self.interrupt_a_run()
-        self.say("to 5\n")
-        self.expect("tick 5\r\n")
-        self.say("facts longest\n")
-        self.expect("> ")
-        os.kill(self.pid, signal.SIGTERM)
-        self.ends(143)
-
-    def test_a_pipe_is_interrupted(self):
-        for processes in (1, 2):
-            self.interrupt(processes)
-
-    def interrupt(self, processes):
-        run = subprocess.Popen([TOOLS.meldsim, "debug", OWN / "waiting.meld", "--ticks", str(10**9), "--quiet", "-n", str(processes)],
-                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        run.stdin.write("step 3\nrun\nwhere\n")
-        run.stdin.flush()
-        self.assertEqual(run.stdout.readline(), "tick 3\n")
-        time.sleep(0.3)
-        run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=20)
-        self.assertEqual(run.returncode, 130)
-        self.assertRegex(out, r"^tick \d+: interrupted\n$")
-        self.assertRegex(err, r"^meldsim: interrupted after tick \d+\n$")
-
-    def test_what_takes_long_is_interrupted(self):
-        """A pipe with commands that nobody writes, and a tick of minutes."""
-        os.mkfifo(self.folder / "pipe")
-        long = self.write("long.meld", LONG_TICK)
-        world = self.write("large.toml", square(600))
-        self.write("step.txt", "step\n")
-        for processes, commands, seconds in ((1, "pipe", 1), (2, "step.txt", 3)):
-            run = self.begin("meldsim", "debug", long, "--world", world, "--quiet", "-n", processes, "--commands", commands,
-                             stderr=subprocess.PIPE, text=True)
-            time.sleep(seconds)
-            run.terminate()
-            _, err = run.communicate(timeout=SECONDS)
-            self.assertEqual((run.returncode, err.count("interrupted")), (143, 1), err)
 
 
 if __name__ == "__main__":

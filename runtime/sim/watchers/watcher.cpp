@@ -151,7 +151,7 @@ Result<void> Watcher::print(Subdomain& subdomain, const std::map<Watch, Facts>& 
         }
         before = facts;
     }
-    if (text.empty()) return {};
+    if (text.empty() || to_ == nullptr) return {};
     clear_progress();
     return meld::print(to_, text);
 }

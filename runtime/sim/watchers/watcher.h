@@ -17,7 +17,8 @@ namespace meld::sim {
 
 class Watcher : public SimModule {
   public:
-    // Process 0 writes the lines; the others send it what their catoms hold.
+    // Process 0 writes the lines; the others send it what their catoms hold. Without a file it only knows what is watched and what has been
+    // there, for a run that is saved and goes on elsewhere.
     explicit Watcher(std::FILE* to) : to_(to) {}
     Result<void> start(Subdomain& subdomain) override;
     // After each tick: the changes since the previous one, by catom and predicate. When a watch begins, all facts are new. Errors: a watch
