@@ -33,10 +33,7 @@ Result<void> exists(sim::Subdomain& subdomain, std::uint64_t id) {
 
 }  // namespace
 
-Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked) {
-    sim::Subdomain& subdomain = timeline.simulation().subdomain();
-    const char* const verb = asked.gives ? "give" : "take";
-    std::string fact = asked.fact;
+Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb) {
     if (fact.ends_with('.')) fact.pop_back();
     Result<inspect::Ground> ground = inspect::read_ground(subdomain, fact);
     if (!ground) return tl::unexpected<Error>(ground.error());
@@ -46,19 +43,25 @@ Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked)
         .predicate = ground->predicate, .arguments = ground->arguments, .where = *where, .place = fmt::format("{} {}", verb, ground->text)};
     if (auto can = sim::GivenFacts(subdomain).check(given); !can) return tl::unexpected<Error>(can.error());
     if (auto is = exists(subdomain, ground->catom); !is) return tl::unexpected<Error>(is.error());
+    return OneFact{.text = ground->text, .catom = ground->catom, .given = given};
+}
 
+Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked) {
+    const char* const verb = asked.gives ? "give" : "take";
+    const Result<OneFact> fact = read_fact(timeline.simulation().subdomain(), asked.fact, verb);
+    if (!fact) return tl::unexpected<Error>(fact.error());
     const std::int64_t now = timeline.tick();
     const auto stays = std::ranges::find_if(done_, [&](const EventsFound::One& one) { return one.tick > now + 1; });
     EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
     done_.erase(stays, done_.end());
     done_.push_back({.tick = now + 1,
                      .verb = verb,
-                     .fact = ground->text,
-                     .predicate = ground->predicate,
-                     .catom = ground->catom,
-                     .arguments = ground->arguments});
+                     .fact = fact->text,
+                     .predicate = fact->given.predicate,
+                     .catom = fact->catom,
+                     .arguments = fact->given.arguments});
     world::Event event{.tick = now + 1, .give = {}, .take = {}};
-    (asked.gives ? event.give : event.take).push_back(given);
+    (asked.gives ? event.give : event.take).push_back(fact->given);
     world_.events.resize(own_events_ + done_.size() - 1);
     world_.events.push_back(std::move(event));
     timeline.changes_from_here();
