@@ -87,7 +87,7 @@ Result<Answer> depends(timeline::Timeline& timeline, world::World& world, const 
     Consequences out{.fact = fact->text, .tick = now};
     const auto run = [&](sim::Simulation& simulation, Consequences::Run& how) -> Result<void> {
         if (auto done = timeline.run_apart(simulation, last); !done) return done;
-        how = {.tick = simulation.subdomain().tick(), .ended = simulation.ended({.ticks = last})};
+        how = {.tick = simulation.subdomain().tick(), .ended = simulation.ended({}).value_or(sim::Ending::Ticks)};
         return {};
     };
     // The run as it is may be over.

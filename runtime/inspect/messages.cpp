@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/natural_order.h"
 #include "runtime/comm/at_first.h"
@@ -365,6 +366,7 @@ Result<Messages> messages(timeline::Timeline& timeline, const MessagesAsked& ask
         return false;
     });
     if (!walked) return tl::unexpected<Error>(walked.error());
+    MELD_CHECK(present.comm.process() != 0 || all.tick == tick, "tick {} was not reached again", tick);
     return all;
 }
 

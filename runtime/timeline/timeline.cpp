@@ -100,8 +100,9 @@ Result<Timeline::Running> Timeline::beside(std::int64_t tick) {
 }
 
 Result<void> Timeline::run_apart(sim::Simulation& simulation, std::int64_t tick) {
-    const sim::RunLimits limits{.ticks = tick, .strict = options_.limits.strict};
-    while (!simulation.ended(limits)) {
+    // How many ticks the run was to have does not matter here.
+    const sim::RunLimits limits{.strict = options_.limits.strict};
+    while (simulation.subdomain().tick() < tick && !simulation.ended(limits)) {
         if (each_) each_(simulation);
         if (auto done = simulation.step(limits); !done) return done;
     }

@@ -422,6 +422,60 @@ class RandomAsked(RandomPrograms, Asking):
 
     by_hand = Depends.by_hand
 
+    def test_history_as_facts_and_events_say(self):
+        hows = Counter()
+        for seed, rng, processes in self.programs():
+            program, where = self.read("p.meld").decode(), self.read("p.toml").decode()
+            lines = program.splitlines()
+            events, tick = set(), 0
+            for line in where.splitlines():
+                found = re.match(r"(?:tick = (\d+)|(give|take) = \{ (\w+))", line)
+                if found and found.group(1):
+                    tick = int(found.group(1))
+                elif found:
+                    events.add((tick, found.group(2), found.group(3)))
+            answers = self.answers([c for t in range(21) for c in (f"to {t}", "facts")], "p.meld", "--world", "p.toml", "--quiet")
+            states = {m["tick"]: {f.removesuffix(".") for f in a["facts"]} for m, a in zip(answers[::2], answers[1::2])}
+            names = sorted({f.split("(")[0] for state in states.values() for f in state})
+            for name in rng.sample(names, min(3, len(names))):
+                pattern = self.open_fact(program, name)
+                if pattern is None:
+                    continue
+                with self.subTest(seed=seed, name=name):
+                    _, told = self.answers(["to 20", f"history {pattern}"], "p.meld", "--world", "p.toml", "--quiet", "-n", processes)
+                    self.assertNotIn("error", told, pattern)
+                    self.check_history(told, name, states, lines, events, hows)
+        if TOOLS.seeds > 0:
+            self.assertTrue(hows["derived"], hows)
+            self.assertLessEqual(hows["unknown"], sum(hows.values()) / 20, hows)
+
+    def open_fact(self, program, name):
+        """With _ for all of its arguments."""
+        found = re.search(rf"^type (?:\w+ )?{name}\((.*)\)\.", program, re.M)
+        depth = commas = 0
+        for c in found.group(1) if found else "":
+            depth += (c in "([{") - (c in ")]}")
+            commas += c == "," and depth == 0
+        return f"{name}({', '.join('_' * (commas + 1))})" if found else None
+
+    def check_history(self, told, name, states, lines, events, hows):
+        changed = {}
+        for tick in told["ticks"]:
+            for change in tick["changes"]:
+                about = f"tick {tick['tick']}: {change}"
+                hows[change["how"]] += 1
+                changed.setdefault(tick["tick"], {"came": set(), "went": set()})[change["is"]].add(change["fact"])
+                for rule in change["rules"]:
+                    self.assertIn(name if change["how"] in ("derived", "lost", "made") else "(", lines[rule["line"] - 1], about)
+                if change["how"] == "replaced":
+                    self.assertIn(change["by"], tick["came"], about)
+                if change["how"] in ("given", "taken") and tick["tick"] > 1:
+                    self.assertIn((tick["tick"], "give" if change["how"] == "given" else "take", name), events, about)
+        for tick in sorted(states)[1:]:
+            own = [{f for f in states[t] if f.startswith(name + "(")} for t in (tick - 1, tick)]
+            at = changed.get(tick, {"came": set(), "went": set()})
+            self.assertEqual((at["came"], at["went"]), (own[1] - own[0], own[0] - own[1]), f"{name} tick {tick}")
+
 
 if __name__ == "__main__":
     main("meldc", "meldsim", test_random={"default": None, "metavar": "PATH"}, seeds={"type": int, "default": 0, "metavar": "N"},
