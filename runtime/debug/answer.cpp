@@ -153,14 +153,21 @@ struct Text {
         return found.holds ? fmt::format("{} does not hold after tick {}; why-not tells more\n", why.asked, why.tick)
                            : fmt::format("{} holds after tick {}; why tells more\n", why.asked, why.tick);
     }
-    std::string operator()(const inspect::Comings& all) const {
-        std::string out;
-        for (const std::string& fact : all.at_first) out += fmt::format("tick {:<6} {} is there\n", all.first_tick, fact);
-        for (const auto& tick : all.ticks) {
-            for (const std::string& fact : tick.went) out += fmt::format("tick {:<6} -{}\n", tick.tick, fact);
-            for (const std::string& fact : tick.came) out += fmt::format("tick {:<6} +{}\n", tick.tick, fact);
+    std::string operator()(const inspect::Comings& found) const { return found.to_text(); }
+    std::string operator()(const inspect::Messages& found) const { return found.to_text(); }
+    std::string operator()(const Consequences& found) const {
+        std::string out = fmt::format("{} taken in tick {}\nwith it     {}without it  {}", found.fact, found.tick + 1,
+                                      tick_text(found.with.tick, found.with.ended), tick_text(found.without.tick, found.without.ended));
+        if (found.predicates.empty()) out += "no other fact depends on it\n";
+        std::uint64_t left = 0;
+        for (const Changes::Predicate& p : found.predicates) {
+            out += fmt::format("{}: +{} -{}\n", p.name, p.come, p.gone);
+            left += p.come + p.gone;
         }
-        if (out.empty()) out = fmt::format("no fact from tick {} to tick {}\n", all.first_tick, all.last_tick);
+        for (const std::string& fact : found.gone) out += "-" + fact + "\n";
+        for (const std::string& fact : found.came) out += "+" + fact + "\n";
+        left -= found.gone.size() + found.came.size();
+        if (left > 0) out += fmt::format("... and {} more\n", left);
         return out;
     }
     std::string operator()(const RulesListed& listed) const {
@@ -191,6 +198,12 @@ struct Text {
     }
     std::string operator()(const Explained& explained) const { return explained.text; }
 };
+
+Json changes_json(const std::vector<Changes::Predicate>& predicates) {
+    Json out = Json::object();
+    for (const Changes::Predicate& p : predicates) out[p.name] = {{"come", p.come}, {"gone", p.gone}};
+    return out;
+}
 
 struct AsJson {
     Json operator()(const Moved& moved) const {
@@ -247,11 +260,17 @@ struct AsJson {
         json.erase("asked");
         return json;
     }
-    Json operator()(const inspect::Comings& all) const {
-        Json ticks = Json::array();
-        for (const auto& tick : all.ticks) ticks.push_back({{"tick", tick.tick}, {"came", tick.came}, {"went", tick.went}});
-        return {
-            {"history", all.asked}, {"first_tick", all.first_tick}, {"tick", all.last_tick}, {"at_first", all.at_first}, {"ticks", ticks}};
+    Json operator()(const inspect::Comings& found) const { return found.to_json(); }
+    Json operator()(const inspect::Messages& found) const { return found.to_json(); }
+    Json operator()(const Consequences& found) const {
+        const auto run = [](const Consequences::Run& one) { return Json{{"tick", one.tick}, {"ended", ending_json(one.ended)}}; };
+        return {{"depends", found.fact},
+                {"tick", found.tick},
+                {"with", run(found.with)},
+                {"without", run(found.without)},
+                {"predicates", changes_json(found.predicates)},
+                {"gone", found.gone},
+                {"came", found.came}};
     }
     Json operator()(const RulesListed& listed) const {
         Json rules = Json::array();
@@ -277,9 +296,7 @@ struct AsJson {
                 {"snapshots", at.snapshots}, {"oldest_snapshot", or_null(at.oldest_snapshot)}};
     }
     Json operator()(const Changes& changes) const {
-        Json predicates = Json::object();
-        for (const Changes::Predicate& p : changes.predicates) predicates[p.name] = {{"come", p.come}, {"gone", p.gone}};
-        return {{"since", changes.since}, {"tick", changes.tick}, {"predicates", std::move(predicates)}};
+        return {{"since", changes.since}, {"tick", changes.tick}, {"predicates", changes_json(changes.predicates)}};
     }
     Json operator()(const Explained& explained) const { return {{"help", explained.text}}; }
 };

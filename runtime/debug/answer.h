@@ -10,7 +10,8 @@
 #include "runtime/debug/listing.h"
 #include "runtime/inspect/catom.h"
 #include "runtime/inspect/explanation.h"
-#include "runtime/inspect/makers.h"
+#include "runtime/inspect/history.h"
+#include "runtime/inspect/messages.h"
 #include "runtime/inspect/table.h"
 #include "runtime/sim/simulation.h"
 
@@ -114,6 +115,19 @@ struct Changes {
     std::vector<Predicate> predicates = {};
 };
 
+// Of depends: the run as it is, and the same without a fact.
+struct Consequences {
+    struct Run {
+        std::int64_t tick = 0;  // Where it has come to.
+        std::optional<sim::Ending> ended = {};
+    };
+    std::string fact = {};
+    std::int64_t tick = 0;  // After which it is taken.
+    Run with = {}, without = {};
+    std::vector<Changes::Predicate> predicates = {};  // From the one to the other.
+    std::vector<std::string> gone = {}, came = {};    // On process 0; the first of them where there are many.
+};
+
 // Of why and why-not. Without roots it is otherwise: the fact does not hold, or it does.
 struct WhyFound {
     bool holds = true;
@@ -125,7 +139,7 @@ struct Explained {
 };
 
 using Answer = std::variant<Moved, BreaksFound, EventsFound, Written, Reloaded, Saved, FactsFound, RowsFound, WhyFound, inspect::Comings,
-                            RulesListed, PredicatesListed, Standing, Changes, Explained>;
+                            inspect::Messages, Consequences, RulesListed, PredicatesListed, Standing, Changes, Explained>;
 
 // For people: lines, each with its end.
 std::string to_text(const Answer& answer);

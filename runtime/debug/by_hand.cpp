@@ -33,10 +33,7 @@ Result<void> exists(sim::Subdomain& subdomain, std::uint64_t id) {
 
 }  // namespace
 
-Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked) {
-    sim::Subdomain& subdomain = timeline.simulation().subdomain();
-    const char* const verb = asked.gives ? "give" : "take";
-    std::string fact = asked.fact;
+Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb) {
     if (fact.ends_with('.')) fact.pop_back();
     Result<inspect::Ground> ground = inspect::read_ground(subdomain, fact);
     if (!ground) return tl::unexpected<Error>(ground.error());
@@ -46,19 +43,25 @@ Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked)
         .predicate = ground->predicate, .arguments = ground->arguments, .where = *where, .place = fmt::format("{} {}", verb, ground->text)};
     if (auto can = sim::GivenFacts(subdomain).check(given); !can) return tl::unexpected<Error>(can.error());
     if (auto is = exists(subdomain, ground->catom); !is) return tl::unexpected<Error>(is.error());
+    return OneFact{.text = ground->text, .catom = ground->catom, .given = given};
+}
 
+Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked) {
+    const char* const verb = asked.gives ? "give" : "take";
+    const Result<OneFact> fact = read_fact(timeline.simulation().subdomain(), asked.fact, verb);
+    if (!fact) return tl::unexpected<Error>(fact.error());
     const std::int64_t now = timeline.tick();
     const auto stays = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > now + 1; });
     EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
     done_.erase(stays, done_.end());
     Done done{.shown = {.tick = now + 1,
                         .verb = verb,
-                        .fact = ground->text,
-                        .predicate = ground->predicate,
-                        .catom = ground->catom,
-                        .arguments = ground->arguments},
+                        .fact = fact->text,
+                        .predicate = fact->given.predicate,
+                        .catom = fact->catom,
+                        .arguments = fact->given.arguments},
               .event = {.tick = now + 1, .give = {}, .take = {}}};
-    (asked.gives ? done.event.give : done.event.take).push_back(given);
+    (asked.gives ? done.event.give : done.event.take).push_back(fact->given);
     done_.push_back(std::move(done));
     give_to_world();
     timeline.changes_from_here();

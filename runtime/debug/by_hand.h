@@ -16,6 +16,17 @@
 
 namespace meld::debug {
 
+// One fact, as a world gives or takes it at its catom.
+struct OneFact {
+    std::string text = {};  // As Meld writes it.
+    std::uint64_t catom = 0;
+    world::GivenFact given = {};
+};
+
+// Reads a fact without variables; a full stop may end it. `verb`: what somebody wants to do, for messages. Every process calls it. Errors:
+// mistakes in the fact; a world could not give it; there is no such catom.
+Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb);
+
 // Every process has one and calls all of this at the same time.
 class ByHand {
   public:

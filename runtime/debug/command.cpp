@@ -135,6 +135,26 @@ Result<Command> read_history(const Entry& entry, const Words& words) {
     return History{std::string(rest(words))};
 }
 
+Result<Command> read_messages(const Entry& entry, const Words& words) {
+    if (words.empty()) return Messages{};
+    if (words[0].front() != '@') return wrong(entry, fmt::format("'{}' is no catom", words[0]));
+    return number<std::uint64_t>(entry, words[0].substr(1), 0).map([](std::uint64_t id) -> Command { return Messages{id}; });
+}
+
+Result<Command> read_depends(const Entry& entry, const Words& words) {
+    Depends asked;
+    std::size_t at = 0;
+    if (words.size() > 1 && words[0] == "--ticks") {
+        const auto ticks = number<std::int64_t>(entry, words[1], 1);
+        if (!ticks) return tl::unexpected<Error>(ticks.error());
+        asked.ticks = *ticks;
+        at = 2;
+    }
+    if (at == words.size()) return wrong(entry, "the fact is missing");
+    asked.fact = std::string(rest({words.begin() + static_cast<std::ptrdiff_t>(at), words.end()}));
+    return asked;
+}
+
 Result<Command> read_rules(const Entry&, const Words& words) { return Rules{words.empty() ? "" : std::string(words[0])}; }
 
 Result<Command> read_diff(const Entry& entry, const Words& words) {
@@ -175,6 +195,9 @@ constexpr std::array<Entry, 27> kCommands = {{
     {"why-not", "[--depth N] FACT", "for each rule that could give a fact, the part of its body that fails: why-not dist(@42, 5)",
      kAnyNumber, read_why},
     {"history", "FACT", "the ticks until now in which facts came and went: history dist(@42, _)", kAnyNumber, read_history},
+    {"messages", "[@N]", "what crosses all links in this tick, or those of catom N", 1, read_messages},
+    {"depends", "[--ticks N] FACT", "what would come and go if a given or linear fact were taken now: depends source(@0)", kAnyNumber,
+     read_depends},
     {"rules", "[NAME]", "the rules, with the lines where they stand: all, or those that give facts of one predicate", 1, read_rules},
     {"predicates", "", "what can be asked about: predicates with their declarations", 0, read_alone<Predicates>},
     {"where", "", "the tick, the number of catoms, the digest, and how far back snapshots reach", 0, read_alone<Where>},

@@ -65,6 +65,13 @@ struct Why {
 struct History {
     std::string fact = {};  // In Meld.
 };
+struct Messages {
+    std::optional<std::uint64_t> catom = {};  // Otherwise over all links.
+};
+struct Depends {
+    std::string fact = {};                   // In Meld, without variables.
+    std::optional<std::int64_t> ticks = {};  // So many at most.
+};
 struct Rules {
     std::string predicate = {};  // Whose facts they give; empty: all.
 };
@@ -79,7 +86,7 @@ struct Help {
 struct Quit {};
 
 using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Reload, Save, Facts,
-                             Query, Why, History, Rules, Predicates, Where, Diff, Help, Quit>;
+                             Query, Why, History, Messages, Depends, Rules, Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/natural_order.h"
 #include "runtime/base/nearest.h"
+#include "runtime/comm/at_first.h"
 #include "runtime/inspect/catom.h"
 #include "runtime/record/fact_tables.h"
 #include "runtime/record/sorted_facts.h"
@@ -129,10 +131,33 @@ TwoStates divide(const std::array<Rows, 2>& mine, comm::Communicator& comm) {
     return out;
 }
 
-u64 only_in_first(const Lines& a, const Lines& b) {
+Lines only_in_first(const Lines& a, const Lines& b) {
     Lines only;
     std::ranges::set_difference(a, b, std::back_inserter(only));
-    return only.size();
+    return only;
+}
+
+// The first so many facts of all processes, on process 0.
+Lines gather_first(Lines mine, u64 most, comm::Communicator& comm) {
+    const auto cut = [&](Lines& lines) {
+        std::ranges::sort(lines, natural_less);
+        if (lines.size() > most) lines.resize(static_cast<std::size_t>(most));
+    };
+    cut(mine);
+    if (comm.processes() == 1) return mine;
+    ByteWriter out;
+    for (const std::string& line : mine) out.write_string(line);
+    Lines all;
+    for (const auto& bytes : comm::at_first(comm, out.take()))
+        for (ByteReader in(bytes, "facts that have changed"); !in.done();) all.push_back(in.read_string());
+    cut(all);
+    return all;
+}
+
+// Adds as many as there is room for, without their full stops.
+void add_lines(const Lines& more, u64 most, Lines& lines) {
+    for (const std::string& line : more)
+        if (lines.size() < most) lines.push_back(line.substr(0, line.size() - 1));
 }
 
 }  // namespace
@@ -167,20 +192,29 @@ Result<FactsFound> find_facts(sim::Subdomain& subdomain, const WhichFacts& which
     return found;
 }
 
-std::vector<Changes::Predicate> find_changes(sim::Subdomain& before, sim::Subdomain& now) {
+ChangedFacts find_changed_facts(sim::Subdomain& before, sim::Subdomain& now, u64 most_lines) {
     before.refresh();
     now.refresh();
     const CatomsById catoms_before = record::catoms_by_id(before), catoms_now = record::catoms_by_id(now);
-    std::vector<Changes::Predicate> out;
+    ChangedFacts out;
     constexpr u64 kAll = ~u64{0};
     for (const FactTable& table : record::fact_tables(now.module)) {
         const TwoStates here = divide({rows_of(before, catoms_before, table, kAll), rows_of(now, catoms_now, table, kAll)}, now.comm);
-        Changes::Predicate changed{.name = table.name,
-                                   .come = sum_of_all(only_in_first(here.now, here.before), now.comm),
-                                   .gone = sum_of_all(only_in_first(here.before, here.now), now.comm)};
-        if (changed.come > 0 || changed.gone > 0) out.push_back(std::move(changed));
+        Lines come = only_in_first(here.now, here.before), gone = only_in_first(here.before, here.now);
+        Changes::Predicate changed{
+            .name = table.name, .come = sum_of_all(come.size(), now.comm), .gone = sum_of_all(gone.size(), now.comm)};
+        if (changed.come == 0 && changed.gone == 0) continue;
+        out.predicates.push_back(std::move(changed));
+        if (most_lines == 0) continue;
+        add_lines(gather_first(std::move(gone), most_lines, now.comm), most_lines, out.gone);
+        add_lines(gather_first(std::move(come), most_lines, now.comm), most_lines, out.come);
     }
+    if (out.gone.size() + out.come.size() > most_lines) out.come.resize(static_cast<std::size_t>(most_lines - out.gone.size()));
     return out;
+}
+
+std::vector<Changes::Predicate> find_changes(sim::Subdomain& before, sim::Subdomain& now) {
+    return find_changed_facts(before, now, 0).predicates;
 }
 
 }  // namespace meld::debug

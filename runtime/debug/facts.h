@@ -24,6 +24,14 @@ struct WhichFacts {
 // table; the lines pass through process 0.
 Result<FactsFound> find_facts(sim::Subdomain& subdomain, const WhichFacts& which);
 
+// What came and what went from one state of a run to another: by predicate, the same on every process, and the facts themselves, on process
+// 0, by predicate and in natural order; those that went are the first of `most_lines`. Cost: as of find_changes().
+struct ChangedFacts {
+    std::vector<Changes::Predicate> predicates = {};
+    std::vector<std::string> come = {}, gone = {};
+};
+ChangedFacts find_changed_facts(sim::Subdomain& before, sim::Subdomain& now, std::uint64_t most_lines);
+
 // What came and what went from one state of a run to another, by predicate; the same on every process. Cost: the facts of one table at a
 // time, of both states, as text, divided among the processes.
 std::vector<Changes::Predicate> find_changes(sim::Subdomain& before, sim::Subdomain& now);

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "runtime/base/bytes.h"
+#include "runtime/debug/depends.h"
 #include "runtime/debug/facts.h"
+#include "runtime/inspect/messages.h"
 #include "runtime/inspect/query.h"
 #include "runtime/inspect/why.h"
 
@@ -57,6 +59,8 @@ Result<Answer> Session::execute(const Command& command) {
                        if (!found) return tl::unexpected<Error>(found.error());
                        return std::move(*found);
                    },
+                   [&](const Messages& asked) { return messages(asked); },
+                   [&](const Depends& asked) { return without(asked); },
                    [&](const Rules& asked) { return listed(list_rules(timeline_.simulation().subdomain().module, asked.predicate)); },
                    [&](const Predicates&) { return listed(list_predicates(timeline_.simulation().subdomain().module)); },
                    [&](const Where&) { return stand(); },
@@ -169,6 +173,22 @@ Result<Answer> Session::why(const Why& asked) {
     auto found = asked.holds ? inspect::why(timeline_, asked.fact, options) : inspect::why_not(timeline_, asked.fact, options);
     if (!found) return tl::unexpected<Error>(found.error());
     return WhyFound{.holds = asked.holds, .explanation = std::move(*found)};
+}
+
+Result<Answer> Session::messages(const Messages& asked) {
+    auto found = inspect::messages(timeline_, {.catom = asked.catom, .most = options_.most_lines});
+    if (!found) return tl::unexpected<Error>(found.error());
+    return std::move(*found);
+}
+
+Result<Answer> Session::without(const Depends& asked) {
+    if (options_.recorded)
+        return fail("a recording says itself what happens in its run, so it cannot be run without a fact",
+                    "Ask the program of the run, or a checkpoint of it");
+    if (timeline_.ended() == sim::Ending::Finished)
+        return fail(fmt::format("the run ends with tick {}, so nothing comes after it", timeline_.tick()), "Ask about an earlier tick");
+    return depends(timeline_, world_,
+                   {.fact = asked.fact, .ticks = asked.ticks.value_or(kDependsTicks), .most_lines = options_.most_lines});
 }
 
 Result<Answer> Session::stand() const {

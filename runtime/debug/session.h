@@ -36,7 +36,7 @@ class Session {
   public:
     // The timeline has been started, and it and its world outlive the session.
     Session(timeline::Timeline& timeline, world::World& world, SessionOptions options)
-        : timeline_(timeline), options_(std::move(options)), by_hand_(world), came_from_(timeline.tick()) {}
+        : timeline_(timeline), world_(world), options_(std::move(options)), by_hand_(world), came_from_(timeline.tick()) {}
 
     // Process 0 has all of the answer. Nothing is to be done for Quit. Errors: it cannot be done, and the session stays where it was; the
     // program fails; a tick is not what it was before.
@@ -55,6 +55,8 @@ class Session {
     Result<Answer> back(std::int64_t ticks);
     Result<Answer> query(const std::string& body);
     Result<Answer> why(const Why& asked);
+    Result<Answer> messages(const Messages& asked);
+    Result<Answer> without(const Depends& asked);
     const ModuleInfo& module() const { return timeline_.simulation().subdomain().module; }
     Result<Answer> change(const Change& asked);
     Result<Answer> reload();
@@ -64,6 +66,7 @@ class Session {
     Result<Answer> compare(std::int64_t since);
 
     timeline::Timeline& timeline_;
+    world::World& world_;
     SessionOptions options_;
     std::function<void(std::uint64_t)> looked_;
     BreakList breaks_;

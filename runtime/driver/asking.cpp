@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "runtime/debug/depends.h"
 #include "runtime/driver/option_groups.h"
 #include "runtime/inspect/why.h"
 
@@ -40,7 +41,8 @@ void add_inquiry(CLI::App& command, Asking& asking) {
         command.add_option("--limit", inquiry.limit, "Print no more than so many; all are counted")
             ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
             ->type_name("INT");
-    if (inquiry.command == "query") command.add_flag("--csv", inquiry.csv, "Print a table of comma-separated values")->excludes("--json");
+    if (inquiry.command == "query" || inquiry.command == "messages")
+        command.add_flag("--csv", inquiry.csv, "Print a table of comma-separated values")->excludes("--json");
 }
 
 }  // namespace
@@ -100,6 +102,36 @@ void add_history(CLI::App& app, Asking& asking) {
     h->add_option("TARGET", run.program, "A program, which is run; or a recording; or a folder of checkpoints")->required();
     h->add_option("FACT", run.debug->inquiry->words, "A fact, in Meld; _ where anything will do")->required()->expected(1);
     add_inquiry(*h, asking);
+}
+
+void add_messages(CLI::App& app, Asking& asking) {
+    RunOptions& run = asking.run;
+    run.debug = {.inquiry = Inquiry{.command = "messages", .words = {}}};
+    CLI::App* m =
+        app.add_subcommand("messages",
+                           "Print what crosses the links in a tick: changed facts that neighbours read, and linear facts that are "
+                           "sent.\nExample: meldsim messages examples/meld/gradient.meld @4 --tick 2");
+    m->add_option("TARGET", run.program, "A program, which is run; or a recording; or a folder of checkpoints")->required();
+    m->add_option("CATOM", run.debug->inquiry->words, "A catom, as @4, whose links alone are meant")->expected(0, 1);
+    add_inquiry(*m, asking);
+    m->add_flag("--dot", run.debug->inquiry->dot, "Print the answer for Graphviz")->excludes("--json")->excludes("--csv");
+}
+
+void add_depends(CLI::App& app, Asking& asking) {
+    RunOptions& run = asking.run;
+    run.debug = {.inquiry = Inquiry{.command = "depends", .words = {}}};
+    std::vector<std::string>& flags = run.debug->inquiry->flags;
+    CLI::App* d = app.add_subcommand("depends",
+                                     "Print what would come and go if a given or linear fact were taken: the run goes on without it, and "
+                                     "with it.\nExample: meldsim depends examples/meld/gradient.meld 'source(@0)' --limit 5");
+    d->add_option("TARGET", run.program, "A program, which is run; or a folder of checkpoints")->required();
+    d->add_option("FACT", run.debug->inquiry->words, "A fact, in Meld, that is given or linear")->required()->expected(1);
+    d->add_option_function<std::int64_t>(
+         "--ticks", [&flags](std::int64_t ticks) { flags.insert(flags.end(), {"--ticks", std::to_string(ticks)}); },
+         fmt::format("Go on for so many ticks at most, otherwise {}", debug::kDependsTicks))
+        ->check(cli::whole_number(1, std::numeric_limits<std::int64_t>::max() - 1))
+        ->type_name("INT");
+    add_inquiry(*d, asking);
 }
 
 void add_shot(CLI::App& app, Asking& asking) {

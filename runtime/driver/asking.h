@@ -19,6 +19,8 @@ void add_facts(CLI::App& app, Asking& asking);
 // name: why or why-not.
 void add_why(CLI::App& app, Asking& asking, const std::string& name);
 void add_history(CLI::App& app, Asking& asking);
+void add_messages(CLI::App& app, Asking& asking);
+void add_depends(CLI::App& app, Asking& asking);
 void add_shot(CLI::App& app, Asking& asking);
 // After the command line of add_shot() has been read: its options become flags of the inquiry, as processes get them.
 void note_flags(Asking& asking);

@@ -132,6 +132,8 @@ class Conversation {
             // As grep and diff say it.
             if (none) code = static_cast<int>(ExitCode::ProgramWrong);
             if (!input_) return {};
+            if (const auto* sent = std::get_if<inspect::Messages>(&*answer); sent != nullptr && (inquiry.csv || inquiry.dot))
+                return print(stdout, inquiry.csv ? sent->to_csv() : sent->to_dot());
             if (rows != nullptr && inquiry.csv) return print(stdout, rows->table.to_csv(rows->most_rows));
             if (why != nullptr && inquiry.dot) return print(stdout, why->explanation.to_dot());
             return print(stdout, shown(*answer));

@@ -39,7 +39,7 @@ struct CommandLine {
     RunOptions debug = {};
     std::string debug_scratch = {};
     bool debug_served = false;
-    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, shot = {};
+    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {};
     ProfileOptions profile = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
@@ -214,6 +214,8 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     add_why(app, line.why, "why");
     add_why(app, line.why_not, "why-not");
     add_history(app, line.history);
+    add_messages(app, line.messages);
+    add_depends(app, line.depends);
     add_shot(app, line.shot);
     const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
@@ -240,7 +242,8 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
         line.debug.arguments = line.run.arguments;
     }
     if (*line.shot.command) note_flags(line.shot);
-    for (Asking* const asking : {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.shot}) {
+    for (Asking* const asking :
+         {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends, &line.shot}) {
         if (!*asking->command) continue;
         line.command = CommandLine::Command::Inquire;
         line.debug = std::move(asking->run);

@@ -257,7 +257,10 @@ Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const So
     std::map<const Clause*, std::size_t> ages;
     const auto look = [&](const auto& self, const std::vector<Clause>& body) -> void {
         for (const Clause& c : body) {
-            if (c.kind == Clause::Kind::Atom) oldest = std::max(oldest, ages[&c] = how.age + age_of(fitted, c, how.spread));
+            if (c.kind == Clause::Kind::Atom) {
+                const std::size_t linear = how.linear_before ? linear_age(c) : 0;
+                oldest = std::max(oldest, ages[&c] = how.age + std::max(linear, age_of(fitted, c, how.spread)));
+            }
             self(self, c.inner);
         }
     };

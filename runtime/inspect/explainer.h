@@ -67,10 +67,12 @@ class Explainer {
     // How many ticks before its head's evaluation each atom of a body is read: one for each link in between. `spread`: where facts were
     // read; otherwise all in one state.
     std::size_t age_of(const Fitted& fitted, const check::Clause& clause, bool spread) const;
+    std::size_t linear_age(const check::Clause& clause) const { return predicate(clause.atom.predicate).linear() ? 1 : 0; }
     // Searches the body in states of this age and before. False: it needs states that there are not, which `wanted` then counts.
     struct Search {
         std::size_t age = 0;
         bool spread = false;
+        bool linear_before = false;  // Linear facts are those of the tick before, which linear rules have taken since.
         std::function<bool(const check::Clause&, const Fact&)> allowed = {};
         // Of the head, if it is in one: there the facts of fronts are read.
         const check::Stratum* recursion = nullptr;

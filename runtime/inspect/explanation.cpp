@@ -123,7 +123,7 @@ class Lines {
         const Node& n = all_.nodes[at.node];
         const Way& way = n.ways[at.way];
         if (at.part == 0) {
-            if (!way.text.empty()) line(at.indent, place_of(way) + way.text);
+            if (!way.text.empty()) line(at.indent, place_of(way) + way.text + (way.catom ? fmt::format("  at @{}", *way.catom) : ""));
             if (!way.note.empty()) line(at.indent + (way.text.empty() ? 0 : 1), way.note);
         }
         if (at.part < way.parts.size()) {
@@ -216,6 +216,7 @@ Json Explanation::to_json() const {
             }
             Json way = Json::object();
             if (!w.text.empty()) way = {{"rule", w.rule}, {"text", w.text}, {"file", w.file}, {"line", w.line}};
+            if (w.catom) way["catom"] = *w.catom;
             if (!w.note.empty()) way["note"] = w.note;
             way["parts"] = std::move(parts);
             ways.push_back(std::move(way));

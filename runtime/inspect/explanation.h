@@ -24,6 +24,7 @@ struct Explanation {
     struct Way {
         std::string rule = {}, text = {}, file = {};  // The rule's name, it as Meld, and where it stands; empty: there is none.
         std::uint32_t line = 0;
+        std::optional<u64> catom = {};  // Of a linear rule: where it fired.
         std::vector<Part> parts = {};
         std::string note = {};
     };

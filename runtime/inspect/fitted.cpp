@@ -61,7 +61,7 @@ std::optional<Fitted> fit(const Program& program, Terms& terms, const Rule& rule
     Bound known = bound_by(out);
     const auto is_known = [&](const Term& term) {
         bool all = true;
-        check::each_free_use(term, [&](const Term& t) { all = all && known[t.variable.index()]; });
+        check::each_free_use(term, [&](const Term& t) { all = all && (known[t.variable.index()] || out.bound[t.variable.index()]); });
         return all;
     };
     for (const Clause& c : more) {
@@ -119,8 +119,11 @@ std::optional<Fitted> fit(const Program& program, Terms& terms, const Rule& rule
         out.body.push_back(std::move(test));
     };
     if (fact.catom) one(head.arguments[0], Type::Node, {.catom = *fact.catom});
-    for (std::size_t i = 0; i < fact.arguments.size() && fits; ++i)
-        if (fact.arguments[i]) one(head.arguments[i + 1], p.arguments[i + 1].type, *fact.arguments[i]);
+    // What the head names itself may be used in what it computes.
+    for (const bool variables : {true, false})
+        for (std::size_t i = 0; i < fact.arguments.size() && fits; ++i)
+            if (const Term& term = head.arguments[i + 1]; fact.arguments[i] && term.is_variable() == variables)
+                one(term, p.arguments[i + 1].type, *fact.arguments[i]);
     if (!fits) return std::nullopt;
     return out;
 }

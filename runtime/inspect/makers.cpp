@@ -12,19 +12,16 @@
 #include "runtime/base/bytes.h"
 #include "runtime/inspect/all_facts.h"
 #include "runtime/inspect/explainer.h"
+#include "runtime/inspect/firings.h"
 
 namespace meld::inspect {
 
 namespace {
 
-using check::Clause;
-using check::Head;
-using check::Rule;
 using Node = Explanation::Node;
-using Part = Explanation::Part;
 
-// So many facts of one answer are looked for, and so many ways for each are shown.
-constexpr std::size_t kMostMade = 16, kMostWays = 3;
+// So many facts of one answer are looked for.
+constexpr std::size_t kMostMade = 16;
 
 // What is on process 0, on all.
 std::vector<std::string> shared(const std::vector<std::string>& mine, comm::Communicator& comm) {
@@ -55,59 +52,20 @@ Result<std::set<std::string>> matches(sim::Subdomain& subdomain, const std::stri
     return out;
 }
 
-// How a linear rule may have made a fact, by the state before and the present one.
-class Makers {
-  public:
-    Makers(Explainer& explainer, const Known& fact, Node& node) : e_(explainer), fact_(fact), node_(node) {}
-
-    Result<void> find() {
-        for (const Rule* rule : e_.makers(fact_.predicate)) {
-            names_ += (names_.empty() ? "" : ", ") + fmt::format("{}:{}", rule->file, rule->line);
-            if (auto done = heads(*rule, rule->heads, {}); !done) return done;
-        }
-        if (count_ == 0) node_.note += fmt::format(", by a rule among {}; what it took came within that tick", names_);
-        if (count_ > 1) node_.note += fmt::format(", in one of {} ways", count_);
-        if (count_ > node_.ways.size()) node_.more = count_ - node_.ways.size();
-        return {};
+// The firings that may have made a fact, as its ways.
+Result<void> tell(Explainer& explainer, const Known& fact, Node& node) {
+    Result<Firings> found = that_made(explainer, fact);
+    if (!found) return tl::unexpected<Error>(found.error());
+    if (found->count == 0 && !found->rules.empty()) {
+        const bool one = !found->ways.empty();
+        const std::string at = one && found->ways[0].catom ? fmt::format(" at @{}", *found->ways[0].catom) : "";
+        node.note += fmt::format(", by {}{}{}; what it took came within that tick", one ? "" : "a rule among ", found->rules, at);
     }
-
-  private:
-    Result<void> heads(const Rule& rule, const std::vector<Head>& all, const std::vector<Clause>& around) {
-        for (const Head& h : all) {
-            std::vector<Clause> more = around;
-            more.insert(more.end(), h.body.begin(), h.body.end());
-            if (h.kind == Head::Kind::If) more.push_back({.kind = Clause::Kind::Test, .test = h.term, .span = h.span});
-            if (h.kind == Head::Kind::Fact && h.atom.predicate == fact_.predicate)
-                if (auto done = by(rule, h.atom, more); !done) return done;
-            if (auto done = heads(rule, h.heads, more); !done) return done;
-            if (auto done = heads(rule, h.others, around); !done) return done;
-        }
-        return {};
-    }
-    Result<void> by(const Rule& rule, const check::Atom& head, const std::vector<Clause>& more) {
-        const std::optional<Fitted> fitted = e_.fit(rule, head, fact_, false, more);
-        if (!fitted || !e_.cannot(fitted->body).empty()) return {};
-        const Result<bool> done = e_.search(*fitted, {.age = 1}, [&](const Solution& solution) {
-            if (++count_ > kMostWays) return true;
-            Explanation::Way way = e_.way_of(rule);
-            for (std::size_t c = 0; c < fitted->own; ++c)
-                if (solution.facts[c] != nullptr)
-                    way.parts.push_back({.is = Part::Is::Fact,
-                                         .text = e_.text(e_.keep(fitted->body[c].atom.predicate, *solution.facts[c], 1)),
-                                         .tick = e_.states().tick - 1});
-            node_.ways.push_back(std::move(way));
-            return true;
-        });
-        if (!done) return tl::unexpected<Error>(done.error());
-        return {};
-    }
-
-    Explainer& e_;
-    const Known& fact_;
-    Node& node_;
-    std::string names_;
-    std::size_t count_ = 0;
-};
+    if (found->count > 1) node.note += fmt::format(", in one of {} ways", found->count);
+    if (found->count > found->ways.size()) node.more = found->count - found->ways.size();
+    if (found->count > 0) node.ways = std::move(found->ways);
+    return {};
+}
 
 Result<void> explain_made(timeline::Timeline& timeline, const std::string& fact, std::int64_t tick, Node* node) {
     auto before = timeline.beside(tick - 1), then = timeline.beside(tick);
@@ -121,7 +79,7 @@ Result<void> explain_made(timeline::Timeline& timeline, const std::string& fact,
         Explainer explainer(*program, {.facts = facts, .tick = tick, .first_tick = timeline.first_tick()}, terms);
         const Result<Known> known = explainer.asked();
         if (!known) return tl::unexpected<Error>(known.error());
-        return Makers(explainer, *known, *node).find();
+        return tell(explainer, *known, *node);
     });
 }
 
@@ -169,26 +127,6 @@ Result<void> find_makers(timeline::Timeline& timeline, Explanation& explanation)
         if (auto done = explain_made(timeline, facts[i], tick, &node); !done) return done;
     }
     return {};
-}
-
-Result<Comings> history(timeline::Timeline& timeline, const std::string& fact) {
-    Comings out{.asked = fact, .first_tick = timeline.first_tick(), .last_tick = timeline.tick()};
-    std::set<std::string> last;
-    const Result<void> walked = timeline.walk(out.first_tick, out.last_tick, [&](sim::Simulation& simulation) -> Result<bool> {
-        auto found = matches(simulation.subdomain(), fact);
-        if (!found) return tl::unexpected<Error>(found.error());
-        Comings::Tick tick{.tick = simulation.subdomain().tick()};
-        std::ranges::set_difference(*found, last, std::back_inserter(tick.came));
-        std::ranges::set_difference(last, *found, std::back_inserter(tick.went));
-        if (tick.tick == out.first_tick)
-            out.at_first = std::move(tick.came);
-        else if (!tick.came.empty() || !tick.went.empty())
-            out.ticks.push_back(std::move(tick));
-        last = std::move(*found);
-        return true;
-    });
-    if (!walked) return tl::unexpected<Error>(walked.error());
-    return out;
 }
 
 }  // namespace meld::inspect

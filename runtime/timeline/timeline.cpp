@@ -123,6 +123,17 @@ Result<Timeline::Running> Timeline::beside(std::int64_t tick) {
     return running;
 }
 
+Result<void> Timeline::run_apart(sim::Simulation& simulation, std::int64_t tick) {
+    // How many ticks the run was to have does not matter here.
+    const sim::RunLimits limits{.strict = options_.limits.strict};
+    while (simulation.subdomain().tick() < tick && !simulation.ended(limits)) {
+        if (each_) each_(simulation);
+        if (auto done = simulation.step(limits); !done) return done;
+    }
+    if (simulation.subdomain().totals.stop) return fail("interrupted before there was an answer", "", ExitCode::Interrupted);
+    return {};
+}
+
 Result<void> Timeline::walk(std::int64_t from, std::int64_t to, const std::function<Result<bool>(sim::Simulation&)>& visit) {
     Result<Running> running = beside(from);
     if (!running) return tl::unexpected<Error>(running.error());

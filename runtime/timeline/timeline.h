@@ -69,6 +69,10 @@ class Timeline {
     // The state at a tick as a run of its own, beside this one, which stays where it is. Errors and cost: as of to().
     Result<std::unique_ptr<sim::Simulation>> beside(std::int64_t tick);
 
+    // Runs a state from beside() on to this tick, or to where it ends before, as a run of its own: nothing of it is kept or compared, so
+    // the world may say something else meanwhile. Errors: the program fails; a signal has asked for the end.
+    Result<void> run_apart(sim::Simulation& simulation, std::int64_t tick);
+
     // The states of these ticks one after the other, as a run beside this one, until `visit` says false or the run ends. Errors and cost:
     // as of beside() for the first; and the ticks.
     Result<void> walk(std::int64_t from, std::int64_t to, const std::function<Result<bool>(sim::Simulation&)>& visit);

@@ -73,6 +73,10 @@ class Subdomain {
     std::int64_t world_catoms() const { return abi_.world_catoms; }
     // The actions of the last tick, by the ids of their catoms.
     const std::vector<eval::Action>& actions() const { return facts_.evaluator.actions(); }
+    // Linear facts that catoms of this process were sent in the last tick, by their rules and by modules; and those by modules among them,
+    // with the same arguments. Nothing right after a snapshot has been restored.
+    const std::vector<eval::Message>& sent() const { return facts_.evaluator.messages(); }
+    const std::vector<eval::Message>& sent_by_modules() const { return facts_.evaluator.requests().messages(); }
     // The catoms of this process that were evaluated in the last tick: nothing but what was sent to a catom has changed at others.
     const std::vector<u32>& evaluated() const { return facts_.evaluator.evaluated(); }
     const std::vector<u64>& reasons() const { return facts_.evaluator.reasons(); }

@@ -1,0 +1,144 @@
+#include "runtime/inspect/firings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace meld::inspect {
+
+namespace {
+
+using check::Clause;
+using check::Head;
+using check::Rule;
+using Part = Explanation::Part;
+
+// So many ways are described.
+constexpr std::size_t kMostWays = 3;
+
+// Looks for the firings of one rule after the other in which an atom, of a head or of a body, is the fact.
+class Finder {
+  public:
+    Finder(Explainer& explainer, const Known& fact) : e_(explainer), fact_(fact) {}
+
+    Result<Firings> made() {
+        const auto look = [&](const Rule& rule) { return by_heads(rule, rule.heads, {}); };
+        return find(e_.makers(fact_.predicate), look, [&](const Rule& rule) { return makes_here(rule); });
+    }
+    Result<Firings> took() {
+        std::vector<const Rule*> rules;
+        for (const Rule& rule : e_.checked().rules)
+            if (rule.linear && consumes(rule.body, rule.heads)) rules.push_back(&rule);
+        const auto look = [&](const Rule& rule) -> Result<void> {
+            if (auto done = by_body(rule, rule.body, {}); !done) return done;
+            return by_matches(rule, rule.heads, {});
+        };
+        // A linear rule consumes what is at its catom.
+        return find(rules, look, [](const Rule&) { return true; });
+    }
+
+  private:
+    // First all facts as they were before the tick; then, if nothing is found, what else has changed in it, as by an event.
+    template <class Look, class Here>
+    Result<Firings> find(const std::vector<const Rule*>& rules, const Look& look, const Here& here) {
+        for (const Explainer::Search& how : {Explainer::Search{.age = 1}, Explainer::Search{.spread = true, .linear_before = true}}) {
+            how_ = how;
+            for (const Rule* rule : rules)
+                if (auto done = look(*rule); !done) return tl::unexpected<Error>(done.error());
+            if (found_.count > 0) break;
+        }
+        for (const Rule* rule : fits_) found_.rules += (found_.rules.empty() ? "" : ", ") + fmt::format("{}:{}", rule->file, rule->line);
+        if (found_.count == 0 && fits_.size() == 1) {
+            found_.ways.push_back(e_.way_of(*fits_[0]));
+            if (here(*fits_[0])) found_.ways.back().catom = fact_.catom;
+        }
+        return std::move(found_);
+    }
+    // Whether the fact is one of the catom at which the rule fires.
+    bool makes_here(const Rule& rule) const {
+        bool here = true;
+        check::each_head(rule.heads, [&](const Head& h) {
+            if (h.kind != Head::Kind::Fact || h.atom.predicate != fact_.predicate) return;
+            const check::Term& at = h.atom.arguments[0];
+            here = here && at.is_variable() && at.variable == rule.site;
+        });
+        return here;
+    }
+    bool is_it(const Clause& c) const { return c.kind == Clause::Kind::Atom && c.atom.predicate == fact_.predicate && !c.atom.read_only; }
+    bool consumes(const std::vector<Clause>& body, const std::vector<Head>& heads) const {
+        return std::ranges::any_of(body, [&](const Clause& c) { return is_it(c); }) ||
+               std::ranges::any_of(heads, [&](const Head& h) { return consumes(h.body, h.heads) || consumes({}, h.others); });
+    }
+    static std::vector<Clause> with_body(const Head& h, const std::vector<Clause>& around) {
+        std::vector<Clause> more = around;
+        more.insert(more.end(), h.body.begin(), h.body.end());
+        if (h.kind == Head::Kind::If) more.push_back({.kind = Clause::Kind::Test, .test = h.term, .span = h.span});
+        return more;
+    }
+    Result<void> by_heads(const Rule& rule, const std::vector<Head>& all, const std::vector<Clause>& around) {
+        for (const Head& h : all) {
+            const std::vector<Clause> more = with_body(h, around);
+            if (h.kind == Head::Kind::Fact && h.atom.predicate == fact_.predicate)
+                if (auto done = by(rule, h.atom, more); !done) return done;
+            if (auto done = by_heads(rule, h.heads, more); !done) return done;
+            if (auto done = by_heads(rule, h.others, around); !done) return done;
+        }
+        return {};
+    }
+    Result<void> by_body(const Rule& rule, const std::vector<Clause>& body, const std::vector<Clause>& more) {
+        for (const Clause& c : body)
+            if (is_it(c))
+                if (auto done = by(rule, c.atom, more); !done) return done;
+        return {};
+    }
+    // Comprehensions consume as well what they match.
+    Result<void> by_matches(const Rule& rule, const std::vector<Head>& all, const std::vector<Clause>& around) {
+        for (const Head& h : all) {
+            const std::vector<Clause> more = with_body(h, around);
+            if (auto done = by_body(rule, h.body, more); !done) return done;
+            if (auto done = by_matches(rule, h.heads, more); !done) return done;
+            if (auto done = by_matches(rule, h.others, around); !done) return done;
+        }
+        return {};
+    }
+    Result<void> by(const Rule& rule, const check::Atom& atom, const std::vector<Clause>& more) {
+        const std::optional<Fitted> fitted = e_.fit(rule, atom, fact_, false, more);
+        if (!fitted) return {};
+        if (std::ranges::find(fits_, &rule) == fits_.end()) fits_.push_back(&rule);
+        if (!e_.cannot(fitted->body).empty()) return {};
+        const Bound bound = bound_by(*fitted);
+        const Result<bool> done = e_.search(*fitted, how_, [&](const Solution& solution) {
+            if (++found_.count > kMostWays) return true;
+            Explanation::Way way = e_.way_of(rule);
+            if (rule.site.valid() && bound[rule.site.index()]) way.catom = solution.values[rule.site.index()].catom;
+            for (std::size_t c = 0; c < fitted->own; ++c)
+                if (solution.facts[c] != nullptr) {
+                    const Clause& clause = fitted->body[c];
+                    const std::size_t linear = how_.linear_before ? e_.linear_age(clause) : 0;
+                    const std::size_t age = how_.age + std::max(linear, e_.age_of(*fitted, clause, how_.spread));
+                    way.parts.push_back({.is = Part::Is::Fact,
+                                         .text = e_.text(e_.keep(clause.atom.predicate, *solution.facts[c], age)),
+                                         .tick = e_.states().tick - static_cast<i64>(age)});
+                }
+            found_.ways.push_back(std::move(way));
+            return true;
+        });
+        if (!done) return tl::unexpected<Error>(done.error());
+        return {};
+    }
+
+    Explainer& e_;
+    const Known& fact_;
+    Explainer::Search how_ = {};
+    std::vector<const Rule*> fits_;  // Those of which some atom can be the fact.
+    Firings found_;
+};
+
+}  // namespace
+
+Result<Firings> that_made(Explainer& explainer, const Known& fact) { return Finder(explainer, fact).made(); }
+Result<Firings> that_took(Explainer& explainer, const Known& fact) { return Finder(explainer, fact).took(); }
+
+}  // namespace meld::inspect
