@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,7 +10,6 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/interrupt.h"
-#include "runtime/base/log.h"
 #include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/visible.h"

@@ -33,9 +33,12 @@ constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
 std::string manifest_name(std::int64_t tick) { return fmt::format("{}{}", tick, kManifest); }
 
+// What a run has left that was killed while it wrote a manifest (runtime/base/output_file.h).
+bool is_part_of_manifest(const std::string& name) { return name.find(".checkpoint.part-") != std::string::npos && name.ends_with(".json"); }
+
 // The tick that a file of a checkpoint folder is of; none of other files.
 std::optional<std::int64_t> tick_of(const std::string& name) {
-    if (!name.ends_with(kManifest) && !name.ends_with(kShare)) return std::nullopt;
+    if (!name.ends_with(kManifest) && !name.ends_with(kShare) && !is_part_of_manifest(name)) return std::nullopt;
     std::int64_t tick = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), tick);
     if (error != std::errc{} || end == name.data() || *end != '.') return std::nullopt;
