@@ -32,6 +32,14 @@ def stat(pid):
         return None
 
 
+def children(pid):
+    """The processes that a process has started, in order."""
+    try:
+        return [int(child) for child in pathlib.Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except OSError:
+        return []
+
+
 def processes_of(session):
     found = {int(p.name): stat(p.name) for p in pathlib.Path("/proc").iterdir() if p.name.isdigit()}
     return {pid for pid, status in found.items() if status and status[3] == session and status[0] != "Z"}

@@ -13,7 +13,6 @@
 #include "compiler/driver/embedded.h"
 #include "compiler/emit/emit.h"
 #include "compiler/front/front_end.h"
-#include "compiler/front/question.h"
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
 #include "runtime/abi/module_abi.h"
@@ -114,8 +113,6 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         return {};
     }
     front::ParsedProgram parsed = front::parse_program(out.files, *file, prelude_files, out.report, {options.library_paths});
-    if (!options.question.empty())
-        if (auto asked = front::add_question(out.files, options.question, out.report, parsed.program); !asked) return asked;
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);
         return {};

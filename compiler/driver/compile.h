@@ -23,7 +23,6 @@ struct CompileOptions {
     std::vector<std::string> library_paths = {};
     plan::PlanOptions plan = {};
     std::vector<std::string> link = {};  // C and C++ files with the program's extern functions.
-    std::string question = {};           // A body that is asked about the run; empty: none.
 };
 
 struct Compilation {

@@ -190,8 +190,6 @@ int run_program(int argc, char** argv) {
         ->allow_extra_args(false);
     compile->add_flag("--counters", options.compile.plan.counts,
                       "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
-    // Passed by meldsim bisect.
-    compile->add_option("--ask", options.compile.question)->group("");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain =

@@ -8,7 +8,6 @@
 
 #include "compiler/check/check.h"
 #include "compiler/front/embedded.h"
-#include "compiler/front/question.h"
 #include "compiler/lint/lint.h"
 #include "runtime/base/assert.h"
 
@@ -69,7 +68,6 @@ check::Program check_program(const source::FileSet& files, std::uint32_t file, s
     check::separate_modules(tree, prelude_files, report);
     const std::vector<diagnostics::Diagnostic> unused_names = lint::find_unused_names(files, tree, file);
     check::Program program = check::check(files, tree, prelude_files, report);
-    add_witness(program);
     lint::lint(program, file, unused_names, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
     add_sources(files, file, includes, program);

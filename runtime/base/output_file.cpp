@@ -74,6 +74,24 @@ std::string name_beside(const std::string& target) {
                                            path.extension().string().substr(0, 255 - kMostOfAName - 22));
 }
 
+// Whether a file is one that may have been written beside the target, by its name alone.
+bool is_name_beside(const std::string& target, const std::string& name) {
+    constexpr std::size_t kDigits = 16;
+    const std::string like = name_beside(target).substr(folder_of(target).size());
+    const std::size_t number =
+        std::filesystem::path(target).stem().string().substr(0, kMostOfAName).size() + std::string_view(".part-").size();
+    return name.size() == like.size() && name.compare(0, number, like, 0, number) == 0 &&
+           name.compare(number + kDigits, std::string::npos, like, number + kDigits) == 0 &&
+           name.find_first_not_of("0123456789abcdef", number) >= number + kDigits;
+}
+
+// The lock on a target. What a killed process has left there of a file that nobody has seen goes.
+Result<OutputLock> take_lock(const std::string& target, const std::string& shown) {
+    Result<OutputLock> lock = OutputLock::take(target, shown);
+    if (lock && is_name_beside(target, lock->left_behind())) unlink((folder_of(target) + lock->left_behind()).c_str());
+    return lock;
+}
+
 bool write_all(int descriptor, std::string_view text) {
     while (!text.empty()) {
         const ssize_t written = ::write(descriptor, text.data(), text.size());
@@ -154,7 +172,7 @@ Result<OutputFile> OutputFile::open_regular(const std::string& shown, const std:
     OutputFile file(shown, durability);
     file.target_ = target;
     file.appears_ = appears;
-    auto lock = OutputLock::take(target, shown);
+    auto lock = take_lock(target, shown);
     if (!lock) return tl::unexpected(lock.error());
     file.lock_ = std::move(*lock);
     struct stat status{};
@@ -184,7 +202,7 @@ Result<OutputFile> OutputFile::reopen(const std::string& path, const std::string
     file.appeared_ = true;
     // It stays, whatever becomes of this run.
     file.written_ = true;
-    auto lock = OutputLock::take(*target, path);
+    auto lock = take_lock(*target, path);
     if (!lock) return tl::unexpected(lock.error());
     file.lock_ = std::move(*lock);
     std::error_code none;
@@ -239,6 +257,7 @@ bool OutputFile::make_file() {
     const interrupt::Undivided undivided;
     do {
         beside_ = name_beside(target_);
+        if (appears_ == Appears::Whole && lock_) lock_->note(beside_.substr(folder_of(target_).size()));
         descriptor_ = ::open(beside_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, replaces ? 0600 : 0666);
     } while (descriptor_ < 0 && errno == EEXIST);
     if (descriptor_ < 0) set_error(errno);

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <string_view>
@@ -20,13 +21,20 @@ namespace {
 
 constexpr std::string_view kBefore = ".", kBehind = ".claymeld-lock";
 
-// The holder of the lock, as written in the file.
-std::string holder_of(int descriptor) {
-    std::array<char, 24> text{};
+// What is written in the file: the holder on the first line, and what it has noted on the second.
+std::string line_of(int descriptor, int line) {
+    std::array<char, 512> text{};
     const ssize_t size = pread(descriptor, text.data(), text.size(), 0);
-    const std::string_view number(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
-    if (number.empty() || number.find_first_not_of("0123456789\n") != std::string_view::npos) return "another process";
-    return fmt::format("process {}", number.substr(0, number.find('\n')));
+    std::string_view rest(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+    const auto end = [&] { return std::min(rest.size(), rest.find('\n')); };
+    for (; line > 0; --line) rest.remove_prefix(std::min(rest.size(), end() + 1));
+    return std::string(rest.substr(0, end()));
+}
+
+std::string holder_of(int descriptor) {
+    const std::string number = line_of(descriptor, 0);
+    if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos) return "another process";
+    return fmt::format("process {}", number);
 }
 
 // Whether the file at this path is the open one; it is not if its last holder has removed it in the meantime.
@@ -62,21 +70,32 @@ Result<OutputLock> OutputLock::take(const std::string& path, const std::string& 
             ::close(descriptor);
             continue;
         }
+        std::string left_behind = line_of(descriptor, 1);
         const std::string holder = fmt::format("{}\n", getpid());
         // On a full disk the lock still holds, but a second run does not learn who has it.
         [[maybe_unused]] const bool named =
             ftruncate(descriptor, 0) == 0 && pwrite(descriptor, holder.data(), holder.size(), 0) == static_cast<ssize_t>(holder.size());
-        return OutputLock(file, descriptor);
+        return OutputLock(file, descriptor, std::move(left_behind));
     }
 }
 
+void OutputLock::note(const std::string& name) const {
+    // On a full disk nobody learns of it.
+    const std::string text = fmt::format("{}\n{}\n", getpid(), name);
+    [[maybe_unused]] const ssize_t written = pwrite(descriptor_, text.data(), text.size(), 0);
+}
+
 OutputLock::OutputLock(OutputLock&& other) noexcept
-    : leftover_(std::move(other.leftover_)), file_(std::move(other.file_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : leftover_(std::move(other.leftover_)),
+      file_(std::move(other.file_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      left_behind_(std::move(other.left_behind_)) {}
 
 OutputLock& OutputLock::operator=(OutputLock&& other) noexcept {
     std::swap(leftover_, other.leftover_);
     std::swap(file_, other.file_);
     std::swap(descriptor_, other.descriptor_);
+    std::swap(left_behind_, other.left_behind_);
     return *this;
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/leftovers.h"
@@ -20,16 +21,23 @@ class OutputLock {
     // The name of the output, if a file with this name is the lock of one.
     static std::optional<std::string> locked_by(const std::string& name);
 
+    // Notes the name of a file beside the output that has no value if this process is killed.
+    void note(const std::string& name) const;
+    // The name that the last holder has noted, if it was killed; whoever can write to the folder may have written it. Empty: none.
+    const std::string& left_behind() const { return left_behind_; }
+
     OutputLock(OutputLock&& other) noexcept;
     OutputLock& operator=(OutputLock&& other) noexcept;
     ~OutputLock();
 
   private:
-    OutputLock(std::string file, int descriptor) : leftover_(file), file_(std::move(file)), descriptor_(descriptor) {}
+    OutputLock(std::string file, int descriptor, std::string left_behind)
+        : leftover_(file), file_(std::move(file)), descriptor_(descriptor), left_behind_(std::move(left_behind)) {}
 
     Leftover leftover_;
     std::string file_;
     int descriptor_;
+    std::string left_behind_;
 };
 
 }  // namespace meld

@@ -27,10 +27,7 @@ std::string meldc_path() {
 }  // namespace
 
 Result<std::string> compile_program(const RunOptions& options, std::string* messages) {
-    if (options.program.ends_with(".so")) {
-        if (options.question) return fail("a module has no room for a body", "Give the .meld file that it was compiled from");
-        return options.program;
-    }
+    if (options.program.ends_with(".so")) return options.program;
     int ends[2];
     if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
     // A file, so that nobody waits for a reader of it.
@@ -43,7 +40,6 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
     const std::string seconds = fmt::format("{}", options.timeout_seconds);
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
-    if (options.question) arguments.insert(arguments.end(), {"--ask", options.question->body.c_str()});
     if (options.counts()) arguments.push_back("--counters");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);

@@ -21,6 +21,7 @@
 #include "runtime/comm/outcome.h"
 #include "runtime/debug/input.h"
 #include "runtime/debug/session.h"
+#include "runtime/driver/bisect.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/debug_state.h"
 #include "runtime/driver/looked_at.h"
@@ -43,20 +44,37 @@ constexpr std::uint64_t kLinesOnTerminal = 40, kLinesServed = 1000;
 // What another program says instead of a signal: what is being done is to end.
 constexpr std::string_view kPause = "pause";
 
-// The checkpoint at which a session begins, if it does not begin with the world. Every process calls it.
+// The checkpoint at which a session begins, if it does not begin with the world; the newest before this tick, or of all. Every process
+// calls it.
 Result<std::unique_ptr<sim::OpenCheckpoint>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims,
-                                                            const world::World& world, comm::Communicator& comm) {
+                                                            const world::World& world, comm::Communicator& comm,
+                                                            std::optional<std::int64_t> before = {}) {
     if (options.resume.empty()) return nullptr;
-    Result<sim::OpenCheckpoint> newest = sim::open_newest(options.resume, comm);
+    Result<sim::OpenCheckpoint> newest = sim::open_newest(options.resume, comm, before);
     if (!newest) return tl::unexpected<Error>(newest.error());
     const sim::Checkpoint& checkpoint = newest->checkpoint;
     if (!checkpoint.passed_over.empty() && comm.process() == 0)
         log::warning("a newer checkpoint is not whole, and the session begins with that of tick {}: {}", checkpoint.manifest.tick,
                      checkpoint.passed_over);
+    Result<void> same;
     if (const std::string other = sim::difference(checkpoint.manifest.run, identity(options, claims, world)); !other.empty())
-        return fail(fmt::format("the run in {} cannot be looked at: {}", options.resume, other), "Put back what it was started with",
+        same = fail(fmt::format("the run in {} cannot be looked at: {}", options.resume, other), "Put back what it was started with",
                     ExitCode::RecordingRefused);
+    if (const auto all = comm::outcome_of_all(comm, same); !all) return tl::unexpected<Error>(all.error());
     return std::make_unique<sim::OpenCheckpoint>(std::move(*newest));
+}
+
+// The run from its first tick or from a checkpoint on. Errors: also, the checkpoint does not give back its state.
+Result<std::unique_ptr<timeline::Timeline>> start(const RunOptions& options, const Inputs& inputs, timeline::Timeline::Make make,
+                                                  const sim::OpenCheckpoint* from, std::size_t history_bytes) {
+    const timeline::TimelineOptions how{.limits = {options.ticks, options.strict}, .history_bytes = history_bytes};
+    auto timeline = std::make_unique<timeline::Timeline>(std::move(make), inputs.registry, how);
+    if (auto done = timeline->start(from != nullptr ? &from->shares : nullptr); !done) return tl::unexpected<Error>(done.error());
+    if (from != nullptr && timeline->digest(timeline->tick())->to_string() != from->checkpoint.manifest.digest)
+        return fail(
+            fmt::format("the checkpoint of tick {} in {} does not give back its state", from->checkpoint.manifest.tick, options.resume),
+            "Please report this with the program and the world", ExitCode::OurBug);
+    return timeline;
 }
 
 // Shows how far the run is while a command is carried out, and asks it to stop when a signal has come.
@@ -273,19 +291,6 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
         if (const auto all = comm::outcome_of_all(comm, made.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
         check = std::move(*made);
     }
-    const Result<std::unique_ptr<sim::OpenCheckpoint>> beginning = open_beginning(options, claims, inputs.world, comm);
-    if (const auto all = comm::outcome_of_all(comm, beginning.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
-    std::optional<debug::Input> input;
-    if (comm.process() == 0) {
-        using From = debug::Input::From;
-        const From from = options.debug->served ? From::Program : options.debug->typed ? From::Terminal : From::Script;
-        Result<debug::Input> opened = debug::Input::open(options.debug->commands, from);
-        if (const auto all = comm::outcome_of_first(comm, opened.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
-        input = std::move(*opened);
-    } else if (const auto all = comm::outcome_of_first(comm, {}); !all) {
-        return tl::unexpected<Error>(all.error());
-    }
-
     record::Drawing* drawing = nullptr;
     std::vector<std::string> writers = options.debug->writers;
     // A run from its start has these.
@@ -309,15 +314,32 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
         }
         return simulation;
     };
-    const timeline::TimelineOptions how{.limits = {options.ticks, options.strict},
-                                        .history_bytes = parse_bytes(options.debug->history).value_or(0)};
-    timeline::Timeline timeline(make, inputs.registry, how);
-    const sim::OpenCheckpoint* const from = beginning->get();
-    if (auto done = timeline.start(from != nullptr ? &from->shares : nullptr); !done) return tl::unexpected<Error>(done.error());
-    if (from != nullptr && timeline.digest(timeline.tick())->to_string() != from->checkpoint.manifest.digest)
-        return fail(
-            fmt::format("the checkpoint of tick {} in {} does not give back its state", from->checkpoint.manifest.tick, options.resume),
-            "Please report this with the program and the world", ExitCode::OurBug);
+    if (options.question) {
+        const auto begin = [&](const sim::OpenCheckpoint* from, std::size_t history_bytes) {
+            return start(options, inputs, make, from, history_bytes);
+        };
+        const auto checkpoint = [&](std::optional<std::int64_t> before) {
+            return open_beginning(options, claims, inputs.world, comm, before);
+        };
+        return find_tick(options, {begin, checkpoint}, comm);
+    }
+    const Result<std::unique_ptr<sim::OpenCheckpoint>> beginning = open_beginning(options, claims, inputs.world, comm);
+    if (!beginning) return tl::unexpected<Error>(beginning.error());
+    std::optional<debug::Input> input;
+    if (comm.process() == 0) {
+        using From = debug::Input::From;
+        const From from = options.debug->served ? From::Program : options.debug->typed ? From::Terminal : From::Script;
+        Result<debug::Input> opened = debug::Input::open(options.debug->commands, from);
+        if (const auto all = comm::outcome_of_first(comm, opened.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
+        input = std::move(*opened);
+    } else if (const auto all = comm::outcome_of_first(comm, {}); !all) {
+        return tl::unexpected<Error>(all.error());
+    }
+
+    Result<std::unique_ptr<timeline::Timeline>> started =
+        start(options, inputs, make, beginning->get(), parse_bytes(options.debug->history).value_or(0));
+    if (!started) return tl::unexpected<Error>(started.error());
+    timeline::Timeline& timeline = **started;
     // What is done is ended between two ticks, and the session by whoever reads its commands.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     if (options.debug->shot && drawing == nullptr) {

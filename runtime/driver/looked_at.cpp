@@ -74,6 +74,7 @@ Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& p
     run->command = manifest->run.command;
     run->resume = folder;
     run->debug = options.debug;
+    run->question = options.question;
     if (!run->debug->commands.empty() && run->debug->commands != "-")
         run->debug->commands = fs::absolute(run->debug->commands, error).string();
     run->processes = options.processes;

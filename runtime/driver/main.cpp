@@ -13,6 +13,7 @@
 #include "runtime/cli/command_line.h"
 #include "runtime/dap/serve.h"
 #include "runtime/driver/asking.h"
+#include "runtime/driver/bisect.h"
 #include "runtime/driver/debug.h"
 #include "runtime/driver/diff_command.h"
 #include "runtime/driver/fork.h"
@@ -35,6 +36,7 @@ struct CommandLine {
     ForkOptions fork = {};
     DiffOptions diff = {};
     RunOptions bisect = {};
+    std::string bisect_scratch = {};
     ReplayOptions replay = {};
     RunOptions debug = {};
     std::string debug_scratch = {};
@@ -103,12 +105,12 @@ struct Bodies {
     std::size_t depth = kWitnessDepth;
 };
 
-CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
+CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies, std::string& scratch) {
     CLI::App* b = app.add_subcommand("bisect",
-                                     "Find the first tick in which a body, in Meld, holds at some catom.\nExample: meldsim bisect "
+                                     "Find the first tick in which a body, in Meld, holds.\nExample: meldsim bisect "
                                      "examples/meld/gradient.meld --until 'dist(A, D), D > 20'");
-    add_program(*b, run);
-    CLI::Option* until = b->add_option("--until", bodies.until, "Find the first tick in which this body holds at some catom");
+    add_program(*b, run)->description("The program, as for meldsim run; or a recording; or a folder of checkpoints");
+    CLI::Option* until = b->add_option("--until", bodies.until, "Find the first tick in which this body holds");
     CLI::Option* holding =
         b->add_option("--while", bodies.holding, "Find the first tick in which this body no longer holds at a catom at which it held");
     until->type_name("BODY")->excludes(holding);
@@ -119,6 +121,7 @@ CLI::App* add_bisect(CLI::App& app, RunOptions& run, Bodies& bodies) {
     b->add_flag("--json", run.json, "Print the answer as JSON");
     b->add_flag("--quiet", run.quiet, "Print no progress line");
     b->add_option("--module", run.module)->group("");
+    b->add_option("--scratch", scratch)->group("");
     return b;
 }
 
@@ -206,7 +209,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     const CLI::App* fork = add_fork(app, line.fork);
     const CLI::App* diff = add_diff(app, line.diff);
     Bodies bodies;
-    const CLI::App* bisect = add_bisect(app, line.bisect, bodies);
+    const CLI::App* bisect = add_bisect(app, line.bisect, bodies, line.bisect_scratch);
     const CLI::App* replay = add_replay(app, line.replay);
     const CLI::App* debug = add_debug(app, line.debug, line.debug_scratch, line.debug_served);
     add_query(app, line.query);
@@ -282,7 +285,7 @@ int run_program(int argc, char** argv) {
         case CommandLine::Command::Diff:
             return diff_command(line.diff, run_options);
         case CommandLine::Command::Bisect:
-            return bisect_command(std::move(line.bisect));
+            return bisect_command(std::move(line.bisect), std::move(line.bisect_scratch), run_options);
         case CommandLine::Command::Replay:
             return replay_command(line.replay);
         case CommandLine::Command::Debug:

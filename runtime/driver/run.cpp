@@ -107,12 +107,6 @@ int run_command(RunOptions options) {
     return supervise(std::move(options), *module);
 }
 
-int bisect_command(RunOptions options) {
-    if (!options.question || options.question->body.empty())
-        return tell({"there is nothing to look for", "Give --until 'body' or --while 'body'"});
-    return run_command(std::move(options));
-}
-
 int resume_command(const ResumeOptions& resume, const ParseRun& parse) {
     std::error_code error;
     const std::string folder = std::filesystem::absolute(resume.folder, error).lexically_normal().string();

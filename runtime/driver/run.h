@@ -11,9 +11,6 @@ namespace meld::driver {
 // Returns the exit code of the command. Prints its own messages, from process 0 only.
 int run_command(RunOptions options);
 
-// `meldsim bisect`: the same for a run that is to answer a question.
-int bisect_command(RunOptions options);
-
 // `meldsim resume`: goes on with the run whose checkpoints are in a folder, in the folder where it was started.
 int resume_command(const ResumeOptions& resume, const ParseRun& parse);
 

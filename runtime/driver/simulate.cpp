@@ -20,7 +20,6 @@
 #include "runtime/base/tick_log.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/driver/agreement.h"
-#include "runtime/driver/bisect.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/claims.h"
 #include "runtime/driver/debug.h"
@@ -61,7 +60,6 @@ class Run {
     Result<void> add_watchers();
     Result<void> set_up();
     Result<int> run();
-    Result<int> answer() { return find_tick(options_, *inputs_, *simulation_); }
 
   private:
     Result<void> add_recorder();
@@ -159,7 +157,7 @@ Result<void> Run::add_watchers() {
         statistics_ = statistics.get();
         simulation_->add(std::move(statistics), "statistics");
     }
-    if (!options_.question && !again_) {
+    if (!again_) {
         simulation_->add(std::make_unique<sim::Printer>(talk(options_)), "printer");
         simulation_->add(std::make_unique<sim::Watcher>(talk(options_)), "watcher");
     }
@@ -416,7 +414,7 @@ Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const 
     if (ready) ready = run.add_watchers();
     if (ready) ready = run.set_up();
     if (!ready) return tl::unexpected<Error>(ready.error());
-    return options.question ? run.answer() : run.run();
+    return run.run();
 }
 
 }  // namespace meld::driver

@@ -119,6 +119,7 @@ bool Watch::follows_links(VariableId start) const {
 Result<void> Watch::find_columns() {
     const check::Rule& question = program_.question();
     columns_ = front::answers(question);
+    answers_ = columns_.size();
     std::vector<std::string_view> names;
     for (const VariableId v : columns_) names.push_back(question.variables[v].name);
     if (rule_.shown.empty())
@@ -292,8 +293,7 @@ Watch::Way Watch::way_of(std::string key, std::string text) {
 }
 
 void Watch::finish(Found& all) const {
-    const auto less = [&](const Way& a, const Way& b) { return compare(a.values, b.values) < 0; };
-    std::ranges::sort(all.ways, less);
+    std::ranges::sort(all.ways, [&](const Way& a, const Way& b) { return before(a, b); });
     const auto again = std::ranges::unique(all.ways, {}, &Way::key);
     all.ways.erase(again.begin(), again.end());
     std::ranges::sort(all.from);
@@ -305,20 +305,33 @@ std::vector<u64> Watch::catoms_of(const Way& way) const {
     return catoms;
 }
 
-Witness Watch::witness_of(const Way& way) const {
-    const check::Rule& question = program_.question();
-    Witness witness{.body = rule_.body};
-    const auto first = std::ranges::find(question.body, check::Clause::Kind::Atom, &check::Clause::kind);
-    const bool at_variable = first != question.body.end() && first->atom.arguments[0].is_variable();
-    // Behind those that have a name of their own are the catoms of other atoms.
-    const std::size_t named = front::answers(question).size();
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-        if (at_variable && first->atom.arguments[0].variable == columns_[i])
-            witness.catom = way.values[i].catom;
-        else if (i < named)
-            witness.values.emplace_back(question.variables[columns_[i]].name, tuple::print_value(column_types_[i], way.values[i]));
+// The clause of the body's first fact.
+const Clause* Watch::first_fact() const {
+    const std::vector<Clause>& body = program_.question().body;
+    const auto first = std::ranges::find(body, Clause::Kind::Atom, &Clause::kind);
+    return first == body.end() ? nullptr : &*first;
+}
+
+std::optional<u64> Watch::home_of(const Way& way) {
+    const Clause* const first = first_fact();
+    if (first == nullptr) return std::nullopt;
+    const check::Term& catom = first->atom.arguments[0];
+    if (catom.is_variable())
+        if (const auto found = std::ranges::find(columns_, catom.variable); found != columns_.end())
+            return way.values[static_cast<std::size_t>(found - columns_.begin())].catom;
+    if (!terms_) return std::nullopt;
+    Values none(program_.question().variables.count());
+    return terms_->value(catom, none).catom;
+}
+
+Watch::Told Watch::told(const Way& way) const {
+    const Clause* const first = first_fact();
+    Told told;
+    for (std::size_t i = 0; i < answers_; ++i) {
+        if (first != nullptr && first->atom.arguments[0].is_variable() && first->atom.arguments[0].variable == columns_[i]) continue;
+        told.emplace_back(program_.question().variables[columns_[i]].name, tuple::print_value(column_types_[i], way.values[i]));
     }
-    return witness;
+    return told;
 }
 
 int Watch::compare(const std::vector<Value>& a, const std::vector<Value>& b) const {

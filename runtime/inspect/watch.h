@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "compiler/front/watch_rules.h"
@@ -18,7 +19,6 @@
 #include "runtime/inspect/shared_facts.h"
 #include "runtime/inspect/sieve.h"
 #include "runtime/inspect/terms.h"
-#include "runtime/inspect/witness.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::inspect {
@@ -67,7 +67,13 @@ class Watch {
     // The catoms of its atoms.
     std::vector<u64> catoms_of(const Way& way) const;
     Way way_of(std::string key, std::string text);
-    Witness witness_of(const Way& way) const;
+    // The catom of the body's first fact; nothing if it has none, outside `not` and aggregates.
+    std::optional<u64> home_of(const Way& way);
+    // The body's variables and their values, as Meld, without that catom.
+    using Told = std::vector<std::pair<std::string, std::string>>;
+    Told told(const Way& way) const;
+    // Whether a way comes before another one.
+    bool before(const Way& a, const Way& b) const { return compare(a.values, b.values) < 0; }
 
   private:
     Watch(Program program, front::WatchRule rule);
@@ -80,6 +86,7 @@ class Watch {
     void note(const Values& values);
     std::vector<u32> starts_of(sim::Subdomain& subdomain, const Changes& changes) const;
     void add_neighbours(sim::Subdomain& subdomain, std::vector<u32>& catoms) const;
+    const check::Clause* first_fact() const;
     int compare(const std::vector<Value>& a, const std::vector<Value>& b) const;
     std::string text_of(const std::vector<Value>& values) const;
     std::vector<Value> unpack(std::span<const std::byte> key);
@@ -88,6 +95,7 @@ class Watch {
     front::WatchRule rule_;
     Types types_;
     std::vector<check::VariableId> columns_;
+    std::size_t answers_ = 0;  // The first columns are the body's variables.
     std::vector<tuple::Type> column_types_;
     std::vector<std::size_t> shown_;         // Columns.
     std::vector<check::VariableId> starts_;  // The catoms of atoms, which are columns too.

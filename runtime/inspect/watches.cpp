@@ -59,6 +59,7 @@ void Watches::Held::add(std::string key, Way way) {
     const auto [at, is_new] = ways.emplace(std::move(key), std::move(way));
     if (!is_new) return;
     ++texts[at->second.text];
+    ++homes[at->second.home];
     for (const u64 catom : at->second.catoms) keys.emplace(catom, at->first);
 }
 
@@ -66,8 +67,40 @@ void Watches::Held::remove(const std::string& key) {
     const auto at = ways.find(key);
     if (at == ways.end()) return;
     if (--texts[at->second.text] == 0) texts.erase(at->second.text);
+    if (const auto home = homes.find(at->second.home); --home->second == 0) {
+        left.push_back(home->first);
+        homes.erase(home);
+    }
     for (const u64 catom : at->second.catoms) keys.erase({catom, at->first});
     ways.erase(at);
+}
+
+Watches::Held::Way Watches::held_way(One& one, const Watch::Way& way) {
+    return {.text = way.text, .catoms = one.watch->catoms_of(way), .home = one.watch->home_of(way).value_or(kNowhere)};
+}
+
+std::optional<Watches::Where> Watches::holding(std::size_t number) const {
+    const One& one = watches_[number];
+    const Held& held = one.held;
+    if (held.homes.empty()) return std::nullopt;
+    const u64 least = held.homes.begin()->first;
+    std::optional<Watch::Way> first;
+    for (const auto& [key, each] : held.ways) {
+        if (each.home != least) continue;
+        Watch::Way way = one.watch->way_of(key, each.text);
+        if (!first || one.watch->before(way, *first)) first = std::move(way);
+    }
+    if (least == kNowhere) return Where{.witness = one.watch->told(*first)};
+    return Where{.catom = least, .catoms = held.homes.size(), .witness = one.watch->told(*first)};
+}
+
+std::optional<Watches::Where> Watches::lost(std::size_t number) const {
+    const Held& held = watches_[number].held;
+    std::set<u64> gone(held.left.begin(), held.left.end());
+    std::erase_if(gone, [&](u64 home) { return held.homes.contains(home); });
+    if (gone.empty()) return std::nullopt;
+    if (*gone.begin() == kNowhere) return Where{};
+    return Where{.catom = *gone.begin(), .catoms = gone.size()};
 }
 
 // What holds now and is told of nothing that held before; ways from the catoms that were looked at hold no more unless they were found.
@@ -88,7 +121,7 @@ std::vector<std::string> Watches::news(One& one, const Watch::Found& found) {
     for (const Watch::Way& way : found.ways) {
         if (held.ways.contains(way.key)) continue;
         if (!held.texts.contains(way.text)) lines.push_back(way.text);
-        held.add(way.key, {.text = way.text, .catoms = one.watch->catoms_of(way)});
+        held.add(way.key, held_way(one, way));
     }
     for (const std::string& key : gone) held.remove(key);
     return lines;
@@ -169,6 +202,7 @@ Result<void> Watches::search(sim::Subdomain& subdomain, const Changes& changes, 
 
 Result<Watches::Looked> Watches::look(sim::Subdomain& subdomain) {
     const sim::Totals& totals = subdomain.totals;
+    for (One& one : watches_) one.held.left.clear();
     // The same on all processes, so that all search or none does.
     const std::uint64_t gone = subdomain.next_id() - totals.catoms;
     const bool removed = std::exchange(gone_, gone) != gone;
@@ -193,7 +227,8 @@ Result<Watches::Looked> Watches::look(sim::Subdomain& subdomain) {
         else if (!found[k].ways.empty())
             news.lines = {found[k].ways[0].text};
         if (news.lines.empty()) continue;
-        news.first = one.watch->witness_of(*std::ranges::find(found[k].ways, news.lines[0], &Watch::Way::text));
+        const Watch::Way& first = *std::ranges::find(found[k].ways, news.lines[0], &Watch::Way::text);
+        news.first = {.body = one.watch->rule().body, .catom = one.watch->home_of(first).value_or(0), .values = one.watch->told(first)};
         looked.news.push_back(std::move(news));
     }
     return looked;
@@ -338,7 +373,7 @@ Result<void> Watches::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
                 std::string text = state.read_string();
                 if (subdomain.comm.process() != 0) continue;
                 const Watch::Way way = one.watch->way_of(std::move(key), std::move(text));
-                one.held.add(way.key, {.text = way.text, .catoms = one.watch->catoms_of(way)});
+                one.held.add(way.key, held_way(one, way));
             }
             break;
         }

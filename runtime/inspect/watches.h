@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "runtime/inspect/watch.h"
+#include "runtime/inspect/witness.h"
 #include "runtime/sim/core/extension.h"
 
 namespace meld::inspect {
@@ -38,6 +39,16 @@ class Watches : public sim::SimModule {
     // Looks at the state after a tick, and prints nothing. Every process calls it, after every tick of one run; after the first of them,
     // all that holds is new. Errors, the same on every process: those of the search.
     Result<Looked> look(sim::Subdomain& subdomain);
+
+    // Where the body of a stop or tell holds after look(), by the catom of its first fact; nothing if nowhere. On process 0.
+    struct Where {
+        std::optional<u64> catom = {};  // The least; nothing if the body has no such fact.
+        u64 catoms = 0;                 // How many there are.
+        Watch::Told witness = {};       // The first way there.
+    };
+    std::optional<Where> holding(std::size_t number) const;
+    // The catoms at which it held before the last look() and holds in no way now; without a witness. On process 0.
+    std::optional<Where> lost(std::size_t number) const;
 
     // As part of a run: looks, and prints what is new.
     Result<void> after(sim::Subdomain& subdomain) override;
@@ -68,15 +79,19 @@ class Watches : public sim::SimModule {
     Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
 
   private:
+    static constexpr u64 kNowhere = ~u64{0};
     // What holds, as far as it has been told: on process 0.
     struct Held {
         struct Way {
             std::string text;
             std::vector<u64> catoms;
+            u64 home = kNowhere;
         };
         std::map<std::string, Way> ways;                  // By key.
         std::set<std::pair<u64, std::string_view>> keys;  // By catom: those of `ways`.
         std::unordered_map<std::string, u64> texts;       // How many ways say the same.
+        std::map<u64, u64> homes;                         // How many ways there are with this one.
+        std::vector<u64> left;                            // In this look some way was the last one there.
         void add(std::string key, Way way);
         void remove(const std::string& key);
     };
@@ -90,6 +105,7 @@ class Watches : public sim::SimModule {
     };
 
     explicit Watches(std::FILE* to) : to_(to) {}
+    static Held::Way held_way(One& one, const Watch::Way& way);
     Changes changes_in(sim::Subdomain& subdomain, bool had_asked);
     Result<void> search(sim::Subdomain& subdomain, const Changes& changes, const std::vector<std::size_t>& which,
                         std::vector<Watch::Found>& found);

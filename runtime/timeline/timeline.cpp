@@ -15,7 +15,8 @@ Result<void> Timeline::start(const sim::Shares* from) {
     Result<Running> begun = from_the_start();
     if (!begun) return tl::unexpected<Error>(begun.error());
     present_ = std::move(*begun);
-    if (auto can = present_->saveable(); !can) return can;
+    if (options_.history_bytes > 0)
+        if (auto can = present_->saveable(); !can) return can;
     first_tick_ = latest_ = tick();
     return check(*present_);
 }

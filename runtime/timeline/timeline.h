@@ -38,7 +38,7 @@ class Timeline {
         : make_(std::move(make)), registry_(registry), options_(options), history_(options.history_bytes) {}
 
     // Begins at the world as it is before the first tick, or at a snapshot, before which nothing can be seen; it must outlive this. Errors:
-    // those of Simulation; the run cannot be saved.
+    // those of Simulation; the run cannot be saved, and there is a history.
     Result<void> start(const sim::Shares* from = nullptr);
 
     // From here on it is another run, whose simulations `make` makes. `running` is at its beginning, between two ticks; what was before

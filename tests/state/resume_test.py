@@ -9,16 +9,15 @@ import pathlib
 import random
 import shutil
 import signal
-import subprocess
 import sys
-import time
 
 import h5py
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import frame  # noqa: E402
-from frame import COUNT, FOREVER, TOOLS, files_of, main, square  # noqa: E402
+from frame import COUNT, FOREVER, files_of, main, square  # noqa: E402
+from running import children  # noqa: E402
 
 PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
 # The program of these tests: it does something in each of 300 ticks, and never ends by itself.
@@ -30,10 +29,6 @@ def until(ticks):
 
 
 DAMAGED = 6  # The exit code of a checkpoint that is refused.
-
-
-def children(pid):
-    return [int(p) for p in subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True).stdout.split()]
 
 
 def recorded(path):
@@ -182,62 +177,6 @@ class Ways(Case):
         self.assertEqual(self.outcome(), wanted)
 
 
-class Kills(Case):
-    """SIGKILL at any moment, also while a checkpoint is written."""
-
-    def kill_and_resume(self, rng, loops):
-        for program, ticks in (("waiting", 1500), ("storm", 200), ("doze", 120)):
-            run = [program + ".meld" if word == "waiting.meld" else word for word in until(ticks)]
-            self.call("meldsim", *run)
-            # Ticks of bodies are long.
-            self.kills_of(rng, loops if program != "doze" else (loops + 1) // 2, run, self.outcome())
-
-    def kills_of(self, rng, loops, run_words, wanted):
-        every = ("--checkpoint", "kept", "--checkpoint-every", "7ticks", "--retries", "0")
-        kills = 0
-        for _ in range(loops):
-            shutil.rmtree(self.folder / "kept", ignore_errors=True)
-            self.forget()
-            command = [*run_words, *every, "-n", str(rng.choice((1, 1, 2)))]
-            for _ in range(50):
-                run = self.begin("meldsim", *command, stderr=subprocess.PIPE)
-                try:
-                    words = run.communicate(timeout=rng.uniform(0.02, 0.6 if command[-1] == "1" else 2))[1]
-                except subprocess.TimeoutExpired:
-                    # One of several processes, or the only one.
-                    ranks = [p for launcher in children(run.pid) for p in children(launcher)]
-                    victim = rng.choice(ranks) if ranks else run.pid
-                    try:
-                        os.kill(victim, signal.SIGKILL)
-                    except ProcessLookupError:
-                        pass
-                    kills += 1
-                    run.communicate(timeout=60)
-                else:
-                    if run.returncode == 0:
-                        break
-                    # Where the launcher was killed, the processes it has started end in order, and meanwhile nobody else may write.
-                    if run.returncode == 2 and b"which still runs" in words:
-                        time.sleep(0.2)
-                        continue
-                    self.fail((command, run.returncode, words))
-                begun = bool(self.manifests())
-                if begun:
-                    command = ["resume", "kept", "--quiet", "-n", str(rng.choice((1, 1, 2)))]
-                else:
-                    shutil.rmtree(self.folder / "kept", ignore_errors=True)
-                    # Or it stays until the new run is whole.
-                    if rng.randrange(2):
-                        self.forget()
-            else:
-                self.call("meldsim", *command)
-            self.assertEqual(self.outcome(), wanted, f"after {kills} kills")
-        print(f"{kills} kills", file=sys.stderr)
-
-    def test_kills(self):
-        self.kill_and_resume(random.Random(1), TOOLS.loops)
-
-
 class Damage(Case):
     """Checkpoints that are not whole are refused, and the one before is used."""
 
@@ -360,4 +299,4 @@ class Refusals(Case):
 
 
 if __name__ == "__main__":
-    main("meldc", "meldsim", loops={"type": int, "default": 2, "help": "runs that are killed until they end"})
+    main("meldc", "meldsim")

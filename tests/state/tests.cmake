@@ -65,7 +65,7 @@ add_test(NAME debug_asking_random COMMAND ${asking_test} --seeds 4 RandomAsked)
 add_test(NAME debug_asking_campaign COMMAND ${asking_test} --seeds 60 RandomAsked)
 set_tests_properties(debug_messages debug_depends debug_history debug_keys debug_asking_random PROPERTIES TIMEOUT 300)
 set_tests_properties(debug_asking_campaign PROPERTIES TIMEOUT 3600 LABELS campaign)
-foreach(class Ways Kills Damage Refusals)
+foreach(class Ways Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
@@ -77,9 +77,12 @@ foreach(class Same OtherProgram OtherWorld Refusals)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(fork_${name} PROPERTIES TIMEOUT 300)
 endforeach()
-add_test(NAME state_kills_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
-  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --loops 10 Kills)
-set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 PROCESSORS 2 LABELS campaign)
+# Runs that are killed, at some tens of moments and at a thousand; another --seed kills at others.
+set(state_kills ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/kills_test.py --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+add_test(NAME state_kills COMMAND ${state_kills} --kills 60)
+set_tests_properties(state_kills PROPERTIES TIMEOUT 300)
+add_test(NAME state_kills_campaign COMMAND ${state_kills} --kills 1000)
+set_tests_properties(state_kills_campaign PROPERTIES TIMEOUT 3000 LABELS campaign)
 # Kills, signals and full disks at random, for ten minutes; another --seed disturbs other runs.
 add_test(NAME state_disturbances_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/disturb_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --seconds 600)

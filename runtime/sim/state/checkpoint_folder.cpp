@@ -33,9 +33,12 @@ constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
 std::string manifest_name(std::int64_t tick) { return fmt::format("{}{}", tick, kManifest); }
 
+// What a run has left that was killed while it wrote a manifest (runtime/base/output_file.h).
+bool is_part_of_manifest(const std::string& name) { return name.find(".checkpoint.part-") != std::string::npos && name.ends_with(".json"); }
+
 // The tick that a file of a checkpoint folder is of; none of other files.
 std::optional<std::int64_t> tick_of(const std::string& name) {
-    if (!name.ends_with(kManifest) && !name.ends_with(kShare)) return std::nullopt;
+    if (!name.ends_with(kManifest) && !name.ends_with(kShare) && !is_part_of_manifest(name)) return std::nullopt;
     std::int64_t tick = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), tick);
     if (error != std::errc{} || end == name.data() || *end != '.') return std::nullopt;
@@ -147,14 +150,19 @@ Result<Checkpoint> newest_of(const std::vector<std::int64_t>& ticks, const std::
                 "Start the run again, with another folder for its checkpoints", ExitCode::RecordingRefused);
 }
 
-// The newest of a folder for which check() has no objection.
+// The newest of a folder, or of those before a tick, for which check() has no objection.
 template <class Check>
-Result<Checkpoint> find_newest(const std::string& folder, const Check& check) {
+Result<Checkpoint> find_newest(const std::string& folder, std::optional<std::int64_t> before, const Check& check) {
+    const auto known = [&] {
+        std::vector<std::int64_t> ticks = checkpoint_ticks(folder);
+        if (before) std::erase_if(ticks, [&](std::int64_t tick) { return tick >= *before; });
+        return ticks;
+    };
     for (int tries = 1;; ++tries) {
-        const std::vector<std::int64_t> ticks = checkpoint_ticks(folder);
+        const std::vector<std::int64_t> ticks = known();
         Result<Checkpoint> newest = newest_of(ticks, folder, check);
         // A run that goes on there may have removed all of them meanwhile; there are newer ones then.
-        if (newest || tries >= kMostTries || checkpoint_ticks(folder) == ticks) return newest;
+        if (newest || tries >= kMostTries || known() == ticks) return newest;
     }
 }
 
@@ -182,10 +190,12 @@ std::vector<std::int64_t> checkpoint_ticks(const std::string& folder) {
 Result<Checkpoint> checkpoint_of(const std::string& folder, std::int64_t tick) { return read_checkpoint(folder, tick); }
 
 Result<Manifest> newest_manifest(const std::string& folder) {
-    return find_newest(folder, [](const Checkpoint&) { return Result<void>(); }).map([](Checkpoint c) { return std::move(c.manifest); });
+    return find_newest(folder, {}, [](const Checkpoint&) { return Result<void>(); }).map([](Checkpoint c) {
+        return std::move(c.manifest);
+    });
 }
 
-Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator& comm) {
+Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator& comm, std::optional<std::int64_t> before) {
     const bool first = comm.process() == 0;
     std::map<std::int64_t, Error> bad;  // On process 0: those that are not whole.
     for (int tries = 1;; ++tries) {
@@ -197,7 +207,7 @@ Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator
             shares.emplace(std::move(*files));
             return {};
         };
-        Result<Checkpoint> mine = first ? find_newest(folder, take) : Result<Checkpoint>();
+        Result<Checkpoint> mine = first ? find_newest(folder, before, take) : Result<Checkpoint>();
         const Result<void> found = mine ? Result<void>() : tl::unexpected<Error>(mine.error());
         if (const auto all = comm::outcome_of_first(comm, found); !all) return tl::unexpected<Error>(all.error());
         ByteWriter out;

@@ -63,8 +63,8 @@ struct OpenCheckpoint {
     ShareFiles shares;
 };
 // The newest checkpoint of a folder that is whole, the same on all processes; every process calls it. Errors: there is none, and why.
-// Cost: process 0 reads all of it once to check it.
-Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator& comm);
+// Of those before tick `before`, if that is given. Cost: process 0 reads all of it once to check it.
+Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator& comm, std::optional<std::int64_t> before = {});
 
 class CheckpointFolder {
   public:

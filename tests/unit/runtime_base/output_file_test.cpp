@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -153,6 +155,56 @@ TEST_F(OutputFileTest, HasOneWriterAtATime) {
         const OutputFile gone = std::move(*first);
     }
     EXPECT_TRUE(OutputFile::open(path("a"), Appears::Whole));
+}
+
+// A process that is killed while it writes.
+void write_and_be_killed(const std::string& path, Appears appears) {
+    const pid_t child = fork();
+    if (child == 0) {
+        auto file = OutputFile::open(path, appears);
+        file->write(std::string(100'000, 'x'));
+        static_cast<void>(file->flush());
+        kill(getpid(), SIGKILL);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST_F(OutputFileTest, RemovesWhatAKilledProcessHasLeftOfAWholeFile) {
+    for (const char* name : {"a", "a.b.txt"}) {
+        write_and_be_killed(path(name), Appears::Whole);
+        EXPECT_EQ(files(), 2u) << name;
+        {
+            auto file = OutputFile::open(path(name), Appears::Whole);
+            ASSERT_TRUE(file) << file.error().message();
+            EXPECT_EQ(files(), 1u) << name;
+        }
+        EXPECT_EQ(files(), 0u) << name;
+    }
+}
+
+TEST_F(OutputFileTest, KeepsWhatAKilledProcessHasLeftOfAFileThatGrew) {
+    put("a", "old");
+    write_and_be_killed(path("a"), Appears::AtOnce);
+    EXPECT_TRUE(OutputFile::open(path("a"), Appears::Whole));
+    EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(OutputFileTest, RemovesNothingElseThatALockNames) {
+    put("b", "of somebody else");
+    fs::create_directory(path("c"));
+    put("c/a.part-0123456789abcdef", "of somebody else");
+    for (const char* noted : {"b", "../b", "c/a.part-0123456789abcdef", "a.part-0123456789abcdeg", "a.part-0123456789abcde", "", "a"}) {
+        put(".a.claymeld-lock", std::string("1\n") + noted + "\n");
+        EXPECT_TRUE(OutputFile::open(path("a"), Appears::Whole)) << noted;
+        EXPECT_EQ(files(), 2u) << noted;
+        EXPECT_TRUE(fs::exists(path("c/a.part-0123456789abcdef"))) << noted;
+    }
+    put("a.part-0123456789abcdef", "left");
+    put(".a.claymeld-lock", "1\na.part-0123456789abcdef\n");
+    EXPECT_TRUE(OutputFile::open(path("a"), Appears::Whole));
+    EXPECT_EQ(files(), 2u);
 }
 
 TEST_F(OutputFileTest, FollowsLinksToWhatIsNotThereYet) {
