@@ -68,6 +68,15 @@ Explanation::Way Explainer::way_of(const Rule& rule) const {
     return {.rule = rule.name, .text = rule.text, .file = rule.file, .line = rule.line};
 }
 
+std::vector<std::pair<std::string, std::string>> Explainer::with(const Fitted& fitted, const Values& values, const Bound& bound) {
+    std::vector<std::pair<std::string, std::string>> out;
+    const check::Rule& rule = *fitted.of;
+    for (const VariableId v : rule.variables.ids())
+        if (bound[v.index()] && !rule.variables[v].name.starts_with('_'))
+            out.emplace_back(rule.variables[v].name, value_text(rule.variables[v].type, values[v.index()]));
+    return out;
+}
+
 // ---- what is asked
 
 Result<Known> Explainer::asked() {

@@ -98,6 +98,8 @@ class Explainer {
     std::string print(const check::Rule& named, const std::vector<check::Clause>& clauses) const;
     std::string print(const check::Rule& named, const check::Clause& clause) const { return check::print(checked(), named, clause); }
     Explanation::Way way_of(const check::Rule& rule) const;
+    // The rule's variables that have a value, and it.
+    std::vector<std::pair<std::string, std::string>> with(const Fitted& fitted, const Values& values, const Bound& bound);
 
     // Where facts of a predicate that are given are; nothing: rules derive all of them.
     std::optional<Source> base_of(check::PredicateId id) const;

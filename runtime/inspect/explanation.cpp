@@ -218,6 +218,8 @@ Json Explanation::to_json() const {
             if (!w.text.empty()) way = {{"rule", w.rule}, {"text", w.text}, {"file", w.file}, {"line", w.line}};
             if (w.catom) way["catom"] = *w.catom;
             if (!w.note.empty()) way["note"] = w.note;
+            if (!w.with.empty()) way["with"] = Json::object();
+            for (const auto& [variable, value] : w.with) way["with"][variable] = value;
             way["parts"] = std::move(parts);
             ways.push_back(std::move(way));
         }

@@ -34,6 +34,10 @@ Result<std::vector<std::string>> runners_up(Explainer& e, const Known& fact) {
                 other.arguments[a] = e.terms().value_as(term, p.arguments[a + 1].type, values);
                 if (!e.terms().scratch.went_well()) return true;
             }
+            // A better one has come since the catom has read: it has not lost.
+            const std::size_t at = p.aggregate_at - 1;
+            const int order = tuple::compare(e.terms().types.of(p.arguments[at + 1].type), *other.arguments[at], *fact.arguments[at]);
+            if (syntax::keeps_least(p.aggregate) ? order < 0 : syntax::keeps_greatest(p.aggregate) && order > 0) return true;
             const std::string text = e.text(other);
             if (!seen.insert(text).second || out.size() == kMost) return true;
             const Rule named = e.named(*fitted, solution.values, bound_by(*fitted));

@@ -9,8 +9,9 @@
 #include <utility>
 
 #include "runtime/inspect/earlier_states.h"
+#include "runtime/inspect/lower_ranks.h"
 #include "runtime/inspect/makers.h"
-#include "runtime/inspect/rounds.h"
+#include "runtime/inspect/reading.h"
 #include "runtime/inspect/runners_up.h"
 
 namespace meld::inspect {
@@ -32,7 +33,7 @@ constexpr const char* kUnranked = "ranks do not say here what rests on what";
 
 class Why {
   public:
-    Why(Explainer& explainer, const WhyOptions& options) : e_(explainer), options_(options), rounds_(explainer) {}
+    Why(Explainer& explainer, const WhyOptions& options) : e_(explainer), options_(options), lower_(explainer) {}
 
     Result<Explanation> run(const std::string& asked) {
         out_.tick = e_.states().tick;
@@ -93,19 +94,6 @@ class Why {
     }
 
   private:
-    static Fitted at_catom(const Rule& question, u64 catom, std::size_t last_parts) {
-        Fitted out{.of = &question, .rule = question, .body = question.body, .own = question.body.size() - last_parts};
-        out.values.resize(question.variables.count());
-        out.bound.resize(question.variables.count());
-        const auto first = std::ranges::find(question.body, Clause::Kind::Atom, &Clause::kind);
-        if (first == question.body.end() || !first->atom.arguments[0].is_variable()) return out;
-        const check::VariableId at = first->atom.arguments[0].variable;
-        out.values[at.index()].catom = catom;
-        out.bound[at.index()] = true;
-        out.rule.site = at;
-        return out;
-    }
-
     struct Asked {
         Known fact;
         std::size_t depth;
@@ -233,7 +221,7 @@ class Why {
         if (!fitted || !e_.cannot(fitted->body).empty()) return Outcome{};
         const Explainer::Search search{.age = fact.age,
                                        .spread = how.spread,
-                                       .allowed = allowed(*fitted, fact, how.ranks),
+                                       .allowed = how.ranks == Ranks::Compared ? lower_.than(*fitted, fact) : LowerRanks::Allowed{},
                                        .recursion = e_.recursion_of(fact.predicate)};
         Outcome out;
         Result<void> within;
@@ -266,50 +254,28 @@ class Why {
         if (std::ranges::none_of(node(i).ways, same)) node(i).ways.push_back(std::move(way));
     }
 
-    // In recursion a fact rests on facts of lower rank.
-    std::function<bool(const Clause&, const Fact&)> allowed(const Fitted& fitted, const Known& head, Ranks ranks) {
-        const check::Stratum* const recursion = e_.recursion_of(head.predicate);
-        if (recursion == nullptr || ranks == Ranks::Ignored) return {};
-        if (head.rank != kAbsent)
-            return [this, recursion, &fitted, &head, own = Existence::What{head.predicate, fitted.open}](const Clause& c, const Fact& f) {
-                if (!recursion->contains(c.atom.predicate) || f.rank == kAbsent) return true;
-                const Existence& existence = e_.existence();
-                if (existence.any() && !existence.comparable(own, {c.atom.predicate, e_.asks_existence(fitted, c, recursion)})) return true;
-                return f.rank < head.rank;
-            };
-        if (recursion->links) return {};
-        // At one catom nothing is stored: ranks are the rounds of a computation from nothing.
-        const auto& rounds = rounds_.of(*recursion, *head.catom, head.age);
-        const auto own = rounds.find(e_.text(head));
-        const std::size_t round = own == rounds.end() ? 0 : own->second;
-        return [this, recursion, &rounds, round, age = head.age](const Clause& c, const Fact& f) {
-            if (!recursion->contains(c.atom.predicate)) return true;
-            const auto known = rounds.find(e_.text(e_.keep(c.atom.predicate, f, age)));
-            return known != rounds.end() && known->second < round;
-        };
-    }
-
     // ---- how a body is met
 
     Result<Way> way_of(std::size_t i, const Fitted& fitted, const Explainer::Search& search, const Solution& solution) {
         Way way = e_.way_of(*fitted.of);
         const Bound bound = bound_by(fitted);
         const Rule named = e_.named(fitted, solution.values, bound);
+        way.with = e_.with(fitted, solution.values, looked_at(e_, fitted, bound, search));
         for (std::size_t c = 0; c < fitted.own; ++c) {
             const Clause& clause = fitted.body[c];
             switch (clause.kind) {
                 case Clause::Kind::Atom: {
                     const std::size_t age = search.age + e_.age_of(fitted, clause, search.spread);
-                    const std::size_t child = add(known_of(fitted, clause, *solution.facts[c], age, search), facts_[i].depth + 1);
+                    const std::size_t child = add(read_by(e_, fitted, clause, *solution.facts[c], age, search), facts_[i].depth + 1);
                     way.parts.push_back({.text = node(child).fact, .node = child});
                     break;
                 }
                 case Clause::Kind::Not:
                     way.parts.push_back(
-                        {.is = Part::Is::Absent, .text = e_.print(named, clause.inner), .tick = tick_of(fitted, clause, search)});
+                        {.is = Part::Is::Absent, .text = e_.print(named, clause.inner), .tick = oldest_tick(e_, fitted, clause, search)});
                     break;
                 case Clause::Kind::Test:
-                    if (is_plain(named, clause)) break;
+                    if (says_nothing(e_, named, clause)) break;
                     [[fallthrough]];
                 default:
                     way.parts.push_back({.is = Part::Is::Condition, .text = e_.print(named, clause)});
@@ -334,33 +300,6 @@ class Why {
         }
         return way;
     }
-    // What a body has read; of what it asks only whether there is one, the value stays open.
-    Known known_of(const Fitted& fitted, const Clause& clause, const Fact& fact, std::size_t age, const Explainer::Search& search) {
-        if (!e_.asks_existence(fitted, clause, search.recursion)) return e_.keep(clause.atom.predicate, fact, age);
-        const check::Predicate& p = e_.predicate(clause.atom.predicate);
-        Known known{.predicate = clause.atom.predicate, .catom = fact.catom, .rank = fact.rank, .age = age};
-        for (std::size_t a = 1; a < p.arguments.size(); ++a) {
-            if (a < p.aggregate_at)
-                known.arguments.emplace_back(e_.keep(p.arguments[a].type, fact.arguments[a - 1]));
-            else
-                known.arguments.emplace_back();
-        }
-        return known;
-    }
-    // The oldest state that a part of a body is read in.
-    std::optional<std::int64_t> tick_of(const Fitted& fitted, const Clause& part, const Explainer::Search& search) const {
-        std::size_t age = search.age;
-        check::each_atom(part.inner, [&](const check::Atom& atom, bool) {
-            age = std::max(age, search.age + e_.age_of(fitted, {.kind = Clause::Kind::Atom, .atom = atom}, search.spread));
-        });
-        return age == 0 ? std::nullopt : std::optional(e_.states().tick - static_cast<i64>(age));
-    }
-    // What says of a value only what it is.
-    bool is_plain(const Rule& named, const Clause& clause) const {
-        if (clause.test.op != check::Op::Equal) return false;
-        const auto side = [&](std::size_t n) { return check::print(e_.checked(), named, clause.test.operands[n]); };
-        return side(0) == side(1);
-    }
     std::size_t most_ways() const { return options_.all ? ~std::size_t{0} : options_.most_ways; }
 
     // ---- aggregates
@@ -372,15 +311,7 @@ class Why {
         Known group = facts_[i].fact;
         const check::Predicate& p = e_.predicate(group.predicate);
         group.arguments[p.aggregate_at - 1].reset();
-        if (const std::optional<Source> base = e_.base_of(group.predicate)) {
-            e_.facts(group.age).at(*base, *group.catom, [&](const Fact& f) {
-                bool same = true;
-                for (std::size_t a = 0; a + 1 < p.aggregate_at; ++a)
-                    same = same && e_.terms().equal(p.arguments[a + 1].type, f.arguments[a], *group.arguments[a]);
-                if (same) node(i).ways.push_back({.note = "given: " + e_.text(e_.keep(group.predicate, f, group.age))});
-                return true;
-            });
-        }
+        for (const std::string& given : given_to(e_, group)) node(i).ways.push_back({.note = "given: " + given});
         // A settled run has read what is there now.
         const bool spread = !e_.states().settled || group.age > 0;
         for (const Rule* rule : e_.views(group.predicate)) {
@@ -427,7 +358,7 @@ class Why {
     Explanation out_;
     std::vector<Asked> facts_;  // By node.
     std::map<std::pair<std::string, std::size_t>, std::size_t> numbers_;
-    Rounds rounds_;
+    LowerRanks lower_;
 };
 
 }  // namespace

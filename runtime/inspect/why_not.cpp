@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "runtime/inspect/earlier_states.h"
@@ -17,6 +18,8 @@ namespace {
 
 // So many facts of one answer are explained: what a rule could take a value from may go on without end, as D - 1 of D + 1 does.
 constexpr std::size_t kMostFacts = 10'000;
+// Facts of one rule of which it is asked what they wait for, if what is asked about leaves something open.
+constexpr std::size_t kMostOffers = 20;
 
 using check::Clause;
 using check::Head;
@@ -80,7 +83,10 @@ class WhyNot {
         if (!now.exists(*fact.catom)) return note(i, fmt::format("there is no catom @{}", *fact.catom));
         if (p.world != WorldSource::None) return not_sensed(i);
         if (p.sensed) return note(i, "it is not sensed");
-        if (instead_of(i)) return {};
+        if (const std::optional<Instead> other = instead_of(fact)) {
+            node(i).note = other->text;
+            if (other->for_good) return {};
+        }
         const std::vector<const Rule*> views = e_.views(fact.predicate), makers = e_.makers(fact.predicate);
         if (views.empty() && makers.empty()) return note(i, "it was never given, and no rule derives it");
         if (options_.depth != 0 && facts_[i].depth >= options_.depth) {
@@ -109,11 +115,14 @@ class WhyNot {
         return note(i, fmt::format("@{} and @{} do not touch", *fact.catom, to));
     }
 
-    // Whether another value of the group holds, which the fact could not replace.
-    bool instead_of(std::size_t i) {
-        const Known& fact = facts_[i].fact;
+    // Another value of a fact's group that holds; for good: the fact could not replace it.
+    struct Instead {
+        std::string text;
+        bool for_good;
+    };
+    std::optional<Instead> instead_of(const Known& fact) {
         const check::Predicate& p = e_.predicate(fact.predicate);
-        if (p.aggregate == check::Aggregate::None) return false;
+        if (p.aggregate == check::Aggregate::None) return std::nullopt;
         const std::size_t at = p.aggregate_at - 1;
         std::optional<Known> held;
         e_.facts(0).at(e_.program().source(fact.predicate), *fact.catom, [&](const Fact& f) {
@@ -123,18 +132,32 @@ class WhyNot {
             if (same) held = e_.keep(fact.predicate, f, 0);
             return !same;
         });
-        if (!held) return false;
+        if (!held) return std::nullopt;
         const std::string text = e_.text(*held);
         const std::string word = check::aggregate_name(e_.checked(), p);
-        if (!syntax::keeps_best(p.aggregate) || !fact.arguments[at]) {
-            node(i).note = syntax::combines(p.aggregate) ? fmt::format("{} holds: its {} is of all that there is, as why tells", text, word)
-                                                         : fmt::format("{} holds, and there is one value", text);
-            return true;
-        }
+        if (syntax::combines(p.aggregate))
+            return Instead{fmt::format("{} holds: its {} is of all that there is, as why tells", text, word), true};
+        if (!syntax::keeps_best(p.aggregate) || !fact.arguments[at])
+            return Instead{fmt::format("{} holds, and there is one value", text), true};
         const int order = tuple::compare(e_.terms().types.of(p.arguments[at + 1].type), *held->arguments[at], *fact.arguments[at]);
-        const bool better = syntax::keeps_least(p.aggregate) ? order <= 0 : order >= 0;
-        node(i).note = better ? fmt::format("{} holds, and {} keeps it", text, word) : fmt::format("{} holds", text);
-        return better;
+        if (syntax::keeps_least(p.aggregate) ? order <= 0 : order >= 0)
+            return Instead{fmt::format("{} holds, and {} keeps it", text, word), true};
+        return Instead{fmt::format("{} holds", text), false};
+    }
+    // The fact with the group that this way to satisfy a body gives it.
+    Known in_its_group(const Known& fact, const check::Atom& head, const Solution& solution, const Bound& bound) {
+        const check::Predicate& p = e_.predicate(fact.predicate);
+        Known out = fact;
+        Values values = solution.values;
+        const std::size_t end = p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at + 1;
+        for (std::size_t a = 1; a < end; ++a) {
+            bool known = !out.arguments[a - 1];
+            check::each_free_use(head.arguments[a], [&](const check::Term& t) { known = known && bound[t.variable.index()]; });
+            if (!known || !cannot(e_.checked(), head.arguments[a]).empty()) continue;
+            const Value v = e_.terms().value_as(head.arguments[a], p.arguments[a].type, values);
+            if (e_.terms().scratch.went_well()) out.arguments[a - 1] = e_.keep(p.arguments[a].type, v);
+        }
+        return out;
     }
 
     // ---- rules
@@ -161,23 +184,44 @@ class WhyNot {
         Attempt best;
         std::optional<Known> missing;
         const auto further = [&](const Attempt& attempt) { missing = note_attempt(*fitted, attempt, way); };
-        std::optional<u32> least;
-        const Result<bool> done = e_.search(*fitted, {.best = &best, .further = further}, [&](const Solution& solution) {
-            const u32 rank = rank_of(fact, *fitted, solution);
-            if (!least || rank < *least) least = rank;
-            return true;
-        });
+        Offers offers;
+        Result<bool> done = offered(fact, head, *fitted, {.best = &best, .further = further}, offers);
         if (!done) return tl::unexpected<Error>(done.error());
         if (missing) way.parts.back().node = add(*missing, facts_[i].depth + 1);
-        if (least)
-            way.note = of_results ? "its body is met; results of aggregates in its head were not checked" : met_and_yet(rule, fact, *least);
+        if (!offers.facts.empty()) {
+            if (!rule.linear) done = offered(fact, head, *fitted, {.spread = true}, offers);
+            if (!done) return tl::unexpected<Error>(done.error());
+            Result<std::string> yet = met_and_yet(rule, head, offers, of_results);
+            if (!yet) return tl::unexpected<Error>(yet.error());
+            way.note = std::move(*yet);
+        } else if (!offers.instead.empty()) {
+            way.note = "its body is met, and " + offers.instead;
+        }
         node(i).ways.push_back(std::move(way));
         return {};
+    }
+    // What a rule gives, where something is left open; or what holds instead of all of it.
+    struct Offers {
+        std::map<std::string, Known> facts = {};
+        std::string instead = {};
+    };
+    Result<bool> offered(const Known& fact, const check::Atom& head, const Fitted& fitted, const Explainer::Search& search, Offers& out) {
+        const Bound bound = bound_by(fitted);
+        return e_.search(fitted, search, [&](const Solution& solution) {
+            Known one = fact.whole() ? fact : in_its_group(fact, head, solution, bound);
+            const std::optional<Instead> other = fact.whole() ? std::nullopt : instead_of(one);
+            if (other && other->for_good)
+                out.instead = other->text;
+            else if (out.facts.size() < kMostOffers)
+                out.facts.try_emplace(e_.text(one), one);
+            return true;
+        });
     }
 
     // The parts that can be met together, and the one that then cannot; the fact that is not there, if it is that.
     std::optional<Known> note_attempt(const Fitted& fitted, const Attempt& attempt, Way& way) {
         way.parts.clear();
+        way.with = e_.with(fitted, attempt.values, attempt.bound);
         const Rule named = e_.named(fitted, attempt.values, attempt.bound);
         const auto own = [&](const Clause* c) { return static_cast<std::size_t>(c - fitted.body.data()) < fitted.own; };
         for (const Clause* c : attempt.met) {
@@ -229,6 +273,50 @@ class WhyNot {
 
     // ---- a body that is met, and the fact is not there
 
+    Result<std::string> met_and_yet(const Rule& rule, const check::Atom& head, const Offers& offers, bool of_results) {
+        if (of_results) return "its body is met; results of aggregates in its head were not checked";
+        if (rule.initial_fact) return "it is given once, in the first tick";
+        if (rule.linear) return "its body is met, and it fires in the next tick, if no other rule takes its facts";
+        for (const auto& [text, fact] : offers.facts) {
+            const Result<std::set<u64>> silent = silent_neighbours(fact);
+            if (!silent) return tl::unexpected<Error>(silent.error());
+            if (!silent->empty()) return fmt::format("its body is met, and it waits for what comes from @{}", fmt::join(*silent, ", @"));
+        }
+        if (!rule.heads.empty() && rule.heads[0].delay.op != check::Op::Anonymous) return "its body is met, but not for long enough yet";
+        for (const auto& [text, fact] : offers.facts) {
+            Result<std::string> quarantine = quarantine_of(rule, head, fact);
+            if (!quarantine || !quarantine->empty()) return quarantine;
+        }
+        return "its body is met now, and was not when the catom read it; it is read again in the next tick";
+    }
+    // Empty: it is in none.
+    Result<std::string> quarantine_of(const Rule& rule, const check::Atom& head, const Known& fact) {
+        const std::optional<Tombstone> lost = loss_of(fact);
+        const std::optional<Fitted> fitted = lost ? e_.fit(rule, head, fact, true) : std::nullopt;
+        if (!fitted) return "";
+        // What the catom has read may have come of other facts than there are now, with other ranks.
+        for (const bool spread : {false, true}) {
+            const auto rank = least_rank(fact, *fitted, {.spread = spread, .recursion = e_.recursion_of(fact.predicate)});
+            if (!rank) return tl::unexpected<Error>(rank.error());
+            const i64 ready = *rank ? trusted_from(&*lost, **rank, e_.states().latency) : 0;
+            if (ready > e_.states().tick)
+                return fmt::format("its body is met, and in quarantine until tick {}: rank {} against a loss of rank {} in tick {}", ready,
+                                   **rank, lost->least_rank, lost->time);
+        }
+        return "";
+    }
+
+    // The rank that the fact would have by the body; nothing: it is not met.
+    Result<std::optional<u32>> least_rank(const Known& fact, const Fitted& fitted, const Explainer::Search& search) {
+        std::optional<u32> least;
+        const Result<bool> done = e_.search(fitted, search, [&](const Solution& solution) {
+            const u32 rank = rank_of(fact, fitted, solution);
+            if (!least || rank < *least) least = rank;
+            return true;
+        });
+        if (!done) return tl::unexpected<Error>(done.error());
+        return least;
+    }
     u32 rank_of(const Known& head, const Fitted& fitted, const Solution& solution) const {
         const check::Stratum* const recursion = e_.recursion_of(head.predicate);
         u32 rank = 0;
@@ -239,17 +327,28 @@ class WhyNot {
         return rank + 1;
     }
 
-    std::string met_and_yet(const Rule& rule, const Known& fact, u32 rank) {
-        if (rule.initial_fact) return "it is given once, in the first tick";
-        if (rule.linear) return "its body is met, and it fires in the next tick, if no other rule takes its facts";
-        if (!rule.heads.empty() && rule.heads[0].delay.op != check::Op::Anonymous) return "its body is met, but not for long enough yet";
-        if (const std::optional<Tombstone> lost = loss_of(fact)) {
-            const i64 ready = trusted_from(&*lost, rank, e_.states().latency);
-            if (ready > e_.states().tick)
-                return fmt::format("its body is met, and in quarantine until tick {}: rank {} against a loss of rank {} in tick {}", ready,
-                                   rank, lost->least_rank, lost->time);
+    // A group may need what all neighbours over a link contribute: those of which it has read nothing.
+    Result<std::set<u64>> silent_neighbours(const Known& fact) {
+        const check::Predicate& p = e_.predicate(fact.predicate);
+        std::set<u64> silent;
+        if (!p.complete_link.valid()) return silent;
+        e_.facts(0).each(e_.program().source(p.complete_link), [&](const Fact& link) {
+            const u64 from = link.catom, to = link.arguments[0].catom;
+            if ((p.complete_outgoing ? from : to) == *fact.catom) silent.insert(p.complete_outgoing ? to : from);
+            return true;
+        });
+        Known group = fact;
+        for (std::size_t a = p.aggregate_at - 1; a < group.arguments.size(); ++a) group.arguments[a].reset();
+        for (const Rule* rule : e_.views(fact.predicate)) {
+            const std::optional<Fitted> fitted = e_.fit(*rule, rule->heads[0].atom, group, false);
+            if (!fitted || !e_.cannot(fitted->body).empty()) continue;
+            const Result<bool> done = e_.search(*fitted, {.spread = true}, [&](const Solution& solution) {
+                for (const check::VariableId v : rule->contributors) silent.erase(solution.values[v.index()].catom);
+                return true;
+            });
+            if (!done) return tl::unexpected<Error>(done.error());
         }
-        return "its body is met now, and was not when the catom read it; it is read again in the next tick";
+        return silent;
     }
 
     std::optional<Tombstone> loss_of(const Known& fact) {

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "generate.h"
+#include "inquiry.h"
 #include "isolated.h"
 #include "run.h"
 #include "shrink.h"
@@ -28,6 +29,7 @@ struct Options {
     std::string out = "random_failures";
     std::string replay, show;
     bool keep_going = false;
+    int why = 0;  // Ask so many times at random ticks, instead of comparing the run.
 };
 
 // All settings a trial is run in besides the plain one; each trial of a seed takes another few of them.
@@ -46,8 +48,12 @@ struct Verdict {
     std::string trouble = {};
     Trial trial = {};
     Tally tally = {};
+    InquiryTally asked = {};
     std::uint64_t tried = 0, kept = 0, rules = 0;
 };
+
+// Worlds of one program are asked on so many processes, one after the other.
+int processes_of(std::uint64_t seed) { return 1 + static_cast<int>((seed / 1000 + seed % 1000) % 4); }
 
 // One seed: a program, and several worlds.
 Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) {
@@ -70,6 +76,11 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
     }
     for (std::uint64_t w = 0; w < options.worlds; ++w) {
         v.trial = trial_of(made.draft, seed, w);
+        if (options.why > 0) {
+            v.trouble = trouble_of_inquiries(v.trial, *program, info_of(*module), processes_of(v.trial.world.seed), options.why, v.asked);
+            if (v.trouble.empty()) continue;
+            return v;
+        }
         const Outcome alone = run(v.trial, *program, info_of(*module), {}, Watch::Reference);
         v.tally.add(alone.tally);
         v.trouble = alone.trouble;
@@ -92,17 +103,24 @@ Level level_of(std::uint64_t seed, const Options& options) {
 // A verdict as text, out of a child process and into its parent. The trial is made again from seed and world.
 std::string encode(const Verdict& v) {
     const Tally& t = v.tally;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept, v.rules, v.trial.world.seed % 1000, t.facts,
-                       t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.undefined, t.errors, t.questions, t.rows, t.told, t.too_large,
-                       v.trouble);
+    const InquiryTally& a = v.asked;
+    const Judged& j = a.judged;
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}\n{}", v.tried, v.kept,
+                       v.rules, v.trial.world.seed % 1000, t.facts, t.tick_facts, t.lost, t.linear, t.quiet, t.ticks, t.undefined, t.errors,
+                       t.questions, t.rows, t.told, t.too_large, a.why, a.why_not, a.queries, a.rows, a.falsified, j.nodes, j.ways, j.parts,
+                       j.unranked, j.unknown, j.combined, j.made, j.quarantines, v.trouble);
 }
 Verdict decode(const std::string& text, std::uint64_t seed) {
     Verdict v;
     std::istringstream in(text);
     std::uint64_t world = 0;
     Tally& t = v.tally;
-    if (text.starts_with("crash") || !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >>
-                                       t.quiet >> t.ticks >> t.undefined >> t.errors >> t.questions >> t.rows >> t.told >> t.too_large))
+    InquiryTally& a = v.asked;
+    Judged& j = a.judged;
+    if (text.starts_with("crash") ||
+        !(in >> v.tried >> v.kept >> v.rules >> world >> t.facts >> t.tick_facts >> t.lost >> t.linear >> t.quiet >> t.ticks >>
+          t.undefined >> t.errors >> t.questions >> t.rows >> t.told >> t.too_large >> a.why >> a.why_not >> a.queries >> a.rows >>
+          a.falsified >> j.nodes >> j.ways >> j.parts >> j.unranked >> j.unknown >> j.combined >> j.made >> j.quarantines))
         v.trouble = text;
     else
         v.trouble = text.substr(text.find('\n') + 1);
@@ -110,12 +128,25 @@ Verdict decode(const std::string& text, std::uint64_t seed) {
     return v;
 }
 
+// What the trial shows, in the way that the options ask for.
+std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, const Options& options) {
+    if (options.why == 0) return trouble_of(trial, workshop, settings);
+    const std::string text = print(trial.draft);
+    const Result<check::Program> program = checked(text);
+    if (!program) return "refused: " + program.error().message();
+    const Result<Module> module = workshop.module(text);
+    if (!module) return "not compiled: " + module.error().message();
+    InquiryTally ignored;
+    return trouble_of_inquiries(trial, *program, info_of(*module), processes_of(trial.world.seed), options.why, ignored);
+}
+
 Trial make_small(const Trial& trial, const std::string& trouble, const Options& options, Workshop& workshop) {
     const std::string kind = kind_of(trouble);
     std::vector<Setting> settings;
     if (kind == "states differ" || kind == "answers differ" || kind == "crash") settings = kSettings;
     return shrink(
-        trial, [&](const Trial& less) { return kind_of(isolated([&] { return trouble_of(less, workshop, settings); }, 30)) == kind; },
+        trial,
+        [&](const Trial& less) { return kind_of(isolated([&] { return trouble_of(less, workshop, settings, options); }, 30)) == kind; },
         options.shrink_attempts);
 }
 
@@ -123,7 +154,7 @@ void report(const Verdict& v, std::uint64_t seed, const Options& options, Worksh
     fmt::print("seed {}: {}\n", seed, v.trouble);
     std::fflush(stdout);
     const Trial small = make_small(v.trial, v.trouble, options, workshop);
-    const std::string text = print(small), now = isolated([&] { return trouble_of(small, workshop, kSettings); }, 60);
+    const std::string text = print(small), now = isolated([&] { return trouble_of(small, workshop, kSettings, options); }, 60);
     std::filesystem::create_directories(options.out);
     const std::string path = fmt::format("{}/seed_{}.meld", options.out, seed);
     std::ofstream(path) << text;
@@ -143,7 +174,7 @@ int replay(const Options& options) {
     std::string trouble;
     for (const Level level : {Level::Shipped, Level::Quick}) {
         Workshop workshop(level);
-        if (trouble.empty()) trouble = isolated([&] { return trouble_of(*trial, workshop, kSettings); });
+        if (trouble.empty()) trouble = isolated([&] { return trouble_of(*trial, workshop, kSettings, options); });
     }
     fmt::print("{}\n", trouble.empty() ? "no difference" : trouble);
     return trouble.empty() ? 0 : 1;
@@ -152,9 +183,11 @@ int replay(const Options& options) {
 // What all jobs together have done.
 struct Sum {
     Tally tally = {};
+    InquiryTally asked = {};
     std::uint64_t done = 0, failures = 0, tried = 0, kept = 0, rules = 0;
     void add(const Sum& other) {
         tally.add(other.tally);
+        asked.add(other.asked);
         done += other.done;
         failures += other.failures;
         tried += other.tried;
@@ -165,7 +198,7 @@ struct Sum {
 // Out of a job into its parent.
 std::string encode(const Sum& s) {
     return fmt::format("{} {} {}", s.done, s.failures,
-                       encode(Verdict{.tally = s.tally, .tried = s.tried, .kept = s.kept, .rules = s.rules}));
+                       encode(Verdict{.tally = s.tally, .asked = s.asked, .tried = s.tried, .kept = s.kept, .rules = s.rules}));
 }
 Sum decode(const std::string& text) {
     Sum s;
@@ -175,6 +208,7 @@ Sum decode(const std::string& text) {
     std::getline(in, rest);
     const Verdict v = decode(rest + "\n", 0);
     s.tally = v.tally;
+    s.asked = v.asked;
     s.tried = v.tried;
     s.kept = v.kept;
     s.rules = v.rules;
@@ -195,12 +229,34 @@ Sum work(const Options& options, std::atomic<std::uint64_t>& next) {
         const std::uint64_t seed = options.first + number;
         workshop.level = level_of(seed, options);
         const Verdict v = decode(isolated([&] { return encode(examine(seed, options, workshop)); }), seed);
-        sum.add({.tally = v.tally, .done = 1, .failures = !v.trouble.empty(), .tried = v.tried, .kept = v.kept, .rules = v.rules});
+        sum.add({.tally = v.tally,
+                 .asked = v.asked,
+                 .done = 1,
+                 .failures = !v.trouble.empty(),
+                 .tried = v.tried,
+                 .kept = v.kept,
+                 .rules = v.rules});
         if (v.trouble.empty()) continue;
         if (!options.keep_going) next = options.seeds;
         report(v, seed, options, workshop);
     }
     return sum;
+}
+
+int tell_asked(const Sum& sum, const Options& options) {
+    const InquiryTally& a = sum.asked;
+    const Judged& j = a.judged;
+    fmt::print(
+        "{} programs with {} rules, {} worlds each, on 1 to 4 processes, at random ticks: {} facts explained, and why {} others do not "
+        "hold: "
+        "{} facts of answers judged, {} ways and {} parts; {} combined, {} made by linear rules, {} quarantines; ranks did not say what "
+        "{} rest on; {} rest on what no state tells; {} falsified answers were refused; {} queries answered with {} rows; {} failures\n",
+        sum.done, sum.rules, options.worlds, a.why, a.why_not, j.nodes, j.ways, j.parts, j.combined, j.made, j.quarantines, j.unranked,
+        j.unknown, a.falsified, a.queries, a.rows, sum.failures);
+    // Only where a rule of a recursion asks for a value beyond a bound.
+    const bool too_often = j.unranked * 100 > j.nodes;
+    if (too_often) fmt::print("ranks should nearly always say what a fact rests on\n");
+    return sum.failures > 0 || too_often;
 }
 
 int run_seeds(const Options& options) {
@@ -215,6 +271,7 @@ int run_seeds(const Options& options) {
         if (answer.starts_with("crash")) fmt::print("{}\n", answer);
         sum.add(decode(answer));
     }
+    if (options.why > 0) return tell_asked(sum, options);
     const Tally& t = sum.tally;
     fmt::print(
         "{} programs with {} rules ({} of {} blocks kept), {} worlds each: {} bursts came to rest, {} facts compared, {} of them lost "
@@ -245,6 +302,7 @@ int main(int argc, char** argv) {
     app.add_option("--replay", options.replay, "Run a written trial again");
     app.add_option("--show", shown, "Print the trial of a seed");
     app.add_option("--shrink-attempts", options.shrink_attempts, "How long to look for a smaller trial");
+    app.add_option("--why", options.why, "Ask each run N times at random ticks why facts hold and why not, and judge the answers");
     app.add_flag("--keep-going", options.keep_going, "Do not stop at the first failure");
     CLI11_PARSE(app, argc, argv);
     if (shown != 0) return show(shown);

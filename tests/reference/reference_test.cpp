@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "generate.h"
+#include "inquiry.h"
 #include "isolated.h"
 #include "model.h"
 #include "run.h"
@@ -122,6 +123,46 @@ TEST(Tester, FindsNoDifferenceWhereThereIsNone) {
                               retraction::make_case(seed, {source()})};
             EXPECT_EQ(trouble_of(trial, workshop, {{3, 1}, {2, 2}}), "");
         }
+}
+
+TEST(Judge, AcceptsAnswersAndRefusesFalsifiedOnes) {
+    Workshop workshop;
+    for (const char* text : {kProgram, kMoreProgram}) {
+        const Result<check::Program> program = checked(text);
+        const Result<Module> module = workshop.module(text);
+        ASSERT_TRUE(program && module);
+        InquiryTally tally;
+        for (const int processes : {1, 2, 3, 4}) {
+            const Trial trial{{.declarations = {}, .rules = {}, .text = text, .given = {source()}},
+                              retraction::make_case(static_cast<std::uint64_t>(processes), {source()})};
+            EXPECT_EQ(trouble_of_inquiries(trial, *program, info_of(*module), processes, 8, tally), "");
+        }
+        EXPECT_GT(tally.falsified, 20u);
+        EXPECT_GT(tally.judged.combined, 0u);
+        EXPECT_GT(tally.judged.made, 0u);
+    }
+}
+
+// One answer, falsified in many ways: whichever it is, it is noticed.
+TEST(Judge, NoticesEveryWayToFalsify) {
+    Workshop workshop;
+    const Result<check::Program> program = checked(kProgram);
+    const Result<Module> module = workshop.module(kProgram);
+    ASSERT_TRUE(program && module);
+    const Trial trial{{.declarations = {}, .rules = {}, .text = kProgram, .given = {source()}}, retraction::make_case(3, {source()})};
+    const Inquiries inquiries = inquire(trial, *program, info_of(*module), 1, 6);
+    retraction::Random random(1);
+    std::set<std::string> kinds;
+    for (const Inquiry& i : inquiries.all)
+        for (int n = 0; n < 40; ++n) {
+            Inquiry changed = i;
+            const std::string how = falsify(random, changed);
+            if (how.empty()) continue;
+            kinds.insert(how.substr(0, how.find(' ')));
+            Judged ignored;
+            EXPECT_NE(judge(*inquiries.past, changed, ignored), "") << i.asked.fact << ": " << how << "\n" << changed.answer.dump(1);
+        }
+    for (const char* kind : {"without", "another", "line", "the", "rank"}) EXPECT_TRUE(kinds.contains(kind)) << kind;
 }
 
 TEST(Tester, SaysWhatDoesNotCompile) {

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "found.h"
 #include "model.h"
 #include "questions.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/inspect/query.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/core/tick.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/tuple/values.h"
 #include "runtime/world/target.h"
 #include "tests/retraction/changes.h"
 #include "ticks.h"
@@ -27,43 +26,6 @@ namespace {
 
 // More than any trial needs to quiesce. With linear rules some never do.
 constexpr int kPatience = 2000, kLinearPatience = 50;
-
-// The runtime's facts of predicates that users see.
-struct Found {
-    Facts facts;
-    std::vector<Bag> linear;
-};
-
-Value value_at(tuple::Type type, meld::Value v) {
-    if (type.kind() == ValueType::String)
-        return {v.list == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(v.list->items), v.list->count)};
-    if (!type.compound()) return type.kind() == ValueType::Float ? value_of(v.real) : value_of(v.integer);
-    Values items;
-    for (std::size_t i = 0; i < tuple::length(v.list); ++i) items.push_back(value_at(type.item(i), tuple::item(v.list, i)));
-    return value_of(std::move(items));
-}
-
-Found collect(sim::Subdomain& subdomain, const check::Program& program) {
-    Found found{Facts(program.predicates.count()), std::vector<Bag>(program.predicates.count())};
-    for (const PredicateId id : program.predicates.ids()) {
-        const check::Predicate& p = program.predicates[id];
-        const std::optional<u32> index = tuple::find_predicate(subdomain.module, p.name, p.arguments.size() - 1);
-        if (!index || subdomain.module.predicates[*index].column == kNone16) continue;
-        const PredicateInfo& info = subdomain.module.predicates[*index];
-        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
-            if (!subdomain.owned(c)) continue;
-            tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *index, c, [&](const meld::Value* v) {
-                Row row{value_of(static_cast<std::int64_t>(subdomain.ensemble.id(c)))};
-                for (u32 i = 0; i < info.arity; ++i) row.push_back(value_at(tuple::type_of(subdomain.module, info.fields[i]), v[i]));
-                if (p.linear())
-                    found.linear[id.index()].insert(row);
-                else
-                    found.facts[id.index()].insert(row);
-            });
-        }
-    }
-    return found;
-}
 
 // At most this many of each kind are reported.
 constexpr int kMaxShown = 12;

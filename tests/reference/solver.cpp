@@ -271,6 +271,7 @@ std::optional<Value> Solver::value(const Term& term, const Environment& env) {
 std::vector<Row> Solver::candidates(const Atom& atom, const Environment& env) const {
     const check::Predicate& p = program_.predicates[atom.predicate];
     const std::optional<Value> place = env[atom.arguments[0].variable.index()];
+    if (sight_.rows) return sight_.rows(atom, place);
     if (is_neighbor(p)) return linked(atom, place, env);
     const std::size_t index = atom.predicate.index();
     std::vector<Row> rows;

@@ -22,6 +22,8 @@ struct Sight {
     const Facts* before = nullptr;             // Persistent ones as they were before this tick; null: as they are.
     const Links* links_before = nullptr;       // What neighbours tell of their links, which is as late as all they tell;
     check::VariableId site = {};               // links that do not begin or end here.
+    // Instead of all this: what an atom of the body may match, at a catom or, if none is known, anywhere.
+    std::function<std::vector<Row>(const check::Atom& atom, const std::optional<Value>& place)> rows = {};
 };
 
 class Solver {

@@ -19,6 +19,8 @@ std::string print(const check::Type& type, const Value& value) {
         std::string text;
         for (std::size_t i = 0; i < value.items().size(); ++i)
             text += (i ? ", " : "") + print(type.parts.empty() ? check::Type::Float : type.parts[fields ? i : 0], value.items()[i]);
+        if (type.kind == Kind::Vec3) return "vec3(" + text + ")";
+        if (type.kind == Kind::Set) return "{" + text + "}";
         return (type.kind == Kind::Struct ? ":(" : fields ? "(" : "[") + text + (fields ? ")" : "]");
     }
     if (type == check::Type::Bool) return value.truth() ? "true" : "false";
