@@ -171,7 +171,7 @@ Result<Command> read_help(const Entry&, const Words& words);
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
-constexpr std::array<Entry, 27> kCommands = {{
+constexpr std::array<Entry, 29> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
