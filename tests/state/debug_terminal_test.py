@@ -58,6 +58,12 @@ class AtATerminal(DebugTest):
         before, _, self.shown = self.shown.partition(text)
         return before
 
+    def edits(self, prompt="> "):
+        """The prompt is there, and what is typed is the editor's."""
+        shown = self.expect(prompt)
+        self.wait_for(lambda: not termios.tcgetattr(self.terminal)[3] & termios.ICANON, seconds=20)
+        return shown
+
     def rest(self):
         """What it shows until it ends."""
         shown, self.shown = self.shown, ""
@@ -185,7 +191,7 @@ class AtATerminal(DebugTest):
         for typed, tick in (("sep 9" + 4 * self.LEFT + "t", 9), (self.UP, 18), ("back 3", 15), (2 * self.UP + self.DOWN, 12),
                             ("xback 12" + self.HOME + self.DELETE, 0), ("step 4 nonsense" + 9 * "\x7f", 4), ("4" + self.HOME + "step ", 8),
                             ("st\0ep", 9), ("stäp" + self.LEFT + "\x7fe", 10), ("\x12ck 3", 7)):
-            self.expect("> ")
+            self.edits("> ")
             self.say(typed + "\n")
             self.expect(f"tick {tick}\r\n")
         self.say("quit\n")
@@ -197,11 +203,11 @@ class AtATerminal(DebugTest):
                              ("query dist(@796\t, D)", ["7969", "no rows"]), ("break 1\t", ["1: break 1"]),
                              ("break grad\t10 if so\tA)", ["2: break gradient.meld:10 if source(A)"]),
                              ("help save-e\t", ["save-events"]), ("why --d\t1 dist(@0\t, 0)", ["dist(@0, 0)"])):
-            self.expect("> ")
+            self.edits("> ")
             self.say(typed + "\n")
             for text in shows:
                 self.expect(text)
-        self.expect("> ")
+        self.edits("> ")
         self.say("wh\t")
         self.assertEqual(self.expect("tick 2> wh").split("\n")[1].split(), ["where", "why", "why-not"])
         self.say("y dist(@7\t")
@@ -232,7 +238,7 @@ class AtATerminal(DebugTest):
             self.assertEqual((self.folder / self.HISTORY).parent.joinpath(path).resolve().stat().st_mode & 0o777, 0o700)
         self.assertEqual((self.folder / self.HISTORY).stat().st_mode & 0o777, 0o600)
         self.start(GRADIENT)
-        self.expect("> ")
+        self.edits("> ")
         self.say(3 * self.UP + "0\n")
         self.expect("tick 30\r\n")
         self.say("\x04")
@@ -261,20 +267,20 @@ class AtATerminal(DebugTest):
 
     def test_ctrl_c_and_ctrl_d_while_a_line_is_edited(self):
         self.start(GRADIENT)
-        self.expect("tick 0> ")
+        self.edits("tick 0> ")
         self.say("step 5\x03")
-        self.expect("tick 0> ")
+        self.edits("tick 0> ")
         self.say("step 3" + self.LEFT + "\x04" + "2\n")
         self.expect("tick 2\r\n")
-        self.expect("tick 2> ")
+        self.edits("tick 2> ")
         self.say("\x04")
         self.ends(0)
 
     def test_the_terminal_changes_its_size(self):
         self.start(GRADIENT)
-        self.expect("tick 0> ")
+        self.edits("tick 0> ")
         self.say("to 3\n")
-        self.expect("tick 3> ")
+        self.edits("tick 3> ")
         text = "query dist(A, 1), dist(B, 0), A <> B"
         for columns, whole in ((30, False), (120, True)):
             self.resize(columns)
@@ -285,7 +291,7 @@ class AtATerminal(DebugTest):
             self.assertEqual(text in shown, whole, shown)
             self.say("\n")
             self.expect("3 rows")
-            self.expect("> ")
+            self.edits("> ")
         self.say("\x04")
         self.ends(0)
 
