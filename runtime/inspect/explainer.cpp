@@ -208,6 +208,16 @@ class WithFronts : public Facts {
     const std::map<u32, u32>& fronts_;
 };
 
+// What a catom has read of others before the first tick: no catom had told anything.
+class NoFacts : public Facts {
+  public:
+    bool at(const Source&, u64, const Visit&) override { return true; }
+    bool each(const Source&, const Visit&) override { return true; }
+    bool back(const Source&, u64, const Visit&) override { return true; }
+    bool exists(u64) override { return false; }
+    std::optional<Tombstone> loss(const Source&, u64, u64) override { return std::nullopt; }
+};
+
 }  // namespace
 
 Explainer::Explainer(const Program& program, const States& states, Terms& terms)
@@ -261,14 +271,22 @@ std::size_t Explainer::age_of(const Fitted& fitted, const Clause& clause, bool s
     return link ? std::min(here, of(clause.atom.arguments[1])) : here;
 }
 
+bool Explainer::told_nothing(std::size_t age) const { return states_.first_tick == 0 && states_.tick <= static_cast<i64>(age); }
+
 Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const Solver::Found& found) {
     std::size_t oldest = how.age;
     std::map<const Clause*, std::size_t> ages;
+    static NoFacts nothing;
+    std::set<const Clause*> unread;
     const auto look = [&](const auto& self, const std::vector<Clause>& body) -> void {
         for (const Clause& c : body) {
             if (c.kind == Clause::Kind::Atom) {
-                const std::size_t linear = how.linear_before ? linear_age(c) : 0;
-                oldest = std::max(oldest, ages[&c] = how.age + std::max(linear, age_of(fitted, c, how.spread)));
+                const std::size_t away = age_of(fitted, c, how.spread);
+                ages[&c] = how.age + std::max(away, how.linear_before ? linear_age(c) : 0);
+                if (away > 0 && told_nothing(ages[&c]))
+                    unread.insert(&c);
+                else
+                    oldest = std::max(oldest, ages[&c]);
             }
             self(self, c.inner);
         }
@@ -283,6 +301,7 @@ Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const So
         return false;
     }
     const SearchOptions options{.allowed = how.allowed, .best = how.best, .further = how.further, .from = [&](const Clause& c) -> Facts& {
+                                    if (unread.contains(&c)) return nothing;
                                     const std::size_t age = ages.at(&c);
                                     if (asks_existence(fitted, c, how.recursion)) return *groups_[age];
                                     const bool front = how.recursion != nullptr && how.recursion->contains(c.atom.predicate);
@@ -295,7 +314,10 @@ Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const So
 
 Result<void> Explainer::search_part(const Fitted& fitted, const std::vector<Clause>& part, Values values, Bound bound, const Search& how,
                                     const Solver::Found& found) {
+    static NoFacts nothing;
     const SearchOptions options{.from = [&](const Clause& c) -> Facts& {
+        const std::size_t away = age_of(fitted, c, how.spread);
+        if (away > 0 && told_nothing(how.age + away)) return nothing;
         return facts(std::min(how.age + age_of(fitted, c, how.spread), states_.facts.size() - 1));
     }};
     bound.resize(fitted.rule.variables.count());

@@ -115,6 +115,8 @@ class Explainer {
 
   private:
     void find_fronts();
+    // Whether it is before the first tick, so that no catom has told others anything.
+    bool told_nothing(std::size_t age) const;
     std::map<check::VariableId, std::size_t> distances(const Fitted& fitted) const;
 
     const Program& program_;

@@ -295,6 +295,7 @@ class WhyNot {
         const std::optional<Fitted> fitted = lost ? e_.fit(rule, head, fact, true) : std::nullopt;
         if (!fitted) return "";
         // What the catom has read may have come of other facts than there are now, with other ranks.
+        bool read = false;
         for (const bool spread : {false, true}) {
             const auto rank = least_rank(fact, *fitted, {.spread = spread, .recursion = e_.recursion_of(fact.predicate)});
             if (!rank) return tl::unexpected<Error>(rank.error());
@@ -302,7 +303,11 @@ class WhyNot {
             if (ready > e_.states().tick)
                 return fmt::format("its body is met, and in quarantine until tick {}: rank {} against a loss of rank {} in tick {}", ready,
                                    **rank, lost->least_rank, lost->time);
+            read = rank->has_value();
         }
+        // The run may keep apart that there is a value beyond a bound, with ranks that are not known here.
+        if (read)
+            return fmt::format("its body is met, and still in quarantine after a loss of rank {} in tick {}", lost->least_rank, lost->time);
         return "";
     }
 

@@ -126,8 +126,9 @@ bool Bodies::solve(const Search& s, const std::function<bool(const Environment&)
             add(named->second);
             return out;
         }
-        const std::int64_t tick = s.when.tick - (s.when.spread ? s.ages.at(&atom) : 0);
-        if (!past_.has(tick)) return out;
+        const std::int64_t away = s.when.spread ? s.ages.at(&atom) : 0, tick = s.when.tick - away;
+        // Before the first tick no catom has told others anything.
+        if (!past_.has(tick) || (away > 0 && tick == 0)) return out;
         const Moment& then = past_.at(tick);
         if (place && is_link(past_.program().predicates[atom.predicate])) return by_port(then, atom, place->integer());
         add(then.facts[atom.predicate.index()]);

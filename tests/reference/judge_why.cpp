@@ -83,7 +83,7 @@ class WhyJudge {
         const bool replaced = says(n.note, kReplaced);
         const bool there = Past::any(now.facts, fact);
         if (replaced ? there || !Past::any(now.fronts, fact) : !there) return fails("it does not hold");
-        if (p.world != check::WorldSource::None) return (n.is == "sensed" && n.ways.empty()) || fails("it is sensed");
+        if (p.world != check::WorldSource::None || p.sensed) return (n.is == "sensed" && n.ways.empty()) || fails("it is sensed");
         if (n.is == "made") return made(i);
         if (n.is == "combined") return combined(i);
         if (n.is == "given") return given(i);
@@ -116,7 +116,14 @@ class WhyJudge {
         ++judged_.unknown;
         const std::vector<HeadOf> heads = heads_of(program_, facts_[i].predicate, RuleKind::View);
         const bool hidden = std::ranges::any_of(heads, [](const HeadOf& h) { return beyond_states(h.clauses); });
-        return hidden || fails("it is explained by nothing: " + answer_.nodes[i].note);
+        // What linear rules of others make is there at the end of a tick, and is read in the next.
+        bool arrives = false;
+        for (const HeadOf& h : heads)
+            check::each_atom(h.clauses, [&](const check::Atom& a, bool) {
+                arrives = arrives || !heads_of(program_, a.predicate, RuleKind::Linear).empty();
+            });
+        return hidden || (arrives && says(answer_.nodes[i].note, "has changed since")) ||
+               fails("it is explained by nothing: " + answer_.nodes[i].note);
     }
     bool further(std::size_t i) {
         if (says(answer_.nodes[i].note, "it rests on facts of earlier ticks"))

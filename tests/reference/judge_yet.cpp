@@ -61,6 +61,8 @@ bool YetJudge::so(const Way& w, const HeadOf& h, const Pattern& fact) {
     if (w.note == "its body is met, but not for long enough yet") return too_short(h, fact);
     if (h.head->delay.op != Op::Anonymous) return fails("it says: " + w.note);
     if (says(w.note, " holds")) return others_hold(w, h, fact);
+    if (const auto lost = number_after(w.note, "its body is met, and still in quarantine after a loss of rank "))
+        return loses(fact, number_after(w.note, fmt::format("of rank {} in tick ", *lost)).value_or(0));
     if (const auto until = number_after(w.note, "in quarantine until tick ")) return quarantine(w, fact, *until);
     if (w.note != "its body is met now, and was not when the catom read it; it is read again in the next tick")
         return fails("it says: " + w.note);
@@ -161,6 +163,12 @@ bool YetJudge::quarantine(const Way& w, const Pattern& fact, std::int64_t until)
     if (until <= tick_ || *when > tick_ || *when < 1) return fails("this quarantine is over");
     // Of links that take one tick.
     if (until != *when + *rank - *lost + 2) return fails("the quarantine ends in another tick");
+    return loses(fact, *when);
+}
+
+// Whether the group has lost a value in this tick.
+bool YetJudge::loses(const Pattern& fact, std::int64_t when) {
+    if (when < 1 || when > tick_) return fails(fmt::format("it can have lost nothing in tick {}", when));
     const Predicate& p = program_.predicates[fact.predicate];
     Pattern group = fact;
     if (p.aggregate != check::Aggregate::None)
@@ -172,8 +180,8 @@ bool YetJudge::quarantine(const Way& w, const Pattern& fact, std::int64_t until)
                 if (group.fits(row)) out.insert(row);
         return out;
     };
-    const Rows before = all_at(*when - 1), then = all_at(*when);
-    return !std::ranges::includes(then, before) || fails(fmt::format("nothing was lost in tick {}", *when));
+    const Rows before = all_at(when - 1), then = all_at(when);
+    return !std::ranges::includes(then, before) || fails(fmt::format("nothing was lost in tick {}", when));
 }
 
 }  // namespace meld::reference

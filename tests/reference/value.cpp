@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+
 namespace meld::reference {
 
 bool Value::operator==(const Value& other) const { return is == other.is; }
@@ -10,7 +12,8 @@ std::partial_ordering Value::operator<=>(const Value& other) const { return is <
 std::string print(const check::Type& type, const Value& value) {
     using Kind = check::Type::Kind;
     if (value.is_real()) {
-        const std::string text = fmt::format("{}", value.real());
+        char buffer[40];
+        const std::string text(buffer, std::to_chars(buffer, buffer + sizeof buffer, value.real()).ptr);
         return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
     }
     if (value.is_text()) return "\"" + value.text() + "\"";

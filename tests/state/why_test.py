@@ -378,6 +378,16 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
         self.assertEqual(c, "its body is met, and c(@1, 1, 4) holds: its sum is of all that there is, as why tells")
         self.assertEqual(m, "its body is met, and m(@1, 1, 2) holds, and min keeps it")
 
+    def test_before_the_first_tick_nobody_has_told_anything(self):
+        """A sum over links has nothing in tick 1 of what neighbours give then."""
+        self.write("p.meld", "type has(node).\ntype gone(node).\ntype n(node, count int).\nhas(A).\nn(A, 1).\n"
+                             "n(A, 2) :- neighbor(A, B), has(B), not (neighbor(B, C), gone(C)).\n")
+        self.write("p.toml", self.LINE)
+        for tick, catom_0 in ((1, 1), (2, 2)):
+            _, why = self.ask("p.meld", "p.toml", [f"to {tick}", "why n(@0, _)"])
+            (node,) = why["nodes"][:1]
+            self.assertEqual((node["fact"], len(node["ways"]), node.get("note")), (f"n(@0, {catom_0})", catom_0, None))
+
     def test_a_better_value_has_not_lost(self):
         """While values spread, a neighbour's is better than what a catom has read."""
         program, where, last = CASES["leader"]
