@@ -1,6 +1,7 @@
 // The block engine in a snapshot: block by block, each with its bodies in their slots, whether it rests, and the batches of its contacts.
 // What decides when the next list is made is saved too, so lists are made in the same steps as without the snapshot.
 #include <algorithm>
+#include <ranges>
 
 #include "physics/block_engine.h"
 #include "physics/saved_bodies.h"
@@ -125,7 +126,10 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         blocks.emplace_back(block.key, block.count);
         for (std::uint32_t i = 0; i < block.count; ++i) order.push_back(block.first + i);
     }
-    bodies.permute(order, workers, blocks.size());
+    // Homes mostly come in order, so that nothing moves.
+    if (order.size() != bodies.count() ||
+        !std::ranges::equal(order, std::views::iota(std::uint32_t{0}, static_cast<std::uint32_t>(order.size()))))
+        bodies.permute(order, workers, blocks.size());
     grid_.restore(loading_.shape, blocks, workers);
     Contacts::add_motionless(bodies, blocks.size());
     states_.clear(), cages_.clear();

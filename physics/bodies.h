@@ -89,7 +89,10 @@ class Bodies {
 
     // The optional arrays are empty until first used, then as long as the others.
     void need_wrenches() { wrenches.resize(count()); }
-    void need_features() { features.resize(count()), energy.resize(count()); }
+    void need_features() {
+        features.reserve(properties.capacity()), energy.reserve(properties.capacity());
+        features.resize(count()), energy.resize(count());
+    }
 
     struct FeatureState {
         std::uint32_t on = 0;

@@ -79,10 +79,12 @@ def main():
                 disk.append(seconds_of_disk(folder, size))
             cost = {place: statistics.median(kept[place]) - statistics.median(plain) for place in kept}
             resumed = {place: statistics.median(again[place]) for place in again}
+            # Of runs one after the other, on whatever else the machine did.
+            ratio = statistics.median(went_on / made for went_on, made in zip(again[memory], setup))
             print(f"{side**3} catoms: checkpoint {cost[folder] * 1000:.0f} ms, in memory {cost[memory] * 1000:.0f} ms, the disk alone "
                   f"{statistics.median(disk) * 1000:.0f} ms; {size / side**3:.1f} bytes a catom, and {state:.1f} in the run; "
                   f"resumed in {resumed[folder] * 1000:.0f} ms, from memory {resumed[memory] * 1000:.0f} ms, "
-                  f"set up in {statistics.median(setup) * 1000:.0f} ms")
+                  f"set up in {statistics.median(setup) * 1000:.0f} ms; ratio {ratio:.2f}")
 
 
 if __name__ == "__main__":

@@ -96,9 +96,9 @@ DividedBodies::DividedBodies(Subdomain& subdomain, physics::Scene& scene, const 
         scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process());
 }
 
-Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<KeptHome>& ours) {
+Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<physics::SavedHome>& ours) {
     std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
-    for (const KeptHome& home : ours)
+    for (const physics::SavedHome& home : ours)
         for (const int holder : subdomain_->holders(physics::unpack(home.home)))
             physics::SavedHome{home.home, home.bodies, {}}.write(out[static_cast<std::size_t>(holder)]);
     Result<void> fine;

@@ -14,13 +14,6 @@
 
 namespace meld::sim {
 
-// A home of a snapshot (physics/scene/scene.h), kept until the scene is there.
-struct KeptHome {
-    physics::Home home = 0;
-    std::vector<std::byte> bodies = {}, contacts = {};
-    physics::SavedHome view() const { return {home, bodies, contacts}; }
-};
-
 // The place of a block of space on the curve by which processes divide it.
 world::BrickKey place_on_curve(physics::BlockCoordinates block);
 
@@ -31,7 +24,7 @@ class DividedBodies {
     // Of a run that goes on: space is divided as its catoms have been, and the scene is still empty.
     DividedBodies(Subdomain& subdomain, physics::Scene& scene, const partition::Partition& partition);
     // On every process, before Scene::loaded: our homes of a snapshot become ghosts of those who hold them, and theirs become ghosts here.
-    Result<void> load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<KeptHome>& ours);
+    Result<void> load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<physics::SavedHome>& ours);
     // After Scene::loaded.
     void loaded() { subdomain_->loaded(); }
 

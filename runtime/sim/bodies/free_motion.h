@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/buffer.h"
 #include "runtime/sim/bodies/body_actions.h"
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/contact_links.h"
@@ -48,7 +49,8 @@ class FreeMotion : public SimModule {
     };
     // What a snapshot has brought, until the scene is made of it.
     struct Loading {
-        std::vector<KeptHome> homes;
+        std::vector<physics::Buffer<std::byte>> bytes;  // Those of our homes.
+        std::vector<physics::SavedHome> homes;
         std::vector<std::vector<std::byte>> scenes;  // What the scene of each process has kept besides.
         std::vector<std::pair<Catom, world::Vec3>> positions, sensed;
     };

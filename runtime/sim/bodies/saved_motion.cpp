@@ -15,6 +15,9 @@ namespace meld::sim {
 
 namespace {
 
+// The bytes of several chunks are kept in one buffer.
+constexpr std::size_t kKept_bytes = std::size_t{32} << 20;
+
 bool same_bits(const world::Vec3& one, const world::Vec3& other) { return std::memcmp(&one, &other, sizeof one) == 0; }
 
 tl::unexpected<Error> damaged(const std::string& what) {
@@ -67,10 +70,22 @@ void FreeMotion::save_catoms(const Subdomain& subdomain, std::span<const Catom> 
 void FreeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) {
     load_some(in, catoms, loading_.positions);
     load_some(in, catoms, loading_.sensed);
+    // What points into a buffer stays where it is. Large ones are in huge pages.
+    const bool small = loading_.bytes.empty();  // Perhaps all there is.
+    if (small || loading_.bytes.back().capacity() - loading_.bytes.back().size() < in.left())
+        loading_.bytes.emplace_back().reserve(std::max(in.left(), small ? 0 : kKept_bytes));
+    physics::Buffer<std::byte>& kept = loading_.bytes.back();
+    const auto keep = [&](std::span<const std::byte> bytes) {
+        const std::size_t at = kept.size();
+        kept.resize(at + bytes.size());
+        if (!bytes.empty()) std::memcpy(kept.data() + at, bytes.data(), bytes.size());
+        return std::span<const std::byte>(kept).subspan(at);
+    };
     while (!in.done()) {
         const auto home = physics::SavedHome::read(in);
         if (subdomain.partition->owner(place_on_curve(physics::unpack(home.home))) != subdomain.comm.process()) continue;
-        loading_.homes.push_back({home.home, {home.bodies.begin(), home.bodies.end()}, {home.contacts.begin(), home.contacts.end()}});
+        const auto bodies = keep(home.bodies), contacts = keep(home.contacts);
+        loading_.homes.push_back({home.home, bodies, contacts});
     }
 }
 
@@ -136,15 +151,18 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     physics_ = std::move(*made);
     if (auto added = add_materials(physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
     tell_diameters(subdomain);
-    physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
+    // A home takes some room besides that of its bodies.
+    physics_.scene->reserve(subdomain.ensemble.owned_count() + loading_.homes.size(), subdomain.next_id());
     if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene, *subdomain.partition);
     for (const std::vector<std::byte>& kept : loading_.scenes) {
         ByteReader in(kept, "the scene of a snapshot", ByteReader::Origin::Outside);
         physics_.scene->load_rest(in);
         if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
-    for (const KeptHome& home : loading_.homes)
-        if (auto loaded = physics_.scene->load_home(home.view(), physics::Holds::Own); !loaded) return loaded;
+    // In the order in which the engine wants them.
+    std::ranges::sort(loading_.homes, {}, &physics::SavedHome::home);
+    for (const physics::SavedHome& home : loading_.homes)
+        if (auto loaded = physics_.scene->load_home(home, physics::Holds::Own); !loaded) return loaded;
     return {};
 }
 

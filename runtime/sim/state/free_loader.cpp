@@ -30,13 +30,15 @@ template <class Visit>
 Result<void> Loader::each_places(const Visit& visit) {
     std::size_t index = 0;
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const std::size_t at = index++;
+        if (at < free_places_.size()) return visit(at, free_places_[at]);
         const Result<BlockView> block = shares_.places(share, chunk, room_);
         if (!block) return tl::unexpected<Error>(block.error());
         ByteReader in = reader(*block, "the places of a snapshot");
-        const Result<FreePlaces> all = FreePlaces::read(in);
+        Result<FreePlaces> all = FreePlaces::read(in);
         if (!all) return tl::unexpected<Error>(all.error());
         if (auto whole = read_to_its_end(in, "its places"); !whole) return whole;
-        return visit(index++, *all);
+        return visit(at, subdomain_.alone() ? free_places_.emplace_back(std::move(*all)) : *all);
     });
 }
 
@@ -49,6 +51,7 @@ Result<void> Loader::count_homes(CountOf& count_of) {
 
 Result<void> Loader::add_freely() {
     Free free;
+    free.order.reserve(mine_), free.seats.reserve(mine_);
     Result<void> done = each_places([&](std::size_t chunk, const FreePlaces& all) -> Result<void> {
         free.here.emplace_back(all.ids().size());
         std::uint32_t at = 0;
@@ -65,6 +68,7 @@ Result<void> Loader::add_freely() {
     if (done) done = add_own(free);
     if (done && !subdomain_.alone()) done = add_ghosts(free);
     if (done) done = each_places([&](std::size_t chunk, const FreePlaces& all) { return link(all, free.here[chunk]); });
+    free_places_ = {};
     if (!done) return done;
     std::size_t index = 0;
     return each_chunk([&](std::size_t share, std::size_t) -> Result<void> {

@@ -152,16 +152,16 @@ Result<void> Loader::divide() {
     BrickCounts counts(count_of.begin(), count_of.end());
     std::sort(counts.begin(), counts.end());
     Setup(subdomain_).divide(counts);
-    std::size_t mine = 0, bricks = 0;
+    std::size_t bricks = 0;
     for (const auto& [key, count] : counts) {
         if (subdomain_.members_.partition->owner(key) != subdomain_.comm.process()) continue;
-        mine += count;
+        mine_ += count;
         ++bricks;
     }
     if (free)
-        subdomain_.members_.reserve_freely(0, subdomain_.alone() ? mine : mine + mine / 16);
+        subdomain_.members_.reserve_freely(0, subdomain_.alone() ? mine_ : mine_ + mine_ / 16);
     else
-        subdomain_.members_.ensemble.reserve(mine + mine / 64, bricks + bricks / 2 + 32);
+        subdomain_.members_.ensemble.reserve(mine_ + mine_ / 64, bricks + bricks / 2 + 32);
     return {};
 }
 

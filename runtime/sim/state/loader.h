@@ -105,8 +105,11 @@ class Loader {
     const Shares& shares_;
     Loads how_;
     Block room_;                             // For blocks that are read.
+    std::size_t mine_ = 0;                   // How many catoms are this process's.
     std::vector<std::vector<Found>> found_;  // By share and chunk.
-    std::vector<SimModule*> kept_by_;        // By the modules of the snapshot; none: nobody here reads that.
+    // By chunk of all shares. They are read several times; where there is no other process, all are here anyway, and read once.
+    std::vector<FreePlaces> free_places_;
+    std::vector<SimModule*> kept_by_;  // By the modules of the snapshot; none: nobody here reads that.
     std::optional<TakeOver> take_over_;
     TakenOver taken_over_;
 };

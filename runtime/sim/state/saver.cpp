@@ -49,12 +49,14 @@ Result<void> Saver::save_homes(ShareSink& sink) const {
     std::sort(all.begin(), all.end());
     std::vector<Catom> catoms;
     std::vector<world::BrickKey> homes;
+    // A body has ten times the bytes of a catom on a lattice, and a block should fit into the cache and into memory that is used again.
+    const std::size_t most = std::min<std::size_t>(sink.chunk_catoms(), kMostBodiesOfAChunk);
     ByteWriter places, held;
     for (std::size_t i = 0; i < all.size(); ++i) {
         homes.push_back(all[i].first);
         catoms.push_back(all[i].second);
         const bool last = i + 1 == all.size();
-        if (!last && (catoms.size() < sink.chunk_catoms() || all[i + 1].first == homes.back())) continue;
+        if (!last && (catoms.size() < most || all[i + 1].first == homes.back())) continue;
         places.clear(), held.clear();
         FreePlaces::save(subdomain_.ensemble, catoms, homes, places);
         state(catoms, held);

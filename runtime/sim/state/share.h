@@ -16,7 +16,7 @@ using Block = std::vector<std::byte>;
 using BlockView = std::span<const std::byte>;
 
 // Of a lattice; catoms at arbitrary positions that belong together stay together.
-inline constexpr std::uint32_t kMostCatomsOfAChunk = 1u << 16;
+inline constexpr std::uint32_t kMostCatomsOfAChunk = 1u << 16, kMostBodiesOfAChunk = 1u << 12;
 
 // Some catoms of one process: their numbers and places, and all that is kept for each.
 struct Chunk {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -73,6 +74,7 @@ Result<ShareFiles> ShareFiles::open(const std::vector<std::string>& paths) {
         Result<File> file = index(path);
         if (!file) return tl::unexpected<Error>(file.error());
         if (out.files_.size() >= kMostHeld) file->held.reset();
+        for (const Place& place : file->blocks) out.largest_ = std::max(out.largest_, place.size);
         out.files_.push_back(std::move(*file));
     }
     return out;
@@ -124,7 +126,8 @@ Result<BlockView> ShareFiles::read(std::size_t share, std::size_t block, Block& 
     pulse::beat();
     const File& file = files_[share];
     const Place& place = file.blocks[block];
-    if (room.size() < place.size) room.resize(place.size);
+    // At once as much as any block takes: to grow means to copy, and new memory comes from the system page by page.
+    if (room.size() < place.size) room = Block(largest_);
     const std::span<std::byte> out(room.data(), place.size);
     Open again;
     if (!file.held) {

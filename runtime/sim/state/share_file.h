@@ -73,6 +73,7 @@ class ShareFiles : public Shares {
     Result<BlockView> read(std::size_t share, std::size_t block, Block& room) const;
 
     std::vector<File> files_;
+    std::uint64_t largest_ = 0;  // The bytes of the largest block.
 };
 
 }  // namespace meld::sim
