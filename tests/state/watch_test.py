@@ -190,7 +190,8 @@ class Endings(WatchTest):
         self.write("p.meld", "type linear token(node, int).\ntoken(@0, 0).\ntoken(A, N), N < 9 -o token(A, N + 1).\n")
         self.write("p.toml", square(2))
         out, _ = self.call("meldsim", "run", "p.meld", "--world", "p.toml", "--quiet", "--watch", "token(A, N), N > 4", code=3)
-        self.assertEqual(out.splitlines()[:3], ["tick 1: token(A, N), N > 4: A = @0, N = 9", "token(@0, 9), 9 > 4", "    token(@0, 9)  made"])
+        self.assertEqual(out.splitlines()[:3],
+                         ["tick 1: token(A, N), N > 4: A = @0, N = 9", "token(@0, 9), 9 > 4", "    token(@0, 9)  made"])
 
     def test_names_are_shown_as_text(self):
         self.write("w.meld", 'never("\x1b[2Jcleared") :- dist(@2, D), D > 0.\nexpect("\x1b[2Jcleared", A) :- dist(A, 999).\n')
