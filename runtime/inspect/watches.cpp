@@ -368,6 +368,7 @@ Result<void> Watches::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
             outcome.found = state.read_string();
             outcome.lines = state.read<std::uint64_t>();
             any_wrong_ = any_wrong_ || outcome.wrong;
+            caught_ = any_wrong_;
             for (auto ways = state.read_count(2 * sizeof(u32)); ways > 0; --ways) {
                 std::string key = state.read_string();
                 std::string text = state.read_string();

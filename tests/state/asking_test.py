@@ -376,6 +376,9 @@ class Keys(Asking):
                 by_name = answer.get("predicates")
                 if isinstance(by_name, dict):
                     answer["predicates"] = list(by_name.values())
+                for node in answer.get("nodes", ()):
+                    for way in node["ways"]:
+                        way["with"] = list(way.get("with", {}).values())
                 self.assertEqual(keys_of(answer) - named, set(), command)
 
 
