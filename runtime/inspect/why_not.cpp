@@ -287,7 +287,29 @@ class WhyNot {
             Result<std::string> quarantine = quarantine_of(rule, head, fact);
             if (!quarantine || !quarantine->empty()) return quarantine;
         }
+        for (const auto& [text, fact] : offers.facts) {
+            Result<std::string> group = group_in_quarantine(rule, head, fact);
+            if (!group || !group->empty()) return group;
+        }
         return "its body is met now, and was not when the catom read it; it is read again in the next tick";
+    }
+    // That there is a value may be in quarantine while there is one, since the run keeps these apart. Empty: the body asks of nothing that,
+    // or was not met when it was read.
+    Result<std::string> group_in_quarantine(const Rule& rule, const check::Atom& head, const Known& fact) {
+        const check::Stratum* const recursion = e_.recursion_of(fact.predicate);
+        const std::optional<Fitted> fitted = recursion != nullptr ? e_.fit(rule, head, fact, true) : std::nullopt;
+        if (!fitted) return "";
+        std::string group;
+        const Result<bool> done = e_.search(*fitted, {.spread = true}, [&](const Solution& solution) {
+            const Rule named = e_.named(*fitted, solution.values, bound_by(*fitted));
+            for (std::size_t c = 0; c < fitted->own && group.empty(); ++c)
+                if (fitted->body[c].kind == Clause::Kind::Atom && e_.asks_existence(*fitted, fitted->body[c], recursion))
+                    group = e_.print(named, fitted->body[c]);
+            return false;
+        });
+        if (!done) return tl::unexpected<Error>(done.error());
+        if (group.empty()) return "";
+        return fmt::format("its body is met, and that there is {} is still in quarantine, whatever its value", group);
     }
     // Empty: it is in none.
     Result<std::string> quarantine_of(const Rule& rule, const check::Atom& head, const Known& fact) {

@@ -64,6 +64,7 @@ bool YetJudge::so(const Way& w, const HeadOf& h, const Pattern& fact) {
     if (const auto lost = number_after(w.note, "its body is met, and still in quarantine after a loss of rank "))
         return loses(fact, number_after(w.note, fmt::format("of rank {} in tick ", *lost)).value_or(0));
     if (const auto until = number_after(w.note, "in quarantine until tick ")) return quarantine(w, fact, *until);
+    if (w.note.ends_with(" is still in quarantine, whatever its value")) return keeps_apart(w, h, fact);
     if (w.note != "its body is met now, and was not when the catom read it; it is read again in the next tick")
         return fails("it says: " + w.note);
     return !met(h, fact, {tick_, true}) || fails("its body was met when the catom read it");
@@ -152,6 +153,26 @@ std::set<std::int64_t> YetJudge::silent(const Pattern& fact, const std::set<std:
         if (Past::any(now().facts, route) && !heard.contains(link.other)) out.insert(link.other);
     }
     return out;
+}
+
+// The body was met when it was read, and what it names is of a min or max of the same recursion.
+bool YetJudge::keeps_apart(const Way& w, const HeadOf& h, const Pattern& fact) {
+    constexpr std::string_view kBegins = "its body is met, and that there is ";
+    std::string_view said = w.note;
+    if (!said.starts_with(kBegins)) return fails("it says: " + w.note);
+    said.remove_prefix(kBegins.size());
+    const std::optional<Pattern> named = take_fact(program_, said);
+    if (!named || !Past::any(now().facts, *named)) return fails("it does not hold: " + w.note);
+    const check::Aggregate aggregate = program_.predicates[named->predicate].aggregate;
+    if (aggregate != check::Aggregate::Min && aggregate != check::Aggregate::Max) return fails("it is no min or max: " + w.note);
+    const bool together = std::ranges::any_of(program_.strata, [&](const check::Stratum& s) {
+        return s.recursive && s.contains(fact.predicate) && s.contains(named->predicate);
+    });
+    if (!together) return fails("it is of another recursion: " + w.note);
+    const bool reads = std::ranges::any_of(
+        h.clauses, [&](const check::Clause& c) { return c.kind == check::Clause::Kind::Atom && c.atom.predicate == named->predicate; });
+    if (!reads) return fails("the rule does not read it: " + w.note);
+    return met(h, fact, {tick_, true}) || fails("its body was not met when the catom read it");
 }
 
 // It ends, and there is what it waits for: the group has lost a value in that tick.

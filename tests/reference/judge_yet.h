@@ -29,6 +29,7 @@ class YetJudge {
     bool others_hold(const Answer::Way& w, const HeadOf& h, const Pattern& fact);
     bool waits(const Answer::Way& w, const HeadOf& h, const Pattern& fact);
     std::set<std::int64_t> silent(const Pattern& fact, const std::set<std::int64_t>& heard) const;
+    bool keeps_apart(const Answer::Way& w, const HeadOf& h, const Pattern& fact);
     bool loses(const Pattern& fact, std::int64_t when);
     bool quarantine(const Answer::Way& w, const Pattern& fact, std::int64_t until);
 

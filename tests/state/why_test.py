@@ -388,6 +388,21 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             (node,) = why["nodes"][:1]
             self.assertEqual((node["fact"], len(node["ways"]), node.get("note")), (f"n(@0, {catom_0})", catom_0, None))
 
+    def test_a_group_that_may_only_hold_itself_up(self):
+        """A value may be there while the run does not trust yet that there is one at all."""
+        self.write("p.meld", "type given(node).\ntype least(node, min int).\ntype near(node, min int).\ntype some(node).\n"
+                             "least(A, 9) :- given(A).\nsome(A) :- least(A, _).\nnear(A, 8) :- some(B), neighbor(A, B).\n"
+                             "least(A, D / 2) :- near(A, D).\n")
+        self.write("p.toml", 'lattice = "square"\n[[body]]\nshape = "box(4, 1, 1)"\n[facts]\ngiven = ["id == 0"]\n'
+                             '[[event]]\ntick = 10\ntake = { given = { where = "id == 0" } }\n'
+                             '[[event]]\ntick = 12\ngive = { given = { where = "id == 3" } }\n')
+        for processes in (1, 2, 3):
+            answers = self.ask("p.meld", "p.toml", ["to 14", "why-not some(@2)", "facts least", "to 20", "why some(@2)"], processes)
+            self.assertEqual([w["note"] for w in answers[1]["nodes"][0]["ways"]],
+                             ["its body is met, and that there is least(@2, _) is still in quarantine, whatever its value"])
+            self.assertIn("least(@2, 4).", answers[2]["facts"])
+            self.assertEqual(answers[4]["nodes"][0]["is"], "derived")
+
     def test_a_better_value_has_not_lost(self):
         """While values spread, a neighbour's is better than what a catom has read."""
         program, where, last = CASES["leader"]
