@@ -57,9 +57,11 @@ class Join {
         }
         if (!others.empty() && chance(random_, 40)) {
             const auto& [p, i] = pick(random_, others);
-            if (const auto of = argument_of(*p, check::Type::Int, i))
-                clauses.push_back(fmt::format("S = {} W : {{ {} }}", pick(random_, std::vector<std::string>{"sum", "min", "max"}),
-                                              fact(*p, i, "C", of, "W")));
+            if (const auto of = argument_of(*p, check::Type::Int, i)) {
+                // Apart, so that every compiler draws in this order.
+                const std::string aggregate = pick(random_, std::vector<std::string>{"sum", "min", "max"});
+                clauses.push_back(fmt::format("S = {} W : {{ {} }}", aggregate, fact(*p, i, "C", of, "W")));
+            }
         }
         const check::Predicate& listed = *pick(random_, known_);
         if (const auto of = argument_of(listed, check::Type::list_of(check::Type::Int), 0); of && chance(random_, 60)) {
