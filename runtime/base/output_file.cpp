@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/begun_beside.h"
 #include "runtime/base/interrupt.h"
 #include "runtime/base/pulse.h"
 
@@ -412,6 +413,17 @@ Result<void> write_file(const std::string& path, std::string_view text) {
     if (!file) return tl::unexpected(file.error());
     file->write(text);
     return file->commit();
+}
+
+std::set<std::string> begun_beside(const std::string& target) {
+    std::set<std::string> found;
+    const std::optional<std::string> place = resolve(target);
+    if (!place) return found;
+    std::error_code error;
+    for (std::filesystem::directory_iterator at(std::filesystem::path(*place).parent_path().empty() ? "." : folder_of(*place), error), end;
+         !error && at != end; at.increment(error))
+        if (const std::string name = at->path().filename().string(); is_name_beside(*place, name)) found.insert(folder_of(*place) + name);
+    return found;
 }
 
 }  // namespace meld

@@ -1,6 +1,7 @@
 #include "runtime/driver/supervise.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -8,8 +9,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
+#include "runtime/base/begun_beside.h"
 #include "runtime/base/log.h"
 #include "runtime/base/output_file.h"
 #include "runtime/base/units.h"
@@ -141,6 +144,14 @@ LaunchOutcome start(const RunOptions& options, const std::string& module, const 
     return comm::launch_mpi(options.processes, command, &heartbeat, input);
 }
 
+// What has been begun beside the results of a run.
+std::set<std::string> begun(const RunOptions& options) {
+    std::set<std::string> all;
+    for (const OutputOption& output : kOutputs)
+        if (const std::string& path = options.*output.path; !path.empty() && path != "-") all.merge(begun_beside(path));
+    return all;
+}
+
 }  // namespace
 
 bool is_supervised(const RunOptions& options) { return !options.checkpoint.empty() && options.retries > 0; }
@@ -151,6 +162,7 @@ int supervise(RunOptions options, const std::string& module) {
     Heartbeat heartbeat(options.processes, heartbeat_s);
     std::vector<Restart> restarts;
     std::vector<Accident> accidents;
+    const std::set<std::string> before = again ? begun(options) : std::set<std::string>{};
     while (true) {
         const std::uint64_t kills_before = kills_for_memory();
         const LaunchOutcome outcome = start(options, module, restarts, heartbeat);
@@ -169,6 +181,10 @@ int supervise(RunOptions options, const std::string& module) {
                             .from_tick = newest ? newest->tick : 0});
         log::warning("{} {}; restart {} of {}, from {}", now->what, place_of(outcome.standing), restarts.size(), options.retries,
                      newest ? fmt::format("the checkpoint of tick {}", newest->tick) : "the start");
+        // Nobody goes on with what a run has begun that starts over.
+        if (!newest)
+            for (const std::string& file : begun(options))
+                if (!before.contains(file)) unlink(file.c_str());
         if (newest) options.arguments = resume_arguments(std::filesystem::absolute(options.checkpoint).string(), options);
     }
 }
