@@ -115,7 +115,10 @@ struct Text {
     }
     std::string operator()(const EventsFound& found) const {
         std::string out;
-        for (const EventsFound::One& one : found.events) out += fmt::format("tick {}: {} {}\n", one.tick, one.verb, one.fact);
+        for (const EventsFound::One& one : found.events) {
+            const std::string count = one.killed.size() > 1 ? fmt::format(" ({} catoms)", one.killed.size()) : "";
+            out += fmt::format("tick {}: {} {}{}\n", one.tick, one.verb, one.fact, count);
+        }
         if (found.dropped > 0)
             out += fmt::format("dropped: {} of later ticks, which {} done by hand\n", found.dropped, found.dropped == 1 ? "was" : "were");
         return out.empty() ? "nothing has been done by hand\n" : out;
@@ -220,7 +223,13 @@ struct AsJson {
     }
     Json operator()(const EventsFound& found) const {
         Json events = Json::array();
-        for (const EventsFound::One& one : found.events) events.push_back({{"tick", one.tick}, {"kind", one.verb}, {"fact", one.fact}});
+        for (const EventsFound::One& one : found.events) {
+            Json& event = events.emplace_back(Json{{"tick", one.tick}, {"kind", one.verb}});
+            if (one.killed.empty())
+                event["fact"] = one.fact;
+            else
+                event["catoms"] = one.killed;
+        }
         return {{"tick", found.tick}, {"dropped", found.dropped}, {"events", std::move(events)}};
     }
     Json operator()(const Written& written) const { return {{"written", written.path}, {written.what + "s", written.count}}; }

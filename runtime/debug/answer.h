@@ -42,15 +42,16 @@ struct BreaksFound {
     std::vector<One> breaks = {};
 };
 
-// Of give, take and events: what was done by hand.
+// Of give, take, kill and events: what was done by hand.
 struct EventsFound {
     struct One {
         std::int64_t tick = 0;  // In which it happens.
-        std::string verb = {};  // give or take
-        std::string fact = {};
+        std::string verb = {};  // give, take or kill
+        std::string fact = {};  // Of kill: what says which catoms.
         std::string predicate = {};
         std::uint64_t catom = 0;
         std::vector<std::string> arguments = {};  // After the catom; literals.
+        std::vector<std::uint64_t> killed = {};   // Instead of these three, by their numbers.
     };
     std::int64_t tick = 0;
     std::uint64_t dropped = 0;  // Of later ticks, which are no more.

@@ -1,14 +1,17 @@
 #include "runtime/debug/by_hand.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "runtime/base/bytes.h"
 #include "runtime/base/output_file.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/debug/facts.h"
 #include "runtime/inspect/ground.h"
+#include "runtime/inspect/query.h"
 #include "runtime/sim/core/given.h"
 #include "runtime/world/expression.h"
 
@@ -31,6 +34,32 @@ Result<void> exists(sim::Subdomain& subdomain, std::uint64_t id) {
     return fail(fmt::format("there is no catom @{} in tick {}", id, subdomain.tick()));
 }
 
+// The catoms for which a body holds: those that its first variable that is a catom can be. The same on every process.
+Result<std::vector<std::uint64_t>> catoms_of(sim::Subdomain& subdomain, const std::string& body) {
+    const Result<inspect::Table> table = inspect::query(subdomain, body);
+    if (!table) return tl::unexpected<Error>(table.error());
+    std::vector<std::uint64_t> ids;
+    Result<void> fits;
+    ByteWriter mine;
+    if (subdomain.comm.process() == 0) {
+        const auto& columns = table->columns();
+        const auto catom = std::ranges::find(columns, check::Type::Kind::Node, [](const auto& column) { return column.type.kind; });
+        if (catom == columns.end())
+            fits = fail(fmt::format("kill: no variable is a catom in `{}`", body), "Write it as in kill dist(A, D), D > 9");
+        else if (table->rows() == 0)
+            fits = fail(fmt::format("kill: `{}` holds for no catom in tick {}", body, subdomain.tick()));
+        for (std::size_t row = 0; fits && row < table->rows(); ++row)
+            mine.write(table->cell(row, static_cast<std::size_t>(catom - columns.begin())).catom);
+    }
+    if (auto all = comm::outcome_of_first(subdomain.comm, fits); !all) return tl::unexpected<Error>(all.error());
+    for (const auto& theirs : subdomain.comm.allgather_any(mine.view()))
+        for (ByteReader in(theirs, "catoms to kill"); !in.done();) ids.push_back(in.read<std::uint64_t>());
+    std::ranges::sort(ids);
+    const auto twice = std::ranges::unique(ids);
+    ids.erase(twice.begin(), twice.end());
+    return ids;
+}
+
 }  // namespace
 
 Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb) {
@@ -50,18 +79,41 @@ Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked)
     const char* const verb = asked.gives ? "give" : "take";
     const Result<OneFact> fact = read_fact(timeline.simulation().subdomain(), asked.fact, verb);
     if (!fact) return tl::unexpected<Error>(fact.error());
-    const std::int64_t now = timeline.tick();
-    const auto stays = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > now + 1; });
-    EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
-    done_.erase(stays, done_.end());
-    Done done{.shown = {.tick = now + 1,
+    const std::int64_t tick = timeline.tick() + 1;
+    Done done{.shown = {.tick = tick,
                         .verb = verb,
                         .fact = fact->text,
                         .predicate = fact->given.predicate,
                         .catom = fact->catom,
                         .arguments = fact->given.arguments},
-              .event = {.tick = now + 1, .give = {}, .take = {}}};
+              .event = {.tick = tick}};
     (asked.gives ? done.event.give : done.event.take).push_back(fact->given);
+    return add(timeline, std::move(done));
+}
+
+Result<Answer> ByHand::kill(timeline::Timeline& timeline, const Kill& asked) {
+    sim::Subdomain& subdomain = timeline.simulation().subdomain();
+    std::vector<std::uint64_t> killed;
+    if (asked.catom) {
+        if (auto is = exists(subdomain, *asked.catom); !is) return tl::unexpected<Error>(is.error());
+        killed = {*asked.catom};
+    } else {
+        auto found = catoms_of(subdomain, asked.body);
+        if (!found) return tl::unexpected<Error>(found.error());
+        killed = std::move(*found);
+    }
+    const std::int64_t tick = timeline.tick() + 1;
+    const std::string text = asked.catom ? fmt::format("@{}", *asked.catom) : asked.body;
+    Done done{.shown = {.tick = tick, .verb = "kill", .fact = text, .killed = killed}, .event = {.tick = tick}};
+    for (const std::uint64_t id : killed) done.event.kill.push_back({.id = id, .place = "kill " + text});
+    return add(timeline, std::move(done));
+}
+
+Result<Answer> ByHand::add(timeline::Timeline& timeline, Done done) {
+    const std::int64_t now = timeline.tick();
+    const auto stays = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > now + 1; });
+    EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
+    done_.erase(stays, done_.end());
     done_.push_back(std::move(done));
     give_to_world();
     timeline.changes_from_here();
@@ -101,6 +153,10 @@ std::string ByHand::as_toml(std::int64_t after) const {
     std::string out = "# What was done by hand. A world ends with it to make the same run.\n";
     for (const auto& [one, event] : done_) {
         if (one.tick <= after) continue;
+        if (!one.killed.empty()) {
+            out += fmt::format("\n[[event]]\ntick = {}\nkill = [{}]\n", one.tick, fmt::join(one.killed, ", "));
+            continue;
+        }
         std::string values;
         for (const std::string& text : one.arguments) values += (values.empty() ? "" : ", ") + toml_string(text);
         const std::string what = values.empty() ? fmt::format("\"id == {}\"", one.catom)

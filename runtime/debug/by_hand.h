@@ -35,6 +35,8 @@ class ByHand {
 
     // Errors: mistakes in the fact; the world could not give it; there is no such catom.
     Result<Answer> change(timeline::Timeline& timeline, const Change& asked);
+    // Errors: there is no such catom; mistakes in the body; it is about no catom, or holds for none.
+    Result<Answer> kill(timeline::Timeline& timeline, const Kill& asked);
     EventsFound all(std::int64_t tick) const;
     // The run begins anew at a tick: what was done before it does not happen again. Returns the number of those that did not happen before
     // that call, for happens_from(), which takes it back.
@@ -50,6 +52,7 @@ class ByHand {
         EventsFound::One shown;
         world::Event event;
     };
+    Result<Answer> add(timeline::Timeline& timeline, Done done);
     void give_to_world();
     std::string as_toml(std::int64_t after) const;
 

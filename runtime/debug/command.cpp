@@ -82,6 +82,12 @@ Result<Command> read_change(const Entry& entry, const Words& words) {
     return Change{.fact = std::string(rest(words)), .gives = entry.name == "give"};
 }
 
+Result<Command> read_kill(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the catom is missing");
+    if (words.size() > 1 || words[0].front() != '@') return Kill{.body = std::string(rest(words))};
+    return number<std::uint64_t>(entry, words[0].substr(1), 0).map([](std::uint64_t id) -> Command { return Kill{.catom = id}; });
+}
+
 // A path may have blanks in it.
 Result<Command> read_save_events(const Entry& entry, const Words& words) {
     if (words.empty()) return wrong(entry, "the file is missing");
@@ -171,7 +177,7 @@ Result<Command> read_help(const Entry&, const Words& words);
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
-constexpr std::array<Entry, 29> kCommands = {{
+constexpr std::array<Entry, 30> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
@@ -184,6 +190,8 @@ constexpr std::array<Entry, 29> kCommands = {{
     {"delete", "N", "drop a break or a watch; delete all drops all of them", 1, read_delete},
     {"give", "FACT", "give a fact at the start of the next tick: give token(@3, 7)", kAnyNumber, read_change},
     {"take", "FACT", "take a fact that was given, at the start of the next tick", kAnyNumber, read_change},
+    {"kill", "@N|BODY", "end catom N, or those for which a body holds, at the start of the next tick: kill dist(A, D), D > 9", kAnyNumber,
+     read_kill},
     {"events", "", "what was done by hand, and in which ticks", 0, read_alone<Events>},
     {"save-events", "FILE", "write that as events of a world", kAnyNumber, read_save_events},
     {"reload", "", "go on from here with the program as its file is now", 0, read_alone<Reload>},

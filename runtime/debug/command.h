@@ -40,6 +40,10 @@ struct Change {
     std::string fact = {};  // In Meld, without variables.
     bool gives = true;      // Otherwise it is taken.
 };
+struct Kill {
+    std::optional<std::uint64_t> catom = {};
+    std::string body = {};  // Otherwise those for which it holds, in Meld: the first variable that is a catom.
+};
 struct Events {};  // Those that were made by hand.
 struct SaveEvents {
     std::string path = {};
@@ -85,8 +89,8 @@ struct Help {
 };
 struct Quit {};
 
-using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Events, SaveEvents, Reload, Save, Facts,
-                             Query, Why, History, Messages, Depends, Rules, Predicates, Where, Diff, Help, Quit>;
+using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Kill, Events, SaveEvents, Reload, Save,
+                             Facts, Query, Why, History, Messages, Depends, Rules, Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -45,6 +45,7 @@ Result<Answer> Session::execute(const Command& command) {
                    [&](const Breaks&) -> Result<Answer> { return breaks_.all(); },
                    [&](const Delete& asked) { return breaks_.remove(asked.number); },
                    [&](const Change& asked) { return change(asked); },
+                   [&](const Kill& asked) { return kill(asked); },
                    [&](const Events&) -> Result<Answer> { return by_hand_.all(now); },
                    [&](const SaveEvents& asked) { return by_hand_.write(path_of(asked.path), timeline_.simulation().subdomain().comm); },
                    [&](const Reload&) { return reload(); },
@@ -124,13 +125,23 @@ Result<Answer> Session::back(std::int64_t ticks) {
     return go(now - ticks);
 }
 
-Result<Answer> Session::change(const Change& asked) {
+Result<void> Session::changeable() const {
     if (options_.recorded)
         return fail("a recording says itself what happens in its run, so nothing can be done by hand",
                     "Debug the program of the run, or a checkpoint of it");
     if (const auto ended = timeline_.ended(); ended && *ended != sim::Ending::Quiet && *ended != sim::Ending::Interrupted)
         return fail(fmt::format("the run ends with tick {}, so nothing comes after it", timeline_.tick()), "Go back, and then do it");
+    return {};
+}
+
+Result<Answer> Session::change(const Change& asked) {
+    if (auto can = changeable(); !can) return tl::unexpected<Error>(can.error());
     return by_hand_.change(timeline_, asked);
+}
+
+Result<Answer> Session::kill(const Kill& asked) {
+    if (auto can = changeable(); !can) return tl::unexpected<Error>(can.error());
+    return by_hand_.kill(timeline_, asked);
 }
 
 Result<Answer> Session::reload() {

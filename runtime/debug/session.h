@@ -58,7 +58,10 @@ class Session {
     Result<Answer> messages(const Messages& asked);
     Result<Answer> without(const Depends& asked);
     const ModuleInfo& module() const { return timeline_.simulation().subdomain().module; }
+    // Whether something can be done by hand in the next tick.
+    Result<void> changeable() const;
     Result<Answer> change(const Change& asked);
+    Result<Answer> kill(const Kill& asked);
     Result<Answer> reload();
     Result<Answer> save(const Save& asked);
     std::string path_of(const std::string& path) const;

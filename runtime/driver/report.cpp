@@ -136,6 +136,7 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("ended", ending_text(s.ending));
     row("ticks", grouped(static_cast<std::uint64_t>(s.ticks)));
     row("catoms", grouped(s.catoms));
+    if (s.killed > 0) row("killed", fmt::format("{} catom{}, by events", grouped(s.killed), s.killed == 1 ? "" : "s"));
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
@@ -187,6 +188,7 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"ended", ending_name(s.ending)},
         {"ticks", s.ticks},
         {"catoms", s.catoms},
+        {"killed", s.killed},
         {"evaluations", s.evaluations},
         {"derivations", s.derivations},
         {"exported_changes", s.changes},

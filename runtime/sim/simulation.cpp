@@ -11,6 +11,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
+#include "runtime/sim/core/kills.h"
 #include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
@@ -26,7 +27,7 @@ double cpu_seconds() {
 // What a summary counts over a whole run, also if it was stopped in between.
 struct Counted {
     std::int64_t ticks = 0;
-    std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0;
+    std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0, killed = 0;
 
     Counted() = default;
     explicit Counted(const Summary& s)
@@ -37,7 +38,8 @@ struct Counted {
           changes(s.changes),
           messages(s.messages),
           dropped(s.dropped),
-          sent_bytes(s.sent_bytes) {}
+          sent_bytes(s.sent_bytes),
+          killed(s.killed) {}
     void give_back(Summary& s) const {
         s.ticks = ticks;
         s.catoms = catoms;
@@ -47,6 +49,7 @@ struct Counted {
         s.messages = messages;
         s.dropped = dropped;
         s.sent_bytes = sent_bytes;
+        s.killed = killed;
     }
 };
 
@@ -188,6 +191,7 @@ Result<void> Simulation::run_tick() {
         if (auto done = each_module(step); !done) return done;
     }
     enter(subdomain_.log(), TickLog::Stage::Events);
+    if (auto done = kill(); !done) return done;
     tick_.change_given();
     enter(subdomain_.log(), TickLog::Stage::Code);
     if (!codes_.empty()) codes_.run(subdomain_);
@@ -211,6 +215,16 @@ Result<void> Simulation::run_tick() {
         each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
     enter(subdomain_.log(), TickLog::Stage::Between);
     return done;
+}
+
+Result<void> Simulation::kill() {
+    Kills kills(subdomain_);
+    const std::vector<Killed> killed = kills.of_this_tick();
+    if (killed.empty()) return {};
+    if (auto done = each_module([&](SimModule& m) { return m.lose(subdomain_, killed); }); !done) return done;
+    kills.take_out(killed);
+    summary_.killed += killed.size();
+    return {};
 }
 
 Result<void> Simulation::failed(const eval::Failure& failure) {

@@ -54,6 +54,8 @@ struct Summary {
     std::string undefined;
     // Facts of routes, at the end, that lead to a catom which does not touch.
     DeadRoutes dead_routes;
+    // Catoms that events have ended.
+    std::uint64_t killed = 0;
     // The actions that were not carried out, by action and reason.
     std::vector<Refused> refused;
 };
@@ -107,6 +109,8 @@ class Simulation {
     // The counts of all processes at a snapshot.
     Result<void> load_counters(std::span<const std::byte> counters);
     Result<void> run_tick();
+    // Ends the catoms that this tick's events say.
+    Result<void> kill();
     // Whether the last tick was the last of the run.
     std::optional<Ending> ended_with_this_tick(bool may_be_quiet) const;
     std::int64_t last_tick(const RunLimits& limits) const;

@@ -122,8 +122,22 @@ void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenF
 
 namespace {
 
+void read_killing(TomlReader& reader, const toml::node& node, std::vector<Killing>& kill) {
+    Killing one{.place = reader.place(node.source())};
+    const std::int64_t* const id = node.is_integer() ? &**node.as_integer() : nullptr;
+    if (id != nullptr && *id >= 0)
+        one.id = static_cast<std::uint64_t>(*id);
+    else if (node.is_string())
+        one.where = region(reader, node);
+    else if (id != nullptr)
+        return reader.wrong(node.source(), fmt::format("there is no catom @{}", *id), "catoms are numbered from 0");
+    else
+        return reader.wrong(node.source(), "kill " + type_mismatch(node, "a region or the number of a catom"), "write kill = \"x > 10\"");
+    kill.push_back(std::move(one));
+}
+
 void read_event(TomlReader& reader, const toml::table& table, double tick_seconds, std::vector<Event>& events) {
-    const Section section(reader, table, "[[event]]", {"tick", "time", "every", "times", "give", "take"});
+    const Section section(reader, table, "[[event]]", {"tick", "time", "every", "times", "give", "take", "kill"});
     Event event;
     if (section.has("tick") == section.has("time"))
         return reader.wrong(table.source(),
@@ -150,7 +164,11 @@ void read_event(TomlReader& reader, const toml::table& table, double tick_second
             return reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, "a table of facts")));
         if (node != nullptr) read_facts(reader, *node->as_table(), *facts);
     }
-    if (event.give.empty() && event.take.empty())
+    if (const toml::node* node = section.find("kill"); node != nullptr && node->is_array())
+        for (const toml::node& item : *node->as_array()) read_killing(reader, item, event.kill);
+    else if (node != nullptr)
+        read_killing(reader, *node, event.kill);
+    if (event.give.empty() && event.take.empty() && event.kill.empty())
         return reader.wrong(table.source(), "this [[event]] does nothing", "write give = { tap = \"id == 0\" }");
     events.push_back(std::move(event));
 }

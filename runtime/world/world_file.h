@@ -22,12 +22,20 @@ struct GivenFact {
     std::string place;  // "world.toml:12:5", for errors found later.
 };
 
-// Events during the run: facts given and taken back at the start of a tick.
+// Catoms that an event ends: those in a region, or one by its number.
+struct Killing {
+    std::optional<std::uint64_t> id = {};  // Otherwise those in the region.
+    Region where = {};
+    std::string place = {};
+};
+
+// Events during the run: catoms that end, and facts given and taken back, at the start of a tick.
 struct Event {
     std::int64_t tick = 0;   // The first time; from 1.
     std::int64_t every = 0;  // Ticks between two repetitions, if there are several.
     std::int64_t times = 1;
-    std::vector<GivenFact> give, take;
+    std::vector<GivenFact> give = {}, take = {};
+    std::vector<Killing> kill = {};
     bool happens_in(std::int64_t now) const {
         return now == tick || (every > 0 && now > tick && (now - tick) % every == 0 && (now - tick) / every < times);
     }

@@ -25,7 +25,7 @@ foreach(class Walks Questions OfRuns)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)
 endforeach()
-foreach(name breaks by_hand)
+foreach(name breaks by_hand dying)
   add_test(NAME debug_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${name}_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
   set_tests_properties(debug_${name} PROPERTIES TIMEOUT 300)

@@ -14,6 +14,7 @@
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
 #include "runtime/sim/bodies/step_advice.h"
+#include "runtime/sim/core/kills.h"
 
 namespace meld::sim {
 
@@ -191,21 +192,39 @@ Result<void> FreeMotion::lose_catoms(Subdomain& subdomain) {
         const auto id = static_cast<physics::BodyId>(subdomain.ensemble.id(c));
         if (height_of(world_, scene.state(id).position_m) < *lowest * 2 * world_.radius) mine.write(id);
     }
+    std::vector<physics::BodyId> lost;
     for (const auto& from : gather_bytes(subdomain, mine))
-        for (ByteReader in(from, "catoms that are lost"); !in.done();) lost_.push_back(in.read<physics::BodyId>());
-    if (lost_.empty()) return {};
-    std::sort(lost_.begin(), lost_.end());
+        for (ByteReader in(from, "catoms that are lost"); !in.done();) lost.push_back(in.read<physics::BodyId>());
+    if (lost.empty()) return {};
+    std::sort(lost.begin(), lost.end());
     if (world_.physics.lost == "stop")
-        return fail(fmt::format("in tick {}, catom @{} is below [motion] lowest = {:.6g}", subdomain.tick(), lost_[0], *lowest),
+        return fail(fmt::format("in tick {}, catom @{} is below [motion] lowest = {:.6g}", subdomain.tick(), lost[0], *lowest),
                     "Put ground under it, or write lost = \"remove\" to go on without it", ExitCode::LimitHit);
-    lost_count_ += lost_.size();
-    for (const physics::BodyId id : lost_) {
+    lost_count_ += lost.size();
+    return take_out_all(subdomain, std::move(lost));
+}
+
+Result<void> FreeMotion::lose(Subdomain& subdomain, std::span<const Killed> killed) {
+    std::vector<physics::BodyId> ids;
+    for (const Killed& each : killed) ids.push_back(static_cast<physics::BodyId>(each.id));
+    // What rested on them falls.
+    subdomain.set_moving(true);
+    return take_out_all(subdomain, std::move(ids));
+}
+
+Result<void> FreeMotion::take_out_all(Subdomain& subdomain, std::vector<physics::BodyId> ids) {
+    MELD_EXPECT(std::is_sorted(ids.begin(), ids.end()), "{} bodies are not in order", ids.size());
+    physics::Scene& scene = *physics_.scene;
+    for (const physics::BodyId id : ids) {
         // The next step drops the body on all processes that hold it.
         if (scene.has(id))
             if (auto removed = scene.remove_body(id); !removed) return removed;
         if (const std::optional<Catom> catom = subdomain.ensemble.find(id)) take_out(subdomain, *catom);
     }
-    links_.forget(lost_);
+    links_.forget(ids);
+    const auto middle = static_cast<std::ptrdiff_t>(lost_.size());
+    lost_.insert(lost_.end(), ids.begin(), ids.end());
+    std::inplace_merge(lost_.begin(), lost_.begin() + middle, lost_.end());
     return {};
 }
 

@@ -30,6 +30,7 @@ class FreeMotion : public SimModule {
     Result<void> step(Subdomain& subdomain) override;
     // In a snapshot (saved_motion.cpp): the scene goes by its homes, and what contact links and fixed touches wait for by pairs.
     Result<void> saveable() const override { return {}; }
+    Result<void> lose(Subdomain& subdomain, std::span<const Killed> killed) override;
     Result<void> resume(Subdomain& subdomain) override;
     void save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const override;
     void load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) override;
@@ -68,6 +69,8 @@ class FreeMotion : public SimModule {
     Result<physics::StepReport> move(Subdomain& subdomain);
     // Catoms below the lowest height that the world allows end the run, or are removed.
     Result<void> lose_catoms(Subdomain& subdomain);
+    // Catoms of all processes, by their numbers.
+    Result<void> take_out_all(Subdomain& subdomain, std::vector<physics::BodyId> ids);
     // The events of the last step, without lost catoms.
     std::span<const physics::TouchEvent> events();
     // Moves bodies and their catoms to the processes whose blocks they are in; returns whether any migrated.

@@ -23,6 +23,7 @@
 namespace meld::sim {
 
 class Subdomain;
+struct Killed;
 
 class SimModule {
   public:
@@ -34,6 +35,9 @@ class SimModule {
     virtual bool runnable() const { return true; }
     // The central phase of a tick, on every process at the same time: it may exchange through the process's communicator.
     virtual Result<void> step(Subdomain&) { return {}; }
+    // Catoms that events end in this tick, of all processes and by their numbers; called after step(), on every process at the same time,
+    // while they are still there. On a lattice they are taken out afterwards; motion of another kind does so itself.
+    virtual Result<void> lose(Subdomain&, std::span<const Killed>) { return {}; }
     // After evaluation, before the tick is counted.
     virtual Result<void> after(Subdomain&) { return {}; }
     // Whether a snapshot can hold what it keeps between two ticks: yes for a module that keeps nothing, and for one that saves all of it

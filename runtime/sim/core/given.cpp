@@ -11,6 +11,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
 #include "runtime/base/nearest.h"
+#include "runtime/sim/core/kills.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
@@ -92,12 +93,6 @@ std::vector<std::string> never_given(const ModuleInfo& module, const world::Worl
     return names;
 }
 
-Cell GivenFacts::cell_in_regions(Catom catom) const {
-    const Membership& members = subdomain_.members_;
-    if (!members.ensemble.is_free()) return members.ensemble.cell(catom);
-    return members.has_start_cell(catom) ? members.start_cell(catom) : nearest_cell(members.ensemble.position(catom));
-}
-
 Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u64* matched) {
     const std::optional<u32> predicate = tuple::find_predicate(subdomain_.module, fact.predicate, fact.arguments.size());
     if (!predicate) return no_predicate(subdomain_.module, fact);
@@ -118,9 +113,7 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
     const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
     const std::optional<std::size_t> route = as_route(fact, p, how);
     for (Catom c = 0; c < subdomain_.ensemble.index_count() && (how != Change::Check || (matched != nullptr && *matched == 0)); ++c) {
-        if (!fits || !subdomain_.owned(c) ||
-            !fact.where.contains(subdomain_.ensemble.id(c), cell_in_regions(c), subdomain_.ensemble.position(c)))
-            continue;
+        if (!fits || !subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
         if (matched != nullptr) ++*matched;
         if (how == Change::Check) continue;
         if (route) dead_links_.look_at_given(*route, c, *predicate, values[0].catom);
@@ -141,6 +134,7 @@ Result<void> GivenFacts::start() {
     }
     if (auto done = look_at_events(all); !done) return done;
     warn_of_unmatched(std::move(all));
+    Kills(subdomain_).look_at_events();
     if (still() || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
     // Catoms that move may come to touch.
     if (subdomain_.world.motion.kind != "none") return {};
@@ -166,6 +160,7 @@ Result<void> GivenFacts::check_events() {
     Matched all;
     if (auto done = look_at_events(all); !done) return done;
     warn_of_unmatched(std::move(all));
+    Kills(subdomain_).look_at_events();
     if (still()) warn_of_missing_catoms();
     return {};
 }

@@ -41,8 +41,6 @@ class GivenFacts {
     Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr);
     // Whether the fact is given at the start and is a route in a world without motion.
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
-    // For regions: if catoms move freely, the cell in which the catom starts, later the cell whose centre is nearest.
-    Cell cell_in_regions(Catom catom) const;
     void warn_of_unmatched(Matched all);
     // The catoms and their positions do not change.
     bool still() const { return subdomain_.world.motion.kind == "none" && subdomain_.world.components.empty(); }

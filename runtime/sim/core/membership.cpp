@@ -74,6 +74,11 @@ Cell Membership::start_cell(Catom catom) const {
 
 void Membership::forget_start_cells() { give_back(start_cells_); }
 
+Cell Membership::cell_in_regions(Catom catom) const {
+    if (!ensemble.is_free()) return ensemble.cell(catom);
+    return has_start_cell(catom) ? start_cell(catom) : nearest_cell(ensemble.position(catom));
+}
+
 void Membership::reserve_freely(std::size_t start, std::size_t room) {
     ensemble.reserve_free(room);
     start_cells_.reserve(start);

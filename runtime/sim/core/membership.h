@@ -47,6 +47,11 @@ class Membership {
     bool has_start_cell(Catom catom) const { return catom < start_cells_.size(); }
     Cell start_cell(Catom catom) const;
     void forget_start_cells();
+    // For regions: the catom's cell; if catoms move freely, the one in which it starts, later the one whose centre is nearest.
+    Cell cell_in_regions(Catom catom) const;
+    bool in_region(const world::Region& region, Catom catom) const {
+        return region.contains(ensemble.id(catom), cell_in_regions(catom), ensemble.position(catom));
+    }
 
     // Makes room for catoms at arbitrary positions, and places one of them at its start.
     void reserve_freely(std::size_t start, std::size_t room);

@@ -200,6 +200,7 @@ class Subdomain {
     friend class CatomView;
     friend class Setup;
     friend class GivenFacts;
+    friend class Kills;
     friend class Exchange;
     friend class Tick;
     friend class Saver;

@@ -11,6 +11,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/comm/packets.h"
+#include "runtime/sim/core/kills.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -113,6 +114,13 @@ Result<void> LatticeMotion::step(Subdomain& subdomain) {
     apply(subdomain, exchange(subdomain));
     if (!granted.empty()) last_change_ = subdomain.tick();
     subdomain.refresh();
+    return {};
+}
+
+// Their units go with them.
+Result<void> LatticeMotion::lose(Subdomain& subdomain, std::span<const Killed> killed) {
+    for (const Killed& each : killed)
+        if (const std::optional<Catom> catom = subdomain.ensemble.at(each.cell)) account(subdomain, *catom, -1);
     return {};
 }
 
