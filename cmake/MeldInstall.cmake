@@ -32,7 +32,8 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/stdlib/ DESTINATION ${CMAKE_INSTALL_DATADI
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/meld/ DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld/examples)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/editors DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION share/doc/claymeld PATTERN __pycache__ EXCLUDE)
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/python DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/python DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE
+  PATTERN "*.egg-info" EXCLUDE PATTERN build EXCLUDE)
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION share/doc/claymeld)
 
 # Headers and the CMake package for extensions in C++, which use what meldsim has and so ask it to export it.
@@ -61,7 +62,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # and extensions a compiler and the libraries that our headers include.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS openmpi-bin)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, python3-h5py, python3-numpy, python3-pandas")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-matplotlib, python3-networkx, g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 include(CPack)

@@ -1,7 +1,54 @@
-"""Reads what runs of meldsim have written, as pandas frames: the facts of --facts-out and the recordings of --record."""
+"""Claymeld in Python: runs Meld programs with meldsim, and reads what the runs have written as pandas frames.
 
-from .facts import facts
-from .recording import Recording
-from .values import value
+    import claymeld
 
-__all__ = ["Recording", "facts", "value"]
+    run = claymeld.run("gradient.meld", {"body": {"shape": "box(10, 10, 10)"}, "facts": {"source": "id == 0"}})
+    run.facts("dist")                       # at the end
+    run.recording.facts("dist", 7)          # after tick 7
+    run.recording.why("dist(@42, _)")
+
+docs/python.md tells all of it. Nothing but this file is imported until it is used.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"  # That of runtime/base/version.h; a test compares them.
+
+if TYPE_CHECKING:
+    from .answers import Why
+    from .errors import (Interrupted, InternalError, LimitReached, MeldsimError, MeldWarning, ModuleRefused, ProgramError, PropertyFailed,
+                         RecordingError, ToolNotFound, WorldError)
+    from .pictures import Movie, Page, Picture
+    from .recording import Recording, Recording as open
+    from .running import Run, run
+    from .sources import Literal
+    from .sweeps import sweep
+    from .tables import facts
+    from .tool import find as find_meldsim
+    from .values import value
+
+_HOMES = {"Why": "answers", "facts": "tables", "Movie": "pictures", "Page": "pictures", "Picture": "pictures", "Recording": "recording",
+          "Run": "running", "run": "running", "Literal": "sources", "sweep": "sweeps", "value": "values",
+          **dict.fromkeys(("Interrupted", "InternalError", "LimitReached", "MeldsimError", "MeldWarning", "ModuleRefused", "ProgramError",
+                           "PropertyFailed", "RecordingError", "ToolNotFound", "WorldError"), "errors")}
+_RENAMED = {"open": ("recording", "Recording"), "find_meldsim": ("tool", "find")}
+
+__all__ = ["Interrupted", "InternalError", "Literal", "LimitReached", "MeldWarning", "MeldsimError", "ModuleRefused", "Movie", "Page",
+           "Picture", "ProgramError", "PropertyFailed", "Recording", "RecordingError", "Run", "ToolNotFound", "Why", "WorldError",
+           "facts", "find_meldsim", "open", "run", "sweep", "value"]
+
+
+def __getattr__(name: str) -> Any:
+    home, there = _RENAMED.get(name, (_HOMES.get(name, ""), name))
+    if not home:
+        raise AttributeError(f"module 'claymeld' has no attribute {name!r}")
+    found = getattr(importlib.import_module(f"{__name__}.{home}"), there)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

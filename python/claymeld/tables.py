@@ -2,18 +2,23 @@
 
 import json
 import os
+from typing import Any, Callable, Mapping, Optional
 
 import h5py
 import pandas
 
+from .errors import RecordingError
+from .tool import Path
 from .values import unescaped, value
 
 CREATOR = "claymeld"
 # Types of Meld whose columns are numbers; all others are text in files.
 NUMBERS = {"int": "int64", "node": "int64", "float": "float64", "bool": "bool"}
 
+Read = Callable[[str], pandas.DataFrame]
 
-def facts(path, predicate=None):
+
+def facts(path: Path, predicate: Optional[str] = None) -> Any:
     """A dict with a frame for each predicate, or the frame of one.
 
     The first column, "catom", is the number of the catom; the others are the arguments, named as the program declares them. Catoms are
@@ -27,17 +32,18 @@ def facts(path, predicate=None):
     raise ValueError(f"{path} is neither a folder of CSV files nor an HDF5 file that meldsim run --facts-out has written")
 
 
-def typed(frame, types):
+def typed(frame: pandas.DataFrame, types: Mapping[str, str]) -> pandas.DataFrame:
     """The frame with the values of its text columns, whose types in Meld are given by column."""
     for name, type_of_column in types.items():
         if type_of_column not in NUMBERS:
             convert = unescaped if type_of_column == "string" else value
             frame[name] = [convert(text) for text in frame[name]]
             frame[name] = frame[name].astype(object)
+    frame.attrs["types"] = dict(types)
     return frame
 
 
-def _chosen(path, predicate, names, read):
+def _chosen(path: str, predicate: Optional[str], names: list[str], read: Read) -> Any:
     if predicate is None:
         return {name: read(name) for name in names}
     if predicate not in names:
@@ -45,7 +51,7 @@ def _chosen(path, predicate, names, read):
     return read(predicate)
 
 
-def _folder(path):
+def _folder(path: str) -> tuple[list[str], Read]:
     try:
         with open(os.path.join(path, "datapackage.json"), encoding="utf-8") as file:
             package = json.load(file)
@@ -55,7 +61,7 @@ def _folder(path):
         raise ValueError(f"{path} is no folder that meldsim run --facts-out has written: its datapackage.json is missing or another's")
     tables = {resource["name"]: resource for resource in package["resources"]}
 
-    def read(name):
+    def read(name: str) -> pandas.DataFrame:
         types = {field["name"]: field["meld"] for field in tables[name]["schema"]["fields"]}
         # As they stand: text is not taken for numbers or for missing, and floats are those that were written.
         dtypes = {column: NUMBERS.get(kind, str) for column, kind in types.items()}
@@ -66,14 +72,14 @@ def _folder(path):
     return list(tables), read
 
 
-def _hdf5(path):
+def _hdf5(path: str) -> tuple[list[str], Read]:
     with h5py.File(path, "r") as file:
         kind = file.attrs.get("format")
         if kind != "claymeld facts":
             raise ValueError(f"{path} is no file that meldsim run --facts-out has written: its format is {kind!r}")
         names = list(file)
 
-    def read(name):
+    def read(name: str) -> pandas.DataFrame:
         with h5py.File(path, "r") as file:
             table = file[name]
             types = dict(zip(table.dtype.names, table.attrs["types"]))

@@ -1,0 +1,169 @@
+"""What a run is made from, as users of Python have it: programs and worlds as paths, as text or as dicts; constants as values."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import pathlib
+import shutil
+import tempfile
+import tomllib
+import weakref
+from typing import Any, Mapping, Optional, Sequence, Union
+
+from .errors import WorldError
+from .tool import Path
+
+World = Union[Path, Mapping[str, Any], None]
+# As meldsim has it where no world is beside the program.
+DEFAULT_WORLD = 'lattice = "cubic"\n\n[[body]]\nshape = "box(10, 10, 10)"\n'
+
+
+class Scratch:
+    """A folder for files of a run, which goes when nobody holds this object any more."""
+
+    def __init__(self) -> None:
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="claymeld-"))
+        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+
+    def write(self, name: str, text: str) -> pathlib.Path:
+        path = self.folder / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+
+class Literal(str):
+    """Text that stands for a value in Meld as it is, as in `run(..., start=Literal("vec3(0.0, 1.0, 2.0)"))`."""
+
+
+def literal(value: Any) -> str:
+    """A value of Python as Meld writes it: bool, int, float, str, list, set, tuple, and numpy's scalars and arrays.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Meld has no such value: None, inf, nan.
+    """
+    if isinstance(value, Literal):
+        return str(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"Meld has no {value}: a constant is a finite number")
+        mantissa, e, exponent = repr(value).partition("e")
+        return (mantissa if "." in mantissa else mantissa + ".0") + e + exponent
+    if isinstance(value, str):
+        escapes = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
+        return '"' + "".join(escapes.get(c, c if c >= " " and c != "\x7f" else f"\\x{ord(c):02x}") for c in value) + '"'
+    if isinstance(value, (list, tuple, set, frozenset)):
+        opening, closing = ("[", "]") if isinstance(value, list) else (":(", ")") if isinstance(value, tuple) else ("{", "}")
+        return opening + ", ".join(map(literal, value)) + closing
+    raise TypeError(f"Meld has no value like {value!r}, a {type(value).__name__}; claymeld.Literal(\"...\") gives it as Meld writes it")
+
+
+def program_path(program: Path, scratch: Scratch) -> tuple[str, list[str]]:
+    """The file of a program, and further folders for what it includes. A str with a line break, or that ends with a full stop, is its
+    text; then includes are relative to the working directory."""
+    if isinstance(program, str) and ("\n" in program or program.rstrip().endswith(").")):
+        return str(scratch.write("program.meld", program if program.endswith("\n") else program + "\n")), [os.getcwd()]
+    return os.fspath(program), []
+
+
+def world_path(world: World, program: str, scratch: Scratch, every: Optional[int], predicates: Optional[Sequence[str]]) -> Optional[str]:
+    """The file of a world, with what is to be recorded; None where meldsim finds it as it should be."""
+    text, home = None, os.getcwd()
+    if isinstance(world, Mapping):
+        text = toml(world)
+    elif isinstance(world, str) and ("\n" in world or ("=" in world and not world.endswith(".toml"))):
+        text = world
+    if every is None and predicates is None:
+        if text is None:
+            return None if world is None else os.fspath(world)  # type: ignore[arg-type]
+        changes: dict[str, Any] = {}
+    else:
+        changes = {name: value for name, value in (("every", every), ("predicates", None if predicates is None else list(predicates)))
+                   if value is not None}
+    if text is None:
+        path = pathlib.Path(program).with_suffix(".toml") if world is None else pathlib.Path(os.fspath(world))  # type: ignore[arg-type]
+        if world is None and not path.exists():
+            text = DEFAULT_WORLD
+        else:
+            text, home = path.read_text(encoding="utf-8"), str(path.resolve().parent)
+    try:
+        parsed = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        # meldsim says where, and what to do about it.
+        return str(scratch.write("world.toml", text))
+    moved = _absolute(parsed, home)
+    if changes and isinstance(parsed.get("record", {}), dict):
+        if "record" not in parsed and not moved:
+            # The lines stay where they are, for messages about them.
+            return str(scratch.write("world.toml", f"{text}\n{toml({'record': changes})}"))
+        parsed["record"] = {**parsed.get("record", {}), **changes}
+        moved = True
+    return str(scratch.write("world.toml", toml(parsed) if moved else text))
+
+
+def _absolute(world: dict[str, Any], home: str) -> bool:
+    """Names of files in a world are relative to it; makes them absolute, and says whether there were any."""
+    found = False
+    bodies = world.get("body", [])
+    for table in [*(bodies if isinstance(bodies, list) else [bodies]), world.get("target")]:
+        for key in ("cells", "positions") if isinstance(table, dict) else ():
+            if isinstance(table.get(key), str) and table[key] != "mass" and not os.path.isabs(table[key]):
+                table[key] = os.path.join(home, table[key])
+                found = True
+    return found
+
+
+def toml(world: Mapping[str, Any]) -> str:
+    """A world as TOML.
+
+    Raises
+    ------
+    WorldError
+        A value that TOML does not have, such as None.
+    """
+    lines = [f"{_key(key)} = {_toml(value, key)}" for key, value in world.items() if not _is_table(value)]
+    for key, value in world.items():
+        if _is_table(value):
+            for table in [value] if isinstance(value, Mapping) else value:
+                lines += ["", f"[{_key(key)}]" if isinstance(value, Mapping) else f"[[{_key(key)}]]"]
+                lines += [f"{_key(name)} = {_toml(item, f'{key}.{name}')}" for name, item in table.items()]
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Mapping) or (isinstance(value, (list, tuple)) and len(value) > 0
+                                          and all(isinstance(item, Mapping) for item in value))
+
+
+def _key(key: str) -> str:
+    return key if key and all(c.isascii() and (c.isalnum() or c in "-_") for c in key) else _string(key)
+
+
+def _string(text: str) -> str:
+    # JSON's form is TOML's, but for one character.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _toml(value: Any, place: str) -> str:
+    if hasattr(value, "tolist"):  # numpy
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, (str, os.PathLike)):
+        return _string(os.fspath(value))
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(_toml(item, place) for item in value)}]"
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(name)} = {_toml(item, f'{place}.{name}')}" for name, item in value.items()) + " }"
+    raise WorldError(f"the world's {place} is {value!r}, and a world has no value like it, a {type(value).__name__}", 2)

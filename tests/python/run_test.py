@@ -1,0 +1,227 @@
+"""Runs and sweeps from Python: what they are made from, how they end, and what is left of them.
+
+    run_test.py --meldsim PATH [unittest options]
+"""
+import gc
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+import tomllib
+import unittest
+import warnings
+
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import FOREVER, OPEN_MPI, TOOLS, Case, main, square  # noqa: E402
+from running import children, stat  # noqa: E402
+
+import claymeld  # noqa: E402
+from claymeld.sources import literal, toml  # noqa: E402
+
+GRADIENT = """type source(node).
+type dist(node, min int D).
+dist(A, 0)     :- source(A).
+dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+"""
+LINE = {"lattice": "square", "body": {"shape": "box(6, 1, 1)"}, "facts": {"source": "id == 0"}}
+PLAIN = {"lattice": "square", "body": {"shape": "box(6, 1, 1)"}}
+
+
+class Runs(Case):
+    FILES = {"dir é/gradient.meld": GRADIENT, "dir é/gradient.toml": toml(LINE), "forever.meld": FOREVER, "w.toml": square(3)}
+
+    def setUp(self):
+        super().setUp()
+        os.environ.update(OPEN_MPI, CLAYMELD_MELDSIM=TOOLS.meldsim)
+        here = os.getcwd()
+        os.chdir(self.folder)
+        self.addCleanup(os.chdir, here)
+
+    def fails(self, kind, says, *arguments, **options):
+        with self.assertRaises(kind) as raised:
+            claymeld.run(*arguments, **options)
+        for text in [says] if isinstance(says, str) else says:
+            self.assertIn(text, str(raised.exception))
+        return raised.exception
+
+
+class Sources(Runs):
+    def test_programs_and_worlds_come_as_paths_texts_and_dicts(self):
+        program = pathlib.Path("dir é/gradient.meld")
+        wanted = list(range(6))
+        for given, world in ((program, None), (str(program), program.with_suffix(".toml")), (GRADIENT, LINE), (GRADIENT, toml(LINE)),
+                             (GRADIENT.replace("\n", " ").strip(), {**LINE, "body": [LINE["body"]]})):
+            run = claymeld.run(given, world)
+            self.assertEqual((run.ended, run.summary["catoms"], run.facts("dist")["D"].tolist()), ("quiet", 6, wanted))
+            self.assertEqual(list(run.facts()), ["dist", "source"])
+        # Without a world there are 1,000 catoms, and nobody is a source.
+        self.assertEqual(claymeld.run(GRADIENT, every=5).summary["catoms"], 1000)
+        self.assertEqual(claymeld.run("type p(node). p(A) :- id(A, 7).").facts("p")["catom"].tolist(), [7])
+
+    def test_what_is_recorded_is_chosen_in_any_world(self):
+        (self.folder / "cells.csv").write_text("0,0\n1,0\n2,0\n")
+        for world in (LINE, toml(LINE), {**LINE, "record": {"every": 1, "predicates": ["source"]}}, "dir é/gradient.toml",
+                      {**LINE, "body": {"cells": "cells.csv"}}):
+            recording = claymeld.run(GRADIENT, world, every=2, predicates=["dist"]).recording
+            self.assertEqual((recording.predicates, recording.ticks.tolist()[:3]), (["dist"], [0, 2, 4]))
+        self.assertEqual(claymeld.run(GRADIENT, {**LINE, "body": {"cells": "cells.csv"}}, ticks=0).summary["catoms"], 3)
+        # Lines of a world that is given as text are those of messages about it.
+        self.fails(claymeld.WorldError, "world.toml:1:11: there is no lattice 'cubik'", GRADIENT, 'lattice = "cubik"\n', every=2)
+        self.fails(claymeld.WorldError, "world.toml:2:1", GRADIENT, 'radius = 1\n= 3', every=2)
+
+    def test_constants_and_arguments(self):
+        program = """const limit = 3. const name = "a". const shift = 0.5. const list = [1]. const flag = false.
+type p(node, int, string, float, list int, bool). p(A, limit + @arg1, name, shift, list, flag) :- id(A, 0)."""
+        run = claymeld.run(program, square(1), constants={"limit": 5}, name='q"\\\n', shift=1e-07, list=numpy.array([4, 5]), flag=True,
+                           arguments=[numpy.int64(10)])
+        self.assertEqual(run.facts("p").iloc[0].tolist(), [0, 15, 'q"\\\n', 1e-07, [4, 5], True])
+        vector = claymeld.Literal("vec3(0.0, 1.0, 2.0)")
+        self.assertEqual([literal(value) for value in (True, -3, 1e300, 2.0, (1, "é"), {2}, [[]], vector)],
+                         ["true", "-3", "1.0e+300", "2.0", ':(1, "é")', "{2}", "[[]]", "vec3(0.0, 1.0, 2.0)"])
+        for value in (float("nan"), None, object()):
+            with self.assertRaises((TypeError, ValueError)):
+                literal(value)
+
+    def test_worlds_as_toml(self):
+        world = {"lattice": "é\"\\\n\x7f", "seed": 3, "x": 0.1, "ok": True,
+                 "facts": {"a b": ["id == 0", {"where": "x < 1", "args": [1.5, "s"]}]},
+                 "body": [{"cells": [[0, 0], [1, 0]]}, {"shape": "s"}], "motion": {}, "none": []}
+        self.assertEqual(tomllib.loads(toml(world)), world)
+        world = {"a": numpy.arange(2), "p": pathlib.Path("x"), "t": (1, 2)}
+        self.assertEqual(tomllib.loads(toml(world)), {"a": [0, 1], "p": "x", "t": [1, 2]})
+        with self.assertRaisesRegex(claymeld.WorldError, "the world's facts.source is None"):
+            toml({"facts": {"source": None}})
+
+
+class Endings(Runs):
+    def test_errors_have_kinds_messages_and_codes(self):
+        problem = self.fails(claymeld.ProgramError, ["error[E0110]", "program.meld:1:5"], "p(A :- q(A).")
+        self.assertEqual((problem.exit_code, problem.command[1], problem.run.ended), (1, "run", "failed"))
+        self.fails(claymeld.WorldError, ["dir é/none.meld"], "dir é/none.meld")
+        self.fails(claymeld.WorldError, ["no constant 'rate'"], GRADIENT, LINE, rate=3)
+        self.fails(claymeld.ProgramError, "10 is divided by zero", "type p(node, int).\np(A, 10 / (2 - T)) :- tick(A, T).",
+                   options=["--strict"])
+        self.write("broken.so", "no module")
+        self.fails(claymeld.ModuleRefused, "broken.so", "broken.so")
+        problem = self.fails(claymeld.LimitReached, "[limits] max_ticks", FOREVER, {**PLAIN, "limits": {"max_ticks": 4}})
+        self.assertEqual(problem.run.recording.ticks.tolist(), [0, 1, 2, 3, 4])
+        self.fails(claymeld.LimitReached, "time limit", FOREVER, "w.toml", timeout=0.3)
+        self.fails(claymeld.ToolNotFound, "'/no/meldsim' is no program", GRADIENT, meldsim="/no/meldsim")
+
+    def test_properties(self):
+        run = claymeld.run(GRADIENT, LINE, until="dist(A, D), D > 2", expect="dist(A, 3)")
+        self.assertEqual((run.ended, run.facts("dist")["D"].max()), ("watched", 3))
+        problem = self.fails(claymeld.PropertyFailed, "it does not hold: dist(A, 9)", GRADIENT, LINE, until="dist(A, D), D > 2",
+                             expect=["dist(A, 3)", "dist(A, 9)"], never="dist(A, 1)")
+        self.assertEqual([name for name, _ in problem.failures], ["expect: dist(A, 9)", "never: dist(A, 1)"])
+        self.assertEqual(len(problem.run.facts("dist")), 4)
+
+    def test_what_catoms_print_and_warnings(self):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            run = claymeld.run('type action print(node, string).\nprint(A, "{") :- id(A, 2).\nprint(A, "warning") :- id(A, 1).', PLAIN,
+                               record=False, facts=False)
+        self.assertEqual((run.output.splitlines(), caught), (["@1: warning", "@2: {"], []))
+        with self.assertRaisesRegex(ValueError, "record=False"):
+            run.recording
+        with self.assertWarnsRegex(claymeld.MeldWarning, r"^warning\[W0406\][^$]*program.meld:1:7"):
+            claymeld.run("const unused = 3.\ntype p(node). p(A) :- id(A, 7).", PLAIN)
+
+    def test_temporary_files_go_with_what_needs_them(self):
+        run = claymeld.run(GRADIENT, LINE)
+        recording = run.recording
+        folder = pathlib.Path(recording.path).parent
+        del run
+        gc.collect()
+        self.assertEqual(len(recording.facts("dist", 3)), 3)
+        recording.close()
+        del recording
+        gc.collect()
+        self.assertFalse(folder.exists())
+        claymeld.run(GRADIENT, LINE, record="kept ü.vtkhdf", facts="facts/")
+        gc.collect()
+        self.assertEqual(len(claymeld.open("kept ü.vtkhdf").frame()), len(claymeld.facts("facts", "dist")))
+
+    def test_ctrl_c_ends_the_run_and_keeps_its_recording(self):
+        self.write("stop.py", "import claymeld\ntry:\n    claymeld.run('forever.meld', 'w.toml', record='r.vtkhdf', processes=PROCESSES)\n"
+                   "except KeyboardInterrupt as stop:\n"
+                   "    print(stop.run.ended, stop.run.recording.ticks[-1] == stop.run.summary['ticks'], len(stop.run.facts('p')))\n")
+        for processes in (1, 2):
+            (self.folder / "r.vtkhdf").unlink(missing_ok=True)
+            self.write("stop.py", self.read("stop.py").decode().replace("PROCESSES", str(processes)))
+            process = self.begin(sys.executable, "-B", "stop.py", stdout=subprocess.PIPE, text=True, start_new_session=True,
+                                 preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+            self.wait_for(lambda: (self.folder / "r.vtkhdf").exists() and (self.folder / "r.vtkhdf").stat().st_size > 1 << 16, process)
+            os.killpg(process.pid, signal.SIGINT)
+            self.assertEqual(process.communicate(timeout=20)[0], "interrupted True 9\n")
+
+    def test_no_run_outlives_python(self):
+        process = self.begin(sys.executable, "-B", "-c", "import claymeld; claymeld.run('forever.meld', 'w.toml', record='r.vtkhdf')")
+        self.wait_for((self.folder / "r.vtkhdf").exists, process)
+        child, = children(process.pid)
+        process.kill()
+        self.wait_for(lambda: (stat(child) or ["Z"])[0] == "Z", seconds=20)
+
+    def test_progress_is_one_line_where_it_is_asked_for(self):
+        ask = "import claymeld; claymeld.run('forever.meld', 'w.toml', ticks=30000, record=False, progress={})"
+        for progress, shown in (("None", False), ("True", True), ("False", False)):
+            _, err = self.call(sys.executable, "-B", "-c", ask.format(progress))
+            self.assertEqual("tick " in err, shown, err)
+            self.assertNotIn("\x1b", err)
+        self.assertNotIn("\n", err.rstrip("\r\n"))
+
+    def test_threads(self):
+        sizes, runs = range(2, 8), {}
+
+        def one(side):
+            runs[side] = claymeld.run(GRADIENT, {**LINE, "body": {"shape": f"box({side}, 1, 1)"}})
+
+        threads = [threading.Thread(target=one, args=(side,)) for side in sizes]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual({side: len(run.recording.facts("dist")) for side, run in runs.items()}, {side: side for side in sizes})
+
+
+class Sweeps(Runs):
+    def test_grid(self):
+        program = "const far = 1.\ntype hit(node, int).\nhit(A, I) :- id(A, I), I % far = 0."
+        worlds = {"small": PLAIN, "none": {"body": {"shape": "bix(1, 1, 1)"}}}
+        frame = claymeld.sweep(program, worlds, {"far": [1, 2, 0]}, seeds=2, measure=lambda run: {"hits": len(run.facts("hit"))}, workers=4)
+        self.assertEqual(frame[["world", "far", "seed"]].values.tolist(),
+                         [[world, far, seed] for world in worlds for far in (1, 2, 0) for seed in (1, 2)])
+        small = frame[frame["world"] == "small"]
+        self.assertEqual(small["hits"].fillna(-1).tolist(), [6, 6, 3, 3, -1, -1])
+        self.assertEqual(small["error"].fillna("").tolist(), [""] * 4 + ["ProgramError"] * 2)
+        self.assertIn("divided by zero", small["message"].iloc[-1])
+        self.assertEqual(set(frame[frame["world"] == "none"]["error"]), {"WorldError"})
+        self.assertEqual(list(frame.columns[-2:]), ["error", "message"])
+
+    def test_nothing_else_is_needed(self):
+        frame = claymeld.sweep(pathlib.Path("dir é/gradient.meld"), pathlib.Path("dir é/gradient.toml"))
+        self.assertEqual((len(frame), frame["world"][0], frame["ticks"][0] > 5, frame["error"][0]), (1, "dir é/gradient.toml", True, None))
+        frame = claymeld.sweep(GRADIENT, [LINE, LINE], [{}], ticks=2, measure=lambda run: {}["missing"])
+        self.assertEqual((frame["world"].tolist(), set(frame["error"])), ([0, 1], {"KeyError"}))
+
+    def test_ctrl_c_ends_all(self):
+        self.write("stop.py", "import claymeld\ntry:\n    claymeld.sweep('forever.meld', 'w.toml', seeds=20, workers=2)\n"
+                   "except claymeld.Interrupted:\n    print('ended')\n")
+        process = self.begin(sys.executable, "-B", "stop.py", stdout=subprocess.PIPE, text=True,
+                             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        tasks = pathlib.Path(f"/proc/{process.pid}/task")
+        self.wait_for(lambda: sum(len((task / "children").read_text().split()) for task in tasks.iterdir()) == 2, process)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.communicate(timeout=20)[0], "ended\n")
+
+
+if __name__ == "__main__":
+    unittest.TestCase.maxDiff = None
+    main("meldsim")

@@ -1,0 +1,5 @@
+# The Python package: that it is whole and typed; runs and sweeps; recordings.
+foreach(file package run recording)
+  add_test(NAME python_${file} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${file}_test.py --meldsim $<TARGET_FILE:meldsim>)
+  set_tests_properties(python_${file} PROPERTIES ENVIRONMENT PYTHONPATH=${CMAKE_SOURCE_DIR}/python TIMEOUT 120)
+endforeach()
