@@ -16,8 +16,8 @@ namespace meld::world {
 // route = { args = [[1, 2], "text", "vec3(0, 0, 1)"] }            lists as arrays, all else that TOML cannot say as text
 void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenFact>& facts);
 
-// [[event]] tick = 10, give = { NAME = ... }, take = { NAME = ... }, each as in [facts]; kill = REGION, the number of a catom, or several of
-// both; `time` may stand for `tick`.
+// [[event]] tick = 10, give = { NAME = ... }, take = { NAME = ... }, each as in [facts]; kill = REGION, the number of a
+// catom, or several of both; `time` may stand for `tick`.
 void read_events(TomlReader& reader, const toml::table& top, double tick_seconds, std::vector<Event>& events);
 
 // name = value

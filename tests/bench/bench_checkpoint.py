@@ -97,8 +97,8 @@ def main():
                   f"{statistics.median(disk) * 1000:.0f} ms; {size / side**3:.1f} bytes a catom, and {state:.1f} in the run; "
                   f"resumed in {resumed[folder] * 1000:.0f} ms, from memory {resumed[memory] * 1000:.0f} ms, "
                   f"set up in {statistics.median(setup) * 1000:.0f} ms; ratio {ratio:.2f}; "
-                  f"one tick later {statistics.median(ticking) * 1000:.0f} ms after the resume and {statistics.median(ticked) * 1000:.0f} ms "
-                  f"after the set-up, ratio {sooner:.2f}")
+                  f"one tick later {statistics.median(ticking) * 1000:.0f} ms after the resume and "
+                  f"{statistics.median(ticked) * 1000:.0f} ms after the set-up, ratio {sooner:.2f}")
 
 
 if __name__ == "__main__":
