@@ -13,6 +13,7 @@ std::string emit_module(const plan::Plan& plan) {
     w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     if (keeps_fronts(plan)) w.raw("#include \"runtime/kernel/fronts.h\"");
     if (plan.counts) w.raw("#include \"runtime/kernel/counts.h\"");
+    if (plan.places) w.raw("#include \"runtime/abi/counts_abi.h\"");
     w.raw("");
     w.raw("using namespace meld;");
     emit_externs(plan, w);

@@ -72,7 +72,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.open("for (u32 r = 0; r < kLinearRules && e.trap == Trap::None; ++r) {");
         w.raw("if (!s.active[r]) continue;");
         w.raw("e.rule = kLinearNumbers[r];");
-        if (plan.counts) w.raw("note_place(e, kLinearNumbers[r]);");
+        if (plan.places) w.raw("note_place(e, kLinearNumbers[r]);");
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
         w.raw(
@@ -91,7 +91,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     if (plan::may_fail(plan)) w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, would_act);");
     w.raw("if (e.trap != Trap::None) return;");
     w.raw("e.rule = kNone32;");
-    if (plan.counts) w.raw("note_place(e, kPlaceOther);");
+    if (plan.places) w.raw("note_place(e, kPlaceOther);");
     w.raw("act(s);");
     if (plan.reads_tick) w.raw("e.host->wake(&e, e.subdomain->now + 1, kDirtyTick);");
     w.raw("save(s);");

@@ -47,6 +47,8 @@ class RuleEmitter {
     enum class Part { Whole, Branch };
     void count(plan::RuleId rule, Part part);
     void count_evaluation(plan::RuleId rule);
+    // A linear rule is about to be applied: with which values, if somebody wants to know.
+    void tell_firing();
     // Ends a block: what it has bound is unknown outside.
     void restore(const Scope& before);
     void comment(const check::Rule& rule);

@@ -5,6 +5,12 @@
 
 namespace meld::emit {
 
+namespace {
+
+constexpr const char* kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'";
+
+}  // namespace
+
 void RuleEmitter::view() {
     MELD_EXPECT(!scope_.rule.linear, "rule {} is linear", scope_.rule.name);
     MELD_EXPECT(rule_plan_.branches.empty() ? rule_plan_.heads.size() == 1 : rule_plan_.heads.empty(), "view {} has {} heads",
@@ -102,6 +108,7 @@ void RuleEmitter::linear() {
         w_.open(fmt::format("if ({} == chosen) {{", scope_.value(scope_.rule.selected)));
     w_.raw("if (s.e->trap != Trap::None) return false;");
     if (plan_.counts) w_.line("++s.e->counters->rules[{}].firings;", rule_plan_.rule.index());
+    tell_firing();
     consume();
     freeze();
     heads(rule_plan_.heads);
@@ -113,14 +120,37 @@ void RuleEmitter::linear() {
     w_.close();
 }
 
+// Out of the way: nobody but a debugger asks.
+void RuleEmitter::tell_firing() {
+    std::string variables, values;
+    std::size_t count = 0;
+    for (const VariableId v : scope_.rule.variables.ids()) {
+        const auto& [name, span, type] = scope_.rule.variables[v];
+        // Those of the compiler have names that nobody can write.
+        const bool written = name.find_first_not_of(kLetters) == std::string::npos && !name.starts_with('_');
+        if ((!scope_.values.contains(v) && !scope_.places.contains(v)) || !written) continue;
+        variables += fmt::format("{}{{{}, {}}}", count == 0 ? "" : ", ", quoted(name), type_symbol(type));
+        values += fmt::format("{}{{.{} = {}}}", count == 0 ? "" : ", ", value_member(type), scope_.value(v));
+        ++count;
+    }
+    w_.open("if (s.e->tells_firings) [[unlikely]] {");
+    if (count > 0) {
+        w_.line("static constexpr BoundVariable kBound[] = {{{}}};", variables);
+        w_.line("const Value bound[] = {{{}}};", values);
+    }
+    w_.line("s.e->host->fired(s.e, {}, {}, {});", rule_plan_.rule.index(), count, count > 0 ? "kBound, bound" : "nullptr, nullptr");
+    w_.close();
+}
+
 void RuleEmitter::count_evaluation(RuleId rule) {
     if (plan_.counts) w_.line("++s.e->counters->rules[{}].evaluations;", rule.index());
 }
 void RuleEmitter::count(RuleId rule, Part part) {
-    if (!plan_.counts) return;
-    if (part == Part::Whole) count_evaluation(rule);
-    w_.line("const CountedRule counted(*s.e, {});", rule.index());
-    if (part == Part::Branch) w_.line("note_place(*s.e, {});", rule.index());
+    if (plan_.counts) {
+        if (part == Part::Whole) count_evaluation(rule);
+        w_.line("const CountedRule counted(*s.e, {});", rule.index());
+    }
+    if (plan_.places && part == Part::Branch) w_.line("note_place(*s.e, {});", rule.index());
 }
 
 void RuleEmitter::choose() {

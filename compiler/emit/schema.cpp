@@ -317,9 +317,9 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {}, kSources, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(),
            p.includes.size());
-    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {},",
+    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {},",
            types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
-           sends(plan));
+           plan.places, sends(plan));
     w.close("};");
 }
 

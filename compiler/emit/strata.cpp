@@ -11,7 +11,7 @@ using plan::StratumPlan;
 
 std::string now_at(const plan::Plan& plan, const RulePlan& r) {
     const std::string rule = fmt::format("s.e->rule = {};", r.rule.index());
-    return plan.counts ? fmt::format("{} note_place(*s.e, {});", rule, r.rule.index()) : rule;
+    return plan.places ? fmt::format("{} note_place(*s.e, {});", rule, r.rule.index()) : rule;
 }
 
 namespace {
@@ -34,7 +34,7 @@ RuleId culprit(const plan::Plan& plan, const StratumPlan& stratum) {
 
 // From here on the facts of a predicate follow from what its rules have proposed.
 void decides(const plan::Plan& plan, PredicateId id, Writer& w) {
-    if (plan.counts) w.line("note_place(*s.e, kPlaceDecides + {});", id.index());
+    if (plan.places) w.line("note_place(*s.e, kPlaceDecides + {});", id.index());
 }
 
 void run_all_rules(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
@@ -149,7 +149,7 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std
         w.line("grew = {}(*s.e, {}) || grew;", by_round ? "gather_round" : "gather", view(plan, p));
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i)
         w.line("if (grew) {}{}_semi_naive{}(s);",
-               plan.counts ? fmt::format("note_place(*s.e, {}), ", stratum.semi_naive[i].rule.index()) : "",
+               plan.places ? fmt::format("note_place(*s.e, {}), ", stratum.semi_naive[i].rule.index()) : "",
                rule_function(plan.program, stratum.semi_naive[i].rule), i);
     std::string made = "s.e->derivations - derivations";
     if (by_round) {
@@ -229,7 +229,7 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
         const RulePlan& r = stratum.deltas.affected[i];
         w.open(fmt::format("if (todo & {}) {{", hex(r.inputs)));
         if (r.unchanged != 0) w.line("if (todo & {}) return false;", hex(r.unchanged));
-        if (plan.counts) w.line("note_place(*s.e, {});", r.rule.index());
+        if (plan.places) w.line("note_place(*s.e, {});", r.rule.index());
         w.line("{}_affected{}(s, affected);", rule_function(plan.program, r.rule), i);
         w.close();
     }
@@ -240,7 +240,7 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
     w.open("for (u32 i = 0; i < affected.groups.count; ++i) {");
     w.line("affected.first[i] = s.{}.proposed.count;", name);
     for (const RulePlan& r : stratum.deltas.regroup) {
-        if (plan.counts) w.line("note_place(*s.e, {});", r.rule.index());
+        if (plan.places) w.line("note_place(*s.e, {});", r.rule.index());
         w.line("{}_group(s, affected.groups.rows[i]);", rule_function(plan.program, r.rule));
     }
     w.close();

@@ -29,9 +29,11 @@ std::string on_one_line(const std::string& rule) {
 bool before(Position a, Position b) { return a.line != b.line ? a.line < b.line : a.character < b.character; }
 
 std::string label(const Cost& cost, double all_seconds) {
-    if (cost.firings == 0) return "never fired";
+    if (cost.counted && cost.firings == 0) return "never fired";
     std::string text;
-    if (cost.cpu_seconds > 0) text = fmt::format("{:.1f} % of the time, ", 100 * cost.cpu_seconds / all_seconds);
+    if (cost.cpu_seconds > 0) text = fmt::format("{:.1f} % of the time", 100 * cost.cpu_seconds / all_seconds);
+    if (!cost.counted) return text;
+    if (!text.empty()) text += ", ";
     text += fmt::format("{} firing{}", grouped(cost.firings), cost.firings == 1 ? "" : "s");
     if (cost.messages > 0) text += fmt::format(", {} message{}", grouped(cost.messages), cost.messages == 1 ? "" : "s");
     return text;
@@ -40,11 +42,13 @@ std::string label(const Cost& cost, double all_seconds) {
 std::string table(const Cost& cost, const std::string& path) {
     std::string text = "| in the run | |\n|---|--:|\n";
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("| {} | {} |\n", name, value); };
-    row("evaluations", grouped(cost.evaluations));
-    row("firings", grouped(cost.firings));
-    row("derivations", grouped(cost.derivations));
-    row("messages over links", grouped(cost.messages));
-    row("bits over links", grouped(cost.bits));
+    if (cost.counted) {
+        row("evaluations", grouped(cost.evaluations));
+        row("firings", grouped(cost.firings));
+        row("derivations", grouped(cost.derivations));
+        row("messages over links", grouped(cost.messages));
+        row("bits over links", grouped(cost.bits));
+    }
     row("CPU time, by samples", format_duration(cost.cpu_seconds));
     return text + "\nFrom `" + path + "`.";
 }
@@ -58,6 +62,7 @@ Result<Costs> Costs::read(const std::string& path) {
     const Result<profile::Profile> profile = profile::read_profile(path);
     if (!profile) return tl::unexpected(profile.error());
     try {
+        const bool counted = profile->statistics.at("algorithm").contains("messages");
         for (const Json& rule : profile->statistics.at("rules")) {
             const std::string file = rule.at("file").get<std::string>();
             const double seconds = rule.at("cpu_seconds").get<double>();
@@ -65,12 +70,14 @@ Result<Costs> Costs::read(const std::string& path) {
             // What the compiler has made stands in no file.
             if (file.empty()) continue;
             Cost& cost = costs.rules_[{fs::path(file).filename().string(), on_one_line(rule.at("text").get<std::string>())}];
+            cost.cpu_seconds += seconds;
+            cost.counted = counted;
+            if (!counted) continue;
             cost.evaluations += rule.at("evaluations").get<std::uint64_t>();
             cost.firings += rule.at("firings").get<std::uint64_t>();
             cost.derivations += rule.at("derivations").get<std::uint64_t>();
             cost.messages += rule.at("messages").get<std::uint64_t>();
             cost.bits += rule.at("bits").get<std::uint64_t>();
-            cost.cpu_seconds += seconds;
         }
     } catch (const Json::exception& error) {
         return profile::part_missing(path, error);
@@ -93,7 +100,10 @@ std::vector<CostHint> Costs::hints(const Analysis& analysis, Range range) const 
         const Position end = position_of(analysis.root(), tokens.tokens[tokens.items[i].end - 1].span.end);
         if (before(end, range.start) || before(range.end, end)) continue;
         const auto cost = rules_.find({file, analysis.item_text(analysis.root_index(), i)});
-        if (cost != rules_.end()) list.push_back({end, label(cost->second, seconds_), table(cost->second, path_)});
+        if (cost == rules_.end()) continue;
+        // Without counts there is nothing to say of a rule that no sample has met.
+        std::string said = label(cost->second, seconds_);
+        if (!said.empty()) list.push_back({end, std::move(said), table(cost->second, path_)});
     }
     return list;
 }

@@ -14,6 +14,7 @@ namespace meld::lsp {
 
 // What one rule did, or the rules that it was taken apart into: one for each of its heads.
 struct Cost {
+    bool counted = false;  // If not, only the time is known.
     std::uint64_t evaluations = 0, firings = 0, derivations = 0, messages = 0, bits = 0;
     double cpu_seconds = 0;
 };

@@ -69,6 +69,7 @@ Plan make_plan(check::Program program, const PlanOptions& options) {
     Plan plan;
     plan.program = std::move(program);
     plan.counts = options.counts;
+    plan.places = options.places || options.counts;
     for (const Pass& p : kPasses) {
         if (std::find(options.without.begin(), options.without.end(), p.name) == options.without.end()) {
             if (p.on_program != nullptr) p.on_program(plan.program);

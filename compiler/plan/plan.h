@@ -112,6 +112,7 @@ struct Plan {
     std::vector<RulePlan> initial_facts;  // Linear axioms, given once to every new catom.
     bool reads_tick = false;
     bool counts = false;  // The module is to count what its rules do.
+    bool places = false;  // It is to say at any time which rule runs; so does one that counts.
 
     const Stored& of(PredicateId p) const {
         MELD_EXPECT(p.valid() && p.index() < stored.size(), "predicate {} of {}", p.index(), stored.size());
@@ -126,7 +127,7 @@ struct Plan {
 struct PlanOptions {
     std::vector<std::string> without = {};  // Passes to skip; only optimizing passes can be skipped.
     std::string after = {};                 // The last pass; empty: all.
-    bool counts = false;                    // As in Plan.
+    bool counts = false, places = false;    // As in Plan.
 };
 
 // Plans a program that was checked without errors.

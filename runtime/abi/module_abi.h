@@ -41,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 13;
+inline constexpr u32 kAbiVersion = 14;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -230,6 +230,12 @@ inline constexpr u32 kMaxTrapText_bytes = 32;
 struct Host;
 struct Counters;
 
+// A variable of a rule, as the program names it, and the number of its type.
+struct BoundVariable {
+    const char* name;
+    u16 type;
+};
+
 // One thread's evaluation.
 struct Eval {
     const SubdomainView* subdomain = nullptr;
@@ -252,8 +258,9 @@ struct Eval {
     u32 rule = kNone32;                       // The rule under evaluation, for failures that only the runtime notices; kNone32: none.
     u32 stratum = 0;                          // For views, the stratum under evaluation.
     u64 undefined = 0;                        // The strata of the catom that have undefined derivations, as undefined_bit().
-    Counters* counters = nullptr;             // For a module that counts (counts_abi.h), which also says where it is:
-    u32 place = kNone32;                      // written and read as an atomic word, by two threads.
+    Counters* counters = nullptr;             // For a module that counts (counts_abi.h).
+    bool tells_firings = false;               // Host::fired is to be called.
+    u32 place = kNone32;                      // Of a module that says where it is; written and read as an atomic word, by two threads.
 };
 // The thread is at a rule, or at one of the places of counts_abi.h.
 inline void note_place(Eval& e, u32 place) { __atomic_store_n(&e.place, place, __ATOMIC_RELAXED); }
@@ -299,6 +306,8 @@ struct Host {
     u32 (*undefined_rule)(Eval*, u32 number);
     // An action or a linear rule is about to read what this derivation makes uncertain: it becomes a trap.
     void (*stop_undefined)(Eval*, u32 number);
+    // If Eval::tells_firings says so: a linear rule fires, with these values of its variables; nothing has been consumed yet.
+    void (*fired)(Eval*, u32 rule, u32 count, const BoundVariable* variables, const Value* values);
 };
 
 // A file of the program: its path relative to the program's folder, and its text.
@@ -330,7 +339,8 @@ struct ModuleInfo {
     bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
-    bool counts;  // It counts what its rules do (counts_abi.h).
+    bool counts;  // It counts what its rules do,
+    bool places;  // or at least says where it is, as Eval::place (counts_abi.h).
     bool sends;   // Some rule sends linear facts.
 };
 

@@ -198,11 +198,7 @@ Adapter::Body Adapter::go_on(const Json&) {
     return moves;
 }
 
-Adapter::Body Adapter::reverse(const Json&) {
-    const Body at = run_.ask("where");
-    if (!at) return at;
-    return move({.command = "to " + at->at("first_tick").dump()});
-}
+Adapter::Body Adapter::reverse(const Json&) { return move({.command = "reverse"}); }
 
 Adapter::Body Adapter::pause(const Json&) {
     pause_wanted_ = move_.has_value();

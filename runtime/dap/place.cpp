@@ -104,6 +104,8 @@ void Place::add_stop(const Json& stop) {
             break;
         }
     }
+    // What a linear rule has consumed is gone, so nothing can be asked about it, but its catom is known.
+    if (stop.contains("at") && !stop["at"].empty()) catom_ = stop["at"][0].get<std::uint64_t>();
     frames_.push_back(std::move(frame));
 }
 

@@ -82,7 +82,8 @@ std::string stop_text(const Stop& stop) {
     std::string out;
     const std::string name = stop.number ? fmt::format("{}: {}", *stop.number, stop.what) : "until " + stop.what;
     for (std::size_t i = 0; i < std::min(stop.ways.size(), kMostWays); ++i)
-        out += fmt::format("{}{}{}\n", name, stop.ways[i].empty() ? "" : ": ", stop.ways[i]);
+        out += fmt::format("{}{}{}{}\n", name, stop.at.empty() ? "" : fmt::format(" at @{}", stop.at[i]), stop.ways[i].empty() ? "" : ": ",
+                           stop.ways[i]);
     if (stop.ways.size() > kMostWays) out += fmt::format("{}: and {} more\n", name, stop.ways.size() - kMostWays);
     return out;
 }
@@ -101,7 +102,8 @@ std::string counted(const std::map<std::string, std::uint64_t>& facts) {
 
 struct Text {
     std::string operator()(const Moved& moved) const {
-        std::string out = tick_text(moved.tick, moved.ended);
+        std::string out = moved.branch.empty() ? "" : fmt::format("branch {}: ", moved.branch);
+        out += tick_text(moved.tick, moved.ended);
         for (const Stop& stop : moved.stops) out += stop_text(stop);
         return out;
     }
@@ -134,6 +136,15 @@ struct Text {
         if (!done.facts.derived_anew.empty()) out += fmt::format("derived anew: {}\n", fmt::join(done.facts.derived_anew, ", "));
         for (const BreaksFound::One& one : done.lost)
             out += fmt::format("gone: {}: {} {}\n", one.number, one.rule ? "break" : "watch", one.what);
+        if (!done.branches.empty()) out += fmt::format("branches that are gone: {}\n", fmt::join(done.branches, ", "));
+        return out;
+    }
+    std::string operator()(const BranchesFound& found) const {
+        std::string out;
+        for (const BranchesFound::One& one : found.branches) {
+            const std::string by_hand = one.events == 0 ? "" : fmt::format(", {} event{} by hand", one.events, one.events == 1 ? "" : "s");
+            out += fmt::format("{} {}: tick {}{}\n", one.present ? "*" : " ", one.name, one.tick, by_hand);
+        }
         return out;
     }
     std::string operator()(const Saved& saved) const { return fmt::format("{}: a checkpoint of tick {}\n", saved.folder, saved.tick); }
@@ -211,8 +222,11 @@ Json changes_json(const std::vector<Changes::Predicate>& predicates) {
 struct AsJson {
     Json operator()(const Moved& moved) const {
         Json json = {{"from", moved.from}, {"tick", moved.tick}, {"ended", ending_json(moved.ended)}};
-        for (const Stop& stop : moved.stops)
-            json["stops"].push_back({{"number", or_null(stop.number)}, {"what", stop.what}, {"ways", stop.ways}});
+        if (!moved.branch.empty()) json["branch"] = moved.branch;
+        for (const Stop& stop : moved.stops) {
+            Json& one = json["stops"].emplace_back(Json{{"number", or_null(stop.number)}, {"what", stop.what}, {"ways", stop.ways}});
+            if (!stop.at.empty()) one["at"] = stop.at;
+        }
         return json;
     }
     Json operator()(const BreaksFound& found) const {
@@ -240,7 +254,14 @@ struct AsJson {
                 {"dropped", done.facts.dropped},
                 {"derived_anew", done.facts.derived_anew},
                 {"gone", (*this)(BreaksFound{done.lost})["breaks"]},
+                {"branches_gone", done.branches},
                 {"messages", done.messages}};
+    }
+    Json operator()(const BranchesFound& found) const {
+        Json list = Json::array();
+        for (const BranchesFound::One& one : found.branches)
+            list.push_back({{"name", one.name}, {"tick", one.tick}, {"events", one.events}, {"present", one.present}});
+        return {{"branches", list}};
     }
     Json operator()(const Saved& saved) const {
         return {{"saved", saved.folder},
@@ -326,7 +347,8 @@ std::string to_json_with_text(const Answer& answer) {
         for (Json& stop : json["stops"]) {
             const std::size_t count = stop["ways"].size();
             if (count <= kMostWays) continue;
-            stop["ways"].erase(stop["ways"].begin() + static_cast<std::ptrdiff_t>(kMostWays), stop["ways"].end());
+            for (const char* list : {"ways", "at"})
+                if (stop.contains(list)) stop[list].erase(stop[list].begin() + static_cast<std::ptrdiff_t>(kMostWays), stop[list].end());
             stop["more"] = count - kMostWays;
         }
     return line(json);

@@ -22,6 +22,7 @@ struct Stop {
     std::optional<std::uint64_t> number = {};  // None: of `until`.
     std::string what = {};                     // The rule, or the body.
     std::vector<std::string> ways = {};        // A = @3, D = 7. Those that are new; of `until` the first. On process 0.
+    std::vector<std::uint64_t> at = {};        // Of a linear rule: for each, the catom at which it fired.
 };
 
 // Of step, back, to, run and until.
@@ -29,6 +30,18 @@ struct Moved {
     std::int64_t from = 0, tick = 0;
     std::optional<sim::Ending> ended = {};
     std::vector<Stop> stops = {};  // On process 0.
+    std::string branch = {};       // Of switch: where it is now.
+};
+
+// Of fork and branches.
+struct BranchesFound {
+    struct One {
+        std::string name = {};
+        std::int64_t tick = 0;     // Where it was left; of the present one, where it is.
+        std::uint64_t events = 0;  // Done by hand in it.
+        bool present = false;
+    };
+    std::vector<One> branches = {};
 };
 
 // Of break, watch, breaks and delete: all that there are then, but of break and watch the new one alone.
@@ -71,6 +84,7 @@ struct Reloaded {
     bool changed = true;  // Otherwise the program is the one that there was, and nothing has happened.
     sim::TakenOver facts = {};
     std::vector<BreaksFound::One> lost = {};  // Breaks and watches that the new program has no room for.
+    std::vector<std::string> branches = {};   // They are gone, since their runs were those of the program as it was.
     std::string messages = {};                // What the compiler says.
 };
 
@@ -139,8 +153,8 @@ struct Explained {
     std::string text;
 };
 
-using Answer = std::variant<Moved, BreaksFound, EventsFound, Written, Reloaded, Saved, FactsFound, RowsFound, WhyFound, inspect::Comings,
-                            inspect::Messages, Consequences, RulesListed, PredicatesListed, Standing, Changes, Explained>;
+using Answer = std::variant<Moved, BreaksFound, EventsFound, BranchesFound, Written, Reloaded, Saved, FactsFound, RowsFound, WhyFound,
+                            inspect::Comings, inspect::Messages, Consequences, RulesListed, PredicatesListed, Standing, Changes, Explained>;
 
 // For people: lines, each with its end.
 std::string to_text(const Answer& answer);

@@ -113,23 +113,25 @@ Result<Answer> BreakList::add(const ModuleInfo& module, const Break& asked) {
     if (!program) return tl::unexpected<Error>(program.error());
     const Result<std::vector<const Rule*>> rules = find_rules(*program, asked.rule);
     if (!rules) return tl::unexpected<Error>(rules.error());
-    Entry entry{.asked = asked,
-                .shown = {.rule = true, .what = asked.rule + (asked.condition.empty() ? "" : " if " + asked.condition)},
-                .rules = {}};
+    Entry entry{.asked = asked, .shown = {.rule = true, .what = asked.rule + (asked.condition.empty() ? "" : " if " + asked.condition)}};
     for (const Rule* rule : *rules) {
-        const std::optional<std::string> body = rule->linear ? std::nullopt : body_of(rule->text);
+        if (rule->linear && !rule->initial_fact) {
+            Result<LinearBreak> linear = linear_break(module, *rule, asked.condition);
+            if (!linear) return tl::unexpected<Error>(linear.error());
+            entry.linear.push_back(std::move(*linear));
+            entry.shown.rules.push_back(fmt::format("{}: {}", place_of(*rule), rule->text));
+            continue;
+        }
+        const std::optional<std::string> body = body_of(rule->text);
         if (!body && rules->size() > 1) continue;
-        if (rule->linear)
-            return fail(fmt::format("break: the rule in {} is linear: what it consumes is gone after the tick", place_of(*rule)),
-                        "Watch a fact that it makes: watch done(A)");
         if (!body) return fail(fmt::format("break: the rule in {} has no body, so it holds from the start", place_of(*rule)), "");
         front::WatchRule watched = rule_of(*body + (asked.condition.empty() ? "" : ", " + asked.condition), Verb::Stop);
         watched.name = place_of(*rule);
         entry.rules.push_back(std::move(watched));
         entry.shown.rules.push_back(fmt::format("{}: {}", place_of(*rule), rule->text));
     }
-    if (entry.rules.empty())
-        return fail(fmt::format("break: none of the rules of {} can be watched: they are linear, or have no body", asked.rule), "");
+    if (entry.rules.empty() && entry.linear.empty())
+        return fail(fmt::format("break: none of the rules of {} has a body, so they hold from the start", asked.rule), "");
     return add(module, std::move(entry));
 }
 
@@ -175,6 +177,7 @@ BreaksFound BreakList::all() const {
 }
 
 Result<void> BreakList::begin(sim::Subdomain& subdomain) {
+    tell_firings(subdomain);
     if (entries_.empty() || watches_) return {};
     std::vector<front::WatchRule> rules;
     for (const Entry& e : entries_) rules.insert(rules.end(), e.rules.begin(), e.rules.end());
@@ -196,7 +199,39 @@ Result<std::vector<Stop>> BreakList::after(sim::Subdomain& subdomain) {
         const std::string what = of->shown.rule ? rule.name : of->shown.what;
         stops.push_back({.number = of->shown.number, .what = what, .ways = news.lines});
     }
+    if (auto done = add_fired(subdomain, stops); !done) return tl::unexpected<Error>(done.error());
+    std::ranges::stable_sort(stops, {}, &Stop::number);
     return stops;
+}
+
+// A run that was restored from a snapshot tells nothing until it is asked to.
+void BreakList::tell_firings(sim::Subdomain& subdomain) const {
+    std::vector<bool> told;
+    for (const Entry& e : entries_)
+        for (const LinearBreak& one : e.linear) {
+            told.resize(module_->rule_count);
+            told[one.rule] = true;
+        }
+    subdomain.tell_firings(std::move(told));
+}
+
+Result<void> BreakList::add_fired(sim::Subdomain& subdomain, std::vector<Stop>& stops) const {
+    std::vector<LinearBreak> all;
+    std::vector<const Entry*> of;
+    for (const Entry& e : entries_)
+        for (const LinearBreak& one : e.linear) {
+            all.push_back(one);
+            of.push_back(&e);
+        }
+    if (all.empty()) return {};
+    Result<std::vector<Fired>> found = fired(subdomain, all);
+    if (!found) return tl::unexpected<Error>(found.error());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        Fired& one = (*found)[i];
+        if (one.at.empty()) continue;
+        stops.push_back({.number = of[i]->shown.number, .what = all[i].place, .ways = std::move(one.ways), .at = std::move(one.at)});
+    }
+    return {};
 }
 
 bool BreakList::agreed(bool mine, comm::Communicator& comm) {

@@ -1,8 +1,8 @@
 // Where a way forward through a run ends: rules, and bodies that begin to hold.
 //
-// A rule fires in a tick after which there is a derivation by it that there was not after the tick before: a way to satisfy its body in the
+// A view fires in a tick after which there is a derivation by it that there was not after the tick before: a way to satisfy its body in the
 // state of the whole run. So a break is a watch of the rule's body, and the same on any number of processes and each time that a tick is
-// run again.
+// run again. Of a linear rule the run itself says when it fires (fired.h).
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include "runtime/comm/communicator.h"
 #include "runtime/debug/answer.h"
 #include "runtime/debug/command.h"
+#include "runtime/debug/fired.h"
 #include "runtime/inspect/watches.h"
 
 namespace meld::debug {
@@ -26,7 +27,7 @@ front::WatchRule rule_of(const std::string& body, front::WatchRule::Verb verb);
 // Every process has one and calls all of this at the same time.
 class BreakList {
   public:
-    // Errors: there is no such rule, or it cannot be watched; mistakes in the body.
+    // Errors: there is no such rule, or it has no body; mistakes in the condition or the body.
     Result<Answer> add(const ModuleInfo& module, const Break& asked);
     Result<Answer> add(const ModuleInfo& module, const Watch& asked);
     // Errors: there is none with this number.
@@ -37,7 +38,7 @@ class BreakList {
     BreaksFound all() const;
     bool empty() const { return entries_.empty(); }
 
-    // A way forward begins here. Cost: a look at all of the run, unless it goes on where the last one ended.
+    // A way forward begins here, of this run. Cost: a look at all of it, unless it goes on where the last one ended.
     Result<void> begin(sim::Subdomain& subdomain);
     // What is new after a tick, on process 0. Cost: proportional to what has changed.
     Result<std::vector<Stop>> after(sim::Subdomain& subdomain);
@@ -51,9 +52,13 @@ class BreakList {
     struct Entry {
         std::variant<Break, Watch> asked;
         BreaksFound::One shown;
-        std::vector<front::WatchRule> rules;  // One or several that are watched.
+        std::vector<front::WatchRule> rules = {};  // Bodies that are watched,
+        std::vector<LinearBreak> linear = {};      // and linear rules.
     };
     Result<Answer> add(const ModuleInfo& module, Entry entry);
+
+    void tell_firings(sim::Subdomain& subdomain) const;
+    Result<void> add_fired(sim::Subdomain& subdomain, std::vector<Stop>& stops) const;
 
     std::vector<Entry> entries_;
     std::uint64_t last_number_ = 0;

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "runtime/base/bytes.h"
@@ -111,47 +112,66 @@ Result<Answer> ByHand::kill(timeline::Timeline& timeline, const Kill& asked) {
 
 Result<Answer> ByHand::add(timeline::Timeline& timeline, Done done) {
     const std::int64_t now = timeline.tick();
-    const auto stays = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > now + 1; });
-    EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(done_.end() - stays)};
-    done_.erase(stays, done_.end());
-    done_.push_back(std::move(done));
+    const auto stays = std::ranges::find_if(state_.done, [&](const Done& one) { return one.shown.tick > now + 1; });
+    EventsFound answer{.tick = now, .dropped = static_cast<std::uint64_t>(state_.done.end() - stays)};
+    state_.done.erase(stays, state_.done.end());
+    state_.done.push_back(std::move(done));
     give_to_world();
     timeline.changes_from_here();
-    answer.events.push_back(done_.back().shown);
+    answer.events.push_back(state_.done.back().shown);
     return answer;
 }
 
 void ByHand::give_to_world() {
     world_.events.resize(own_events_);
-    for (std::size_t i = first_; i < done_.size(); ++i) world_.events.push_back(done_[i].event);
+    for (std::size_t i = state_.first; i < state_.done.size(); ++i) world_.events.push_back(state_.done[i].event);
 }
 
 std::size_t ByHand::happens_after(std::int64_t tick) {
-    const auto first = std::ranges::find_if(done_, [&](const Done& one) { return one.shown.tick > tick; });
-    const std::size_t before = first_;
-    happens_from(static_cast<std::size_t>(first - done_.begin()));
+    const auto first = std::ranges::find_if(state_.done, [&](const Done& one) { return one.shown.tick > tick; });
+    const std::size_t before = state_.first;
+    happens_from(static_cast<std::size_t>(first - state_.done.begin()));
     return before;
 }
 
 void ByHand::happens_from(std::size_t first) {
-    first_ = first;
+    state_.first = first;
+    give_to_world();
+}
+
+std::optional<std::int64_t> ByHand::parts_from(const State& other) const {
+    const auto& mine = state_.done;
+    std::size_t i = 0;
+    const auto same = [](const Done& a, const Done& b) {
+        return std::tie(a.shown.tick, a.shown.verb, a.shown.fact, a.shown.killed) ==
+               std::tie(b.shown.tick, b.shown.verb, b.shown.fact, b.shown.killed);
+    };
+    while (i < mine.size() && i < other.done.size() && same(mine[i], other.done[i])) ++i;
+    std::optional<std::int64_t> tick;
+    for (const auto* all : {&mine, &other.done})
+        if (i < all->size()) tick = std::min(tick.value_or((*all)[i].shown.tick), (*all)[i].shown.tick);
+    return tick;
+}
+
+void ByHand::restore(State state) {
+    state_ = std::move(state);
     give_to_world();
 }
 
 EventsFound ByHand::all(std::int64_t tick) const {
     EventsFound found{.tick = tick};
-    for (const Done& one : done_) found.events.push_back(one.shown);
+    for (const Done& one : state_.done) found.events.push_back(one.shown);
     return found;
 }
 
 std::string ByHand::to_come(std::int64_t tick) const {
-    const bool any = !done_.empty() && done_.back().shown.tick > tick;
+    const bool any = !state_.done.empty() && state_.done.back().shown.tick > tick;
     return any ? as_toml(tick) : "";
 }
 
 std::string ByHand::as_toml(std::int64_t after) const {
     std::string out = "# What was done by hand. A world ends with it to make the same run.\n";
-    for (const auto& [one, event] : done_) {
+    for (const auto& [one, event] : state_.done) {
         if (one.tick <= after) continue;
         if (!one.killed.empty()) {
             out += fmt::format("\n[[event]]\ntick = {}\nkill = [{}]\n", one.tick, fmt::join(one.killed, ", "));
@@ -169,7 +189,7 @@ std::string ByHand::as_toml(std::int64_t after) const {
 Result<Answer> ByHand::write(const std::string& path, comm::Communicator& comm) const {
     const Result<void> mine = comm.process() == 0 ? write_file(path, as_toml(0)) : Result<void>{};
     if (auto all = comm::outcome_of_first(comm, mine); !all) return tl::unexpected<Error>(all.error());
-    return Written{.path = path, .what = "event", .count = done_.size()};
+    return Written{.path = path, .what = "event", .count = state_.done.size()};
 }
 
 }  // namespace meld::debug

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,19 +48,28 @@ class ByHand {
     // As [[event]] tables of a world; on process 0. Errors, the same on every process: those of the file.
     Result<Answer> write(const std::string& path, comm::Communicator& comm) const;
 
-  private:
+    // All that was done, for a branch of the run.
     struct Done {
         EventsFound::One shown;
         world::Event event;
     };
+    struct State {
+        std::vector<Done> done = {};
+        std::size_t first = 0;  // Those before it do not happen in this run.
+    };
+    const State& state() const { return state_; }
+    // The first tick in which another branch of this run is another one; nothing: both are the same.
+    std::optional<std::int64_t> parts_from(const State& other) const;
+    void restore(State state);
+
+  private:
     Result<Answer> add(timeline::Timeline& timeline, Done done);
     void give_to_world();
     std::string as_toml(std::int64_t after) const;
 
     world::World& world_;
     std::size_t own_events_;  // Those of the world itself come first.
-    std::vector<Done> done_;
-    std::size_t first_ = 0;  // Those before it do not happen in this run.
+    State state_;
 };
 
 }  // namespace meld::debug

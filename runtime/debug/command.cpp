@@ -94,6 +94,12 @@ Result<Command> read_save_events(const Entry& entry, const Words& words) {
     return SaveEvents{std::string(rest(words))};
 }
 
+template <class Names>
+Result<Command> read_branch(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the name of the branch is missing");
+    return Names{std::string(words[0])};
+}
+
 Result<Command> read_save(const Entry& entry, const Words& words) {
     if (words.empty()) return wrong(entry, "the folder is missing");
     return Save{std::string(rest(words))};
@@ -177,11 +183,13 @@ Result<Command> read_help(const Entry&, const Words& words);
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
-constexpr std::array<Entry, 30> kCommands = {{
+constexpr std::array<Entry, 34> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
     {"run", "", "go on until nothing is left to do, or to the limits of the run", 0, read_alone<Run>},
+    {"reverse", "", "go back to the last tick before this one at which a break or a watch stops, or to the first tick", 0,
+     read_alone<Reverse>},
     {"until", "BODY", "go on until a body holds after a tick: until dist(A, D), D > 9", kAnyNumber, read_body<Until>},
     {"break", "RULE [if BODY]", "stop on the way after a tick in which a rule, by its line or its head, fires: break 12 if D > 3",
      kAnyNumber, read_break},
@@ -194,6 +202,9 @@ constexpr std::array<Entry, 30> kCommands = {{
      read_kill},
     {"events", "", "what was done by hand, and in which ticks", 0, read_alone<Events>},
     {"save-events", "FILE", "write that as events of a world", kAnyNumber, read_save_events},
+    {"fork", "NAME", "go on from here in a new branch of the run; the present one stays as it is", 1, read_branch<Fork>},
+    {"branches", "", "the branches that there are, with their ticks; the first is main", 0, read_alone<BranchList>},
+    {"switch", "NAME", "go to where a branch was left", 1, read_branch<Switch>},
     {"reload", "", "go on from here with the program as its file is now", 0, read_alone<Reload>},
     {"save", "DIR", "write what is shown as a checkpoint, for meldsim resume, fork, query and debug", kAnyNumber, read_save},
     {"facts", "[@N] [NAME]", "what holds now: everything, what holds at catom N, or the facts of one predicate", 2, read_facts},

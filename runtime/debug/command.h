@@ -22,6 +22,7 @@ struct To {
     std::int64_t tick = 0;
 };
 struct Run {};
+struct Reverse {};  // Back to where a break or a watch ended a way, or would have.
 struct Until {
     std::string body = {};  // In Meld.
 };
@@ -47,6 +48,13 @@ struct Kill {
 struct Events {};  // Those that were made by hand.
 struct SaveEvents {
     std::string path = {};
+};
+struct Fork {
+    std::string name = {};
+};
+struct BranchList {};  // Those that there are.
+struct Switch {
+    std::string name = {};
 };
 struct Reload {};  // The program, as its file is now.
 struct Save {
@@ -89,8 +97,9 @@ struct Help {
 };
 struct Quit {};
 
-using Command = std::variant<Step, Back, To, Run, Until, Break, Watch, Breaks, Delete, Change, Kill, Events, SaveEvents, Reload, Save,
-                             Facts, Query, Why, History, Messages, Depends, Rules, Predicates, Where, Diff, Help, Quit>;
+using Command =
+    std::variant<Step, Back, To, Run, Reverse, Until, Break, Watch, Breaks, Delete, Change, Kill, Events, SaveEvents, Fork, BranchList,
+                 Switch, Reload, Save, Facts, Query, Why, History, Messages, Depends, Rules, Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <utility>
@@ -39,6 +40,7 @@ Result<Answer> Session::execute(const Command& command) {
                    [&](const Back& past) { return back(past.ticks); },
                    [&](const To& to) { return go(to.tick); },
                    [&](const Run&) { return go(kForever); },
+                   [&](const Reverse&) { return reverse(); },
                    [&](const Until& asked) { return until(asked.body); },
                    [&](const Break& asked) { return breaks_.add(module(), asked); },
                    [&](const Watch& asked) { return breaks_.add(module(), asked); },
@@ -48,6 +50,9 @@ Result<Answer> Session::execute(const Command& command) {
                    [&](const Kill& asked) { return kill(asked); },
                    [&](const Events&) -> Result<Answer> { return by_hand_.all(now); },
                    [&](const SaveEvents& asked) { return by_hand_.write(path_of(asked.path), timeline_.simulation().subdomain().comm); },
+                   [&](const Fork& asked) { return fork(asked.name); },
+                   [&](const BranchList&) -> Result<Answer> { return branches_.all(timeline_, by_hand_); },
+                   [&](const Switch& asked) { return go_to(asked.name); },
                    [&](const Reload&) { return reload(); },
                    [&](const Save& asked) { return save(asked); },
                    [&](const Facts& facts) -> Result<Answer> {
@@ -125,6 +130,37 @@ Result<Answer> Session::back(std::int64_t ticks) {
     return go(now - ticks);
 }
 
+// Part by part, each longer than the one after it, so that a break that is near is found without the whole run.
+Result<Answer> Session::reverse() {
+    const std::int64_t now = timeline_.tick(), first = timeline_.first_tick();
+    std::int64_t found = first;
+    std::vector<Stop> stops;
+    std::int64_t before = now, part = 64;
+    while (!breaks_.empty() && found == first && before > first + 1) {
+        const std::int64_t from = std::max(first, before - 1 - part);
+        breaks_.forget();
+        const Result<void> walked = timeline_.walk(from, before - 1, [&](sim::Simulation& simulation) -> Result<bool> {
+            sim::Subdomain& there = simulation.subdomain();
+            if (there.tick() == from) return breaks_.begin(there).map([] { return true; });
+            Result<std::vector<Stop>> here = breaks_.after(there);
+            if (!here) return tl::unexpected<Error>(here.error());
+            if (!BreakList::agreed(!here->empty(), there.comm)) return true;
+            found = there.tick();
+            stops = std::move(*here);
+            return true;
+        });
+        breaks_.forget();
+        if (!walked && walked.error().code == ExitCode::Interrupted)
+            return Moved{.from = now, .tick = now, .ended = sim::Ending::Interrupted};
+        if (!walked) return tl::unexpected<Error>(walked.error());
+        before = from + 1;
+        part *= 2;
+    }
+    Result<Answer> there = go(found);
+    if (there) std::get<Moved>(*there).stops = std::move(stops);
+    return there;
+}
+
 Result<void> Session::changeable() const {
     if (options_.recorded)
         return fail("a recording says itself what happens in its run, so nothing can be done by hand",
@@ -144,6 +180,21 @@ Result<Answer> Session::kill(const Kill& asked) {
     return by_hand_.kill(timeline_, asked);
 }
 
+Result<Answer> Session::fork(const std::string& name) {
+    if (options_.recorded)
+        return fail("a recording says itself what happens in its run, so it has no branches",
+                    "Debug the program of the run, or a checkpoint of it");
+    return branches_.fork(timeline_, by_hand_, name);
+}
+
+Result<Answer> Session::go_to(const std::string& branch) {
+    const std::int64_t from = timeline_.tick();
+    Result<Answer> there = branches_.go_to(timeline_, by_hand_, branch);
+    breaks_.forget();
+    if (there) came_from_ = from;
+    return there;
+}
+
 Result<Answer> Session::reload() {
     if (options_.recorded)
         return fail("a recording carries its program, which does not change", "Debug the program of the run, or a checkpoint of it");
@@ -157,6 +208,7 @@ Result<Answer> Session::reload() {
     came_from_ = now;
     reloaded_ = true;
     done->lost = breaks_.reread(module());
+    done->branches = branches_.keep_the_present();
     return *done;
 }
 

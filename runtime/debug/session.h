@@ -8,6 +8,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/debug/answer.h"
+#include "runtime/debug/branches.h"
 #include "runtime/debug/breaks.h"
 #include "runtime/debug/by_hand.h"
 #include "runtime/debug/command.h"
@@ -53,6 +54,7 @@ class Session {
     Result<Answer> until(const std::string& body);
     Result<Answer> forward(std::int64_t tick, inspect::Watches* until, const std::string& body);
     Result<Answer> back(std::int64_t ticks);
+    Result<Answer> reverse();
     Result<Answer> query(const std::string& body);
     Result<Answer> why(const Why& asked);
     Result<Answer> messages(const Messages& asked);
@@ -62,6 +64,8 @@ class Session {
     Result<void> changeable() const;
     Result<Answer> change(const Change& asked);
     Result<Answer> kill(const Kill& asked);
+    Result<Answer> fork(const std::string& name);
+    Result<Answer> go_to(const std::string& branch);
     Result<Answer> reload();
     Result<Answer> save(const Save& asked);
     std::string path_of(const std::string& path) const;
@@ -74,6 +78,7 @@ class Session {
     std::function<void(std::uint64_t)> looked_;
     BreakList breaks_;
     ByHand by_hand_;
+    Branches branches_;
     bool reloaded_ = false;   // The first tick is where the program was read again.
     std::int64_t came_from_;  // Where the last command that moved began.
 };

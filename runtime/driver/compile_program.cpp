@@ -40,7 +40,7 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
     const std::string seconds = fmt::format("{}", options.timeout_seconds);
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
-    if (options.counts()) arguments.push_back("--counters");
+    if (options.measured()) arguments.push_back(options.stats ? "--counters" : "--places");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
     const pid_t parent = getpid();

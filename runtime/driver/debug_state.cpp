@@ -100,7 +100,7 @@ Result<debug::Reloaded> DebuggedRun::reload(timeline::Timeline& timeline, const 
 }
 
 Result<void> DebuggedRun::can_save() const {
-    if (options_.counts())
+    if (options_.measured())
         return fail("save: the run of this checkpoint counts what its rules do, and the session does not go on counting",
                     "Branch off from the checkpoint by `meldsim fork`");
     return {};

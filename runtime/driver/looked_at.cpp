@@ -120,8 +120,8 @@ Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& p
                                 manifest->run.folder, error.message()),
                     "", ExitCode::RecordingRefused);
     run->debug->writers = writing_modules(*run);
-    // The module is the same, with its counters.
-    run->stats = run->counts();
+    // The module is the same, with its counters or its places.
+    run->places = run->measured();
     run->checkpoint.clear();
     for (const OutputOption& output : kOutputs) (*run.*output.path).clear();
     for (const BodiesOption& watch : kWatches) (*run.*watch.bodies).clear();

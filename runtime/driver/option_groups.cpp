@@ -62,7 +62,7 @@ void add_outputs(CLI::App& command, RunOptions& run) {
         ->type_name("SECONDS");
     command.add_flag("--stats", run.stats,
                      "Count what rules, predicates and catoms do, and the messages over links; print it with the summary");
-    command.add_option("--profile", run.profile, "Write what --stats counts, and where the time went, for meldsim profile")
+    command.add_option("--profile", run.profile, "Write where the time went, and with --stats what it counts, for meldsim profile")
         ->type_name("FILE");
     command.add_flag("--json", run.json, "Print the summary as JSON");
     command.add_flag("--quiet", run.quiet, "Print no progress line and no summary");

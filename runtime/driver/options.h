@@ -107,9 +107,10 @@ struct RunOptions {
     std::optional<DebugOptions> debug = {};  // Somebody walks through the run, and it writes nothing.
     std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;
-    bool stats = false;        // What the run did in detail is part of the summary.
-    std::string profile = {};  // A file for that, and for where the time went.
-    bool counts() const { return stats || !profile.empty(); }
+    bool stats = false;        // What the run did in detail is counted, and part of the summary.
+    std::string profile = {};  // A file for where the time went, and for what is counted.
+    bool places = false;       // The module says which rule runs, though there is no profile: this run goes on as one that had.
+    bool measured() const { return stats || places || !profile.empty(); }
     bool json = false;
     bool quiet = false;
     std::vector<Restart> restarts = {};       // Of this run so far.

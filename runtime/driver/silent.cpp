@@ -7,7 +7,7 @@ namespace meld::driver {
 std::vector<std::string> writing_modules(const RunOptions& options) {
     std::vector<std::string> names;
     if (!options.record.empty()) names.emplace_back("recorder");
-    if (options.counts()) names.emplace_back("statistics");
+    if (options.measured()) names.emplace_back("statistics");
     names.insert(names.end(), {"printer", "watcher"});
     if (std::ranges::any_of(kWatches, [&](const BodiesOption& watch) { return !(options.*watch.bodies).empty(); }))
         names.emplace_back("watches");

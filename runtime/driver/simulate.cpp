@@ -105,9 +105,12 @@ Result<void> Run::read(const std::string& module_path) {
     const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options_, in.module, in.world); });
     if (const auto alike = agree(comm_, mine); !alike) return alike;
     if (auto counted = count_catoms(options_, comm_, *inputs); !counted) return counted;
-    if (options_.counts() && !inputs->info().counts)
+    if (options_.stats && !inputs->info().counts)
         return fail(fmt::format("{} does not count what its rules do", options_.program),
                     "Give the .meld file, or compile it with meldc compile --counters");
+    if (!options_.profile.empty() && !inputs->info().places)
+        return fail(fmt::format("{} does not say which rule runs", options_.program),
+                    "Give the .meld file, or compile it with meldc compile --places");
     auto watches = make_watches(options_, inputs->info(), talk(options_));
     if (const auto all = comm::outcome_of_all(comm_, watches.map([](const auto&) {})); !all) return all;
     new_watches_ = std::move(*watches);
@@ -139,7 +142,7 @@ Result<void> Run::add_recorder() {
     using Loaded = record::Recorder::Loaded;
     auto recorder = std::make_unique<record::Recorder>(options_.record, world.record.every, world.record.predicates, about,
                                                        options_.fork.empty() ? Loaded::Appends : Loaded::Begins);
-    if (options_.counts()) recorder->add_load();
+    if (options_.stats) recorder->add_load();
     simulation_->add(std::move(recorder), "recorder");
     return {};
 }
@@ -152,8 +155,9 @@ Result<void> Run::add_watchers() {
         if (const auto all = comm::outcome_of_all(comm_, check.map([](const auto&) {})); !all) return all;
         simulation_->add((*check)(), "check");
     }
-    if (options_.counts()) {
-        auto statistics = std::make_unique<profile::RunStatistics>();
+    if (options_.measured()) {
+        auto statistics = std::make_unique<profile::RunStatistics>(options_.stats ? profile::RunStatistics::Catoms::Counted
+                                                                                  : profile::RunStatistics::Catoms::NotCounted);
         statistics_ = statistics.get();
         simulation_->add(std::move(statistics), "statistics");
     }

@@ -78,6 +78,7 @@ struct Evaluator::Thread : Eval {
     std::vector<Loss> losses;
     std::vector<Wake> wakes;
     std::vector<GroupWake> group_wakes;
+    std::vector<Firing> firings;  // Until the next evaluation.
     u32 sequence = 0;
     u32 sequence_of = kNone32;
     u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
@@ -236,6 +237,12 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         return (t.owner->linear_ && t.lost_now(predicate, key, before, *out)) || before;
     };
     host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
+    host_.fired = [](Eval* e, u32 rule, u32 count, const BoundVariable* variables, const Value* values) {
+        Thread& t = of(e);
+        if (!t.owner->told_[rule]) return;
+        t.firings.push_back(
+            {rule, e->subdomain->geometry.catom_id[e->catom], pack_bound(t.owner->module_.types, {variables, count}, values)});
+    };
     host_.random = [](Eval* e) {
         return random_bits(e->subdomain->seed, e->subdomain->geometry.catom_id[e->catom], static_cast<u64>(e->subdomain->now), e->draws++);
     };
@@ -291,16 +298,27 @@ void Evaluator::count_evaluations() {
     for (std::size_t i = 0; i < threads_.size(); ++i) threads_[i]->counters = &counts_->of(i);
 }
 
+void Evaluator::tell_firings(std::vector<bool> rules) {
+    told_ = std::move(rules);
+    for (auto& t : threads_) t->tells_firings = !told_.empty();
+}
+
+std::vector<Firing> Evaluator::firings() const {
+    std::vector<Firing> all;
+    for (const auto& t : threads_) all.insert(all.end(), t->firings.begin(), t->firings.end());
+    return all;
+}
+
 // Drops undelivered messages and actions. The columns outlive the evaluator.
 Evaluator::~Evaluator() {
     for (auto& t : threads_) t->release_owned();
 }
 
 void Evaluator::measure(TickLog& log) {
-    // Thousands of samples in some seconds; each costs a few microseconds.
-    constexpr std::chrono::microseconds kBetweenSamples(1000);
+    // A thousand samples in some seconds. Each costs a few microseconds and, where all processors are busy, takes one from a worker.
+    constexpr std::chrono::microseconds kBetweenSamples(4000);
     log_ = &log;
-    if (!module_.counts) return;
+    if (!module_.places) return;
     std::vector<const u32*> places;
     for (const auto& t : threads_) places.push_back(&t->place);
     samples_.emplace(module_, std::move(places));
@@ -333,6 +351,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->records.clear();
         t->rows.clear();
         t->row_changes.clear();
+        t->firings.clear();
         // Memory that is not written to is not taken from the system, and arrays that need not grow leave none behind.
         t->records.reserve(awake_.size() / threads_.size() + kBlock);
     }
@@ -352,10 +371,8 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         if (samples_) samples_->note_worker(worker);
         if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), to - from);
         module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
-        if (counts_) {
-            counts_->end_block(static_cast<std::size_t>(worker), {awake_.data() + from, to - from});
-            note_place(t, kPlaceNone);
-        }
+        if (counts_) counts_->end_block(static_cast<std::size_t>(worker), {awake_.data() + from, to - from});
+        if (samples_) note_place(t, kPlaceNone);
         if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);
         if (t.trap == Trap::None) return;
         // Of several failures the one with the least id is reported, whichever thread met it.

@@ -15,6 +15,7 @@
 #include "runtime/eval/agenda.h"
 #include "runtime/eval/counts.h"
 #include "runtime/eval/failure.h"
+#include "runtime/eval/firing.h"
 #include "runtime/eval/memory.h"
 #include "runtime/eval/requests.h"
 #include "runtime/eval/samples.h"
@@ -74,10 +75,14 @@ class Evaluator {
     const Counts* counts() const { return counts_ ? &*counts_ : nullptr; }
     // From now on at least the evaluations of each catom are counted.
     void count_evaluations();
-    // Where the time goes: the stages go to the log, which lives as long as this. From now on, if the module counts, Samples are taken too.
+    // Where the time goes: the stages go to the log, which lives as long as this. From now on, if the module says where it is, Samples are taken too.
     void measure(TickLog& log);
-    // Until now; the evaluator measures no more. Null: the module does not count.
+    // Until now; the evaluator measures no more. Null: the module does not say where it is.
     const CpuSeconds* end_measuring();
+    // From now on the firings of these linear rules, by their numbers, are kept until the next evaluation; of none, if it is empty.
+    void tell_firings(std::vector<bool> rules);
+    // Those of the last evaluation; of each catom in their order.
+    std::vector<Firing> firings() const;
     u32 greatest_rank() const { return greatest_rank_; }
 
     // As if the last evaluation had asked for this, of a run that goes on from a snapshot. Those of one catom come in their order;
@@ -111,6 +116,7 @@ class Evaluator {
     std::vector<Keyed> order_, spare_;
     std::vector<Action> actions_;
     std::optional<Counts> counts_;
+    std::vector<bool> told_;  // By rule.
     TickLog* log_ = nullptr;
     std::optional<Samples> samples_;
     std::optional<Periodic> sampler_;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/inspect/heads.h"
+
 namespace meld::inspect {
 
 namespace {
@@ -24,16 +26,16 @@ class Finder {
     Finder(Explainer& explainer, const Known& fact) : e_(explainer), fact_(fact) {}
 
     Result<Firings> made() {
-        const auto look = [&](const Rule& rule) { return by_heads(rule, rule.heads, {}); };
+        const auto look = [&](const Rule& rule) { return by_heads(rule); };
         return find(e_.makers(fact_.predicate), look, [&](const Rule& rule) { return makes_here(rule); });
     }
     Result<Firings> took() {
         std::vector<const Rule*> rules;
         for (const Rule& rule : e_.checked().rules)
-            if (rule.linear && consumes(rule.body, rule.heads)) rules.push_back(&rule);
+            if (rule.linear && consumes(rule)) rules.push_back(&rule);
         const auto look = [&](const Rule& rule) -> Result<void> {
             if (auto done = by_body(rule, rule.body, {}); !done) return done;
-            return by_matches(rule, rule.heads, {});
+            return by_matches(rule);
         };
         // A linear rule consumes what is at its catom.
         return find(rules, look, [](const Rule&) { return true; });
@@ -67,25 +69,21 @@ class Finder {
         return here;
     }
     bool is_it(const Clause& c) const { return c.kind == Clause::Kind::Atom && c.atom.predicate == fact_.predicate && !c.atom.read_only; }
-    bool consumes(const std::vector<Clause>& body, const std::vector<Head>& heads) const {
-        return std::ranges::any_of(body, [&](const Clause& c) { return is_it(c); }) ||
-               std::ranges::any_of(heads, [&](const Head& h) { return consumes(h.body, h.heads) || consumes({}, h.others); });
+    bool consumes(const std::vector<Clause>& body) const {
+        return std::ranges::any_of(body, [&](const Clause& c) { return is_it(c); });
     }
-    static std::vector<Clause> with_body(const Head& h, const std::vector<Clause>& around) {
-        std::vector<Clause> more = around;
-        more.insert(more.end(), h.body.begin(), h.body.end());
-        if (h.kind == Head::Kind::If) more.push_back({.kind = Clause::Kind::Test, .test = h.term, .span = h.span});
-        return more;
+    // Comprehensions consume as well what they match.
+    bool consumes(const Rule& rule) const {
+        bool any = consumes(rule.body);
+        each_head_within(rule, [&](const HeadWithin& h) { any = any || consumes(h.head.body); });
+        return any;
     }
-    Result<void> by_heads(const Rule& rule, const std::vector<Head>& all, const std::vector<Clause>& around) {
-        for (const Head& h : all) {
-            const std::vector<Clause> more = with_body(h, around);
-            if (h.kind == Head::Kind::Fact && h.atom.predicate == fact_.predicate)
-                if (auto done = by(rule, h.atom, more); !done) return done;
-            if (auto done = by_heads(rule, h.heads, more); !done) return done;
-            if (auto done = by_heads(rule, h.others, around); !done) return done;
-        }
-        return {};
+    Result<void> by_heads(const Rule& rule) {
+        Result<void> done;
+        each_head_within(rule, [&](const HeadWithin& h) {
+            if (done && h.head.kind == Head::Kind::Fact && h.head.atom.predicate == fact_.predicate) done = by(rule, h.head.atom, h.around);
+        });
+        return done;
     }
     Result<void> by_body(const Rule& rule, const std::vector<Clause>& body, const std::vector<Clause>& more) {
         for (const Clause& c : body)
@@ -93,15 +91,12 @@ class Finder {
                 if (auto done = by(rule, c.atom, more); !done) return done;
         return {};
     }
-    // Comprehensions consume as well what they match.
-    Result<void> by_matches(const Rule& rule, const std::vector<Head>& all, const std::vector<Clause>& around) {
-        for (const Head& h : all) {
-            const std::vector<Clause> more = with_body(h, around);
-            if (auto done = by_body(rule, h.body, more); !done) return done;
-            if (auto done = by_matches(rule, h.heads, more); !done) return done;
-            if (auto done = by_matches(rule, h.others, around); !done) return done;
-        }
-        return {};
+    Result<void> by_matches(const Rule& rule) {
+        Result<void> done;
+        each_head_within(rule, [&](const HeadWithin& h) {
+            if (done) done = by_body(rule, h.head.body, h.around);
+        });
+        return done;
     }
     Result<void> by(const Rule& rule, const check::Atom& atom, const std::vector<Clause>& more) {
         const std::optional<Fitted> fitted = e_.fit(rule, atom, fact_, false, more);

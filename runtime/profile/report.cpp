@@ -34,19 +34,19 @@ Json rules_json(const ModuleInfo& module, const Gathered& all) {
     Json rules = Json::array();
     for (u32 r = 0; r < module.rule_count; ++r) {
         const RuleInfo& info = module.rules[r];
-        const RuleCounts& counts = all.rules[r];
-        const LinkCounts messages = messages_of(module, all, r);
-        rules.push_back({{"rule", info.name},
-                         {"text", info.text},
-                         {"file", info.file},
-                         {"line", info.line},
-                         {"evaluations", counts.evaluations},
+        Json rule = {{"rule", info.name}, {"text", info.text}, {"file", info.file}, {"line", info.line}};
+        if (all.rules_counted) {
+            const RuleCounts& counts = all.rules[r];
+            const LinkCounts messages = messages_of(module, all, r);
+            rule.update({{"evaluations", counts.evaluations},
                          {"firings", counts.firings},
                          {"derivations", counts.derivations},
                          {"messages", messages.messages},
                          {"bits", messages.bits},
                          {"sent_messages", counts.messages},
                          {"sent_bits", counts.bits}});
+        }
+        rules.push_back(std::move(rule));
     }
     return rules;
 }
@@ -141,7 +141,7 @@ Json to_json(const ModuleInfo& module, const Gathered& all) {
                          {"exported_changes", t.changes},
                          {"linear_messages", t.messages}});
     Json json = {{"first_tick", all.first_tick}, {"last_tick", all.last_tick}, {"algorithm", algorithm_json(all)}};
-    if (all.rules_counted) json["rules"] = rules_json(module, all);
+    json["rules"] = rules_json(module, all);
     json["predicates"] = predicates_json(module, all);
     json["busiest_catoms"] = busiest;
     if (all.rules_counted) json["catoms_with_most_messages"] = talkers;
@@ -254,7 +254,7 @@ std::string catoms_text(const std::string& title, const Json& catoms, bool count
 }  // namespace
 
 std::string tables(const Json& s) {
-    const bool counted = s.contains("rules");
+    const bool counted = s.at("algorithm").contains("messages");
     std::string text = algorithm_text(s.at("algorithm"));
     if (counted) text += rules_text(s.at("rules"));
     text += predicates_text(s.at("predicates"), counted);

@@ -55,7 +55,8 @@ struct Busiest {
 // The catoms that have been on several processes, of all processes.
 std::set<u64> wanderers(const sim::Subdomain& subdomain) {
     ByteWriter mine;
-    for (const auto& [id, load] : subdomain.counts()->left()) mine.write(id);
+    if (subdomain.counts() != nullptr)
+        for (const auto& [id, load] : subdomain.counts()->left()) mine.write(id);
     std::set<u64> all;
     for (const auto& bytes : subdomain.comm.allgather_any(mine.view()))
         for (ByteReader in(bytes, "catoms that have left a process"); !in.done();) all.insert(in.read<u64>());
@@ -75,7 +76,7 @@ std::vector<PredicateLoad> predicates_here(const sim::Subdomain& subdomain) {
     std::vector<PredicateLoad> all(module.predicate_count);
     for (u32 i = 0; i < module.predicate_count; ++i) {
         const PredicateInfo& p = module.predicates[i];
-        all[i].counts = subdomain.counts()->predicate(i);
+        if (subdomain.counts() != nullptr) all[i].counts = subdomain.counts()->predicate(i);
         if (p.column == kNone16) continue;
         for (u32 catom = 0; catom < subdomain.ensemble.index_count(); ++catom) {
             if (!subdomain.owned(catom)) continue;
@@ -91,7 +92,7 @@ std::vector<PredicateLoad> predicates_here(const sim::Subdomain& subdomain) {
 }  // namespace
 
 Result<void> RunStatistics::start(sim::Subdomain& subdomain) {
-    subdomain.count_evaluations();
+    if (catoms_ == Catoms::Counted) subdomain.count_evaluations();
     first_tick_ = subdomain.tick() + 1;
     return {};
 }
@@ -136,14 +137,15 @@ Result<void> RunStatistics::after(sim::Subdomain& subdomain) {
 }
 
 Gathered RunStatistics::gather(const sim::Subdomain& subdomain) const {
-    const eval::Counts& counts = *subdomain.counts();
     const ModuleInfo& module = subdomain.module;
+    const eval::Counts nothing(module, 0);
+    const eval::Counts& counts = subdomain.counts() != nullptr ? *subdomain.counts() : nothing;
     const std::set<u64> several = wanderers(subdomain);
     std::vector<NamedCatom> parts;
     Busiest busiest;
     for (const auto& [id, load] : counts.left()) parts.push_back({id, load});
     for (u32 catom = 0; catom < subdomain.ensemble.index_count(); ++catom) {
-        if (!subdomain.owned(catom)) continue;
+        if (!subdomain.owned(catom) || subdomain.counts() == nullptr) continue;
         const u64 id = subdomain.ensemble.id(catom);
         if (!several.empty() && several.contains(id))
             parts.push_back({id, counts.catom(catom)});

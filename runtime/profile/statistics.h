@@ -44,7 +44,7 @@ struct NamedCatom {
 
 // Everything, of all processes.
 struct Gathered {
-    bool rules_counted = false;  // The module has counters; without them there are no rules, messages and links.
+    bool rules_counted = false;  // The module has counters; without them nothing is known of rules, messages and links.
     std::int64_t first_tick = 0, last_tick = 0;
     std::vector<RuleCounts> rules;
     std::vector<PredicateLoad> predicates;
@@ -60,6 +60,10 @@ struct Gathered {
 
 class RunStatistics : public sim::SimModule {
   public:
+    // Which catoms are busiest is known only if their evaluations are counted, which takes time in each of them.
+    enum class Catoms { Counted, NotCounted };
+    explicit RunStatistics(Catoms catoms) : catoms_(catoms) {}
+
     bool runnable() const override { return true; }
     Result<void> start(sim::Subdomain& subdomain) override;
     Result<void> resume(sim::Subdomain& subdomain) override;
@@ -73,6 +77,7 @@ class RunStatistics : public sim::SimModule {
   private:
     void note_settling(const sim::Subdomain& subdomain);
 
+    Catoms catoms_;
     Settling::Cause begins_ = Settling::Cause::Start;
     std::int64_t first_tick_ = 0;
     std::vector<Settling> settlings_;

@@ -151,11 +151,18 @@ std::string time_tables(const Json& profile) {
     std::string text = fmt::format(
         "CPU time of evaluation: {}, by {} sample{}; {} in bodies of rules, {} in deciding what holds, {} in reading and writing catoms\n",
         format_duration(all), grouped(samples), samples == 1 ? "" : "s", percent(bodies, all), percent(deciding, all), percent(other, all));
-    Table rules({"share", "CPU time", "evaluations", "derivations", "rule"});
+    std::vector<std::string> columns = {"share", "CPU time"};
+    const bool counted = profile.at("algorithm").contains("messages");
+    if (counted) columns.insert(columns.end(), {"evaluations", "derivations"});
+    columns.emplace_back("rule");
+    Table rules(columns);
     for (const Json* rule : by_time(profile.at("rules"))) {
         const double seconds = rule->at("cpu_seconds").get<double>();
-        rules.add({percent(seconds, all), format_duration(seconds), grouped(rule->at("evaluations").get<std::uint64_t>()),
-                   grouped(rule->at("derivations").get<std::uint64_t>()), rule_text(*rule)});
+        std::vector<std::string> cells = {percent(seconds, all), format_duration(seconds)};
+        if (counted)
+            for (const char* count : {"evaluations", "derivations"}) cells.push_back(grouped(rule->at(count).get<std::uint64_t>()));
+        cells.push_back(rule_text(*rule));
+        rules.add(std::move(cells));
         if (rules.size() == kShown) break;
     }
     if (!rules.empty()) text += "hottest rules\n" + rules.text();

@@ -22,7 +22,7 @@ class Costs(Case):
         self.write("profiled/main.meld", text)
         self.write("profiled/shared.meld", SHARED)
         self.write("profiled/main.toml", 'lattice = "square"\n[[body]]\nshape = "box(4, 1, 1)"\n')
-        self.call("meldsim", "run", "profiled/main.meld", "--ticks", 20, "--quiet", "--profile", name, *options)
+        self.call("meldsim", "run", "profiled/main.meld", "--ticks", 20, "--quiet", "--stats", "--profile", name, *options)
         return json.loads((self.folder / name).read_text())["statistics"]["rules"]
 
     def show(self, *profile):
@@ -110,6 +110,19 @@ class Costs(Case):
         self.assertTrue(labels[0].startswith("75.0 % of the time, 2 firings"), labels)
         self.assertTrue(labels[1].startswith("25.0 % of the time, "), labels)
         self.assertNotIn("time", labels[2])
+
+    def test_without_counts_there_is_the_time_alone(self):
+        self.profile()
+        self.call("meldsim", "run", "profiled/main.meld", "--ticks", 20, "--quiet", "--profile", "run.profile")
+        place = self.folder / "run.profile"
+        profile = json.loads(place.read_text())
+        for rule in profile["statistics"]["rules"]:
+            self.assertNotIn("firings", rule)
+            rule["cpu_seconds"] = {12: 0.75, 13: 0.25}.get(rule["line"], 0)
+        place.write_text(json.dumps(profile))
+        self.open()
+        self.show(place)
+        self.assertEqual([label for *_, label in self.hints()], ["75.0 % of the time", "25.0 % of the time"])
 
     def test_a_profile_that_is_written_anew_is_read_anew(self):
         self.profile()

@@ -40,6 +40,26 @@ class Profiles(Case):
         hottest = text[text.index("hottest rules"):].splitlines()[2]
         self.assertIn("slow@5  slow(A, work(300, T)) :- tick(A, T).", hottest)
 
+    def test_counts_are_in_a_profile_where_they_are_asked_for(self):
+        plain = self.profile()["statistics"]
+        self.assertEqual([sorted(rule) for rule in plain["rules"]], [["cpu_seconds", "file", "line", "rule", "text"]] * len(plain["rules"]))
+        self.assertNotIn("firings", self.call("meldsim", "profile", "run.profile")[0])
+        counted = self.profile("--stats")["statistics"]
+        self.assertEqual({rule["evaluations"] for rule in counted["rules"] if rule["file"]}, {400 * 40})
+        self.assertIn("firings", self.call("meldsim", "profile", "run.profile")[0])
+        # Both count what catoms do.
+        for key in ("busiest_ticks", "first_tick", "last_tick"):
+            self.assertEqual(plain[key], counted[key])
+
+    def test_a_module_that_does_not_say_where_it_is_is_refused(self):
+        for flag in ((), ("--places",), ("--counters",)):
+            self.call("meldc", "compile", "hot.meld", *flag, "-o", "hot.so")
+            run = ("meldsim", "run", "hot.so", "--world", "w.toml", "--quiet", "--ticks", 9, "--profile", "run.profile")
+            if flag:
+                self.call(*run)
+            else:
+                self.refused(*run, code=2, says=["does not say which rule runs", "--places"], lines=None)
+
     def test_the_stages_take_the_time_of_the_run(self):
         profile = self.profile("--threads", 2, ticks=200)
         [process] = profile["statistics"]["processes"]
@@ -111,7 +131,7 @@ class Profiles(Case):
         self.assertFalse((self.folder / "run.profile").exists())
 
     def test_other_files_are_refused(self):
-        self.profile()
+        self.profile("--stats")
         whole = self.read("run.profile")
         version = whole.replace(b'"claymeld_profile":1', b'"claymeld_profile":99')
         part = whole.replace(b'"evaluations"', b'"evaluated"')

@@ -107,5 +107,32 @@ class ByHand(DebugTest):
         self.refuses(["give wall(@2)"], "run.vtkhdf", says="a recording says itself what happens")
 
 
+class Branches(DebugTest):
+    def test_each_branch_is_its_own_run(self):
+        """Whichever way they are reached, and as a run of their own events is."""
+        commands = ["to 10", "fork away", "take source(@0)", "to 40", "fork there", "give source(@42)", "run", "fork same", "branches"]
+        for processes in (1, 3):
+            answers = self.answers([*commands, "switch main", "facts", "switch away", "events", "save-events away.toml", "facts",
+                                    "switch there", "save-events there.toml", "facts", "switch there", "run", "switch main", "run", "facts",
+                                    "branches", "switch same", "where"], GRADIENT, "-n", processes)
+            moves = [a for a in answers if "branch" in a]
+            end = answers[6]["tick"]
+            self.assertEqual([(m["branch"], m["tick"]) for m in moves],
+                             [("main", 10), ("away", 40), ("there", end), ("there", end), ("main", 10), ("same", end)])
+            self.assertEqual([(b["name"], b["tick"], b["events"], b["present"]) for b in answers[8]["branches"]],
+                             [("main", 10, 0, False), ("away", 40, 1, False), ("there", end, 2, False), ("same", end, 2, True)])
+            facts = [a["facts"] for a in answers if "facts" in a]
+            for found, ticks, events in zip(facts, (10, 40, end, 59), ((), ("--events", "away.toml"), ("--events", "there.toml"), ())):
+                out = self.call("meldsim", "run", GRADIENT, "--quiet", "--ticks", ticks, *events, "--facts-out", "-")[0]
+                self.assertEqual("".join(f + "\n" for f in found), out)
+            self.assertEqual(answers[-1]["tick"], end)
+            self.assertEqual([b["tick"] for b in answers[-3]["branches"]], [59, 40, end, end])
+
+    def test_what_cannot_be_done_with_branches(self):
+        for command, says in (("fork main", "there is a branch main already"), ("fork", "the name of the branch is missing"),
+                              ("switch b", "there is no branch b. There are main"), ("fork a b", "'b' is too much")):
+            self.refuses([command], GRADIENT, says=says)
+
+
 if __name__ == "__main__":
     main("meldc", "meldsim")

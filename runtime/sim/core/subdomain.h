@@ -91,6 +91,9 @@ class Subdomain {
     // What is counted over the run; null: nothing.
     const eval::Counts* counts() const { return facts_.evaluator.counts(); }
     void count_evaluations() { facts_.evaluator.count_evaluations(); }
+    // From now on the firings of these linear rules, by their numbers, are kept for a tick; and those of the last tick on this process.
+    void tell_firings(std::vector<bool> rules) { facts_.evaluator.tell_firings(std::move(rules)); }
+    std::vector<eval::Firing> firings() const { return facts_.evaluator.firings(); }
     // Where the time goes, from now on; the log lives as long as this.
     void measure(TickLog& log) {
         log_ = &log;
