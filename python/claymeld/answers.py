@@ -10,8 +10,6 @@ import pandas
 from .tables import NUMBERS
 from .tool import Path, ask
 
-SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-
 
 def body_word(body: str) -> str:
     """As a word of a command: what begins with a hyphen would be an option."""
@@ -159,15 +157,3 @@ def history(target: str, fact: str, *words: Any, meldsim: Optional[Path] = None)
                              file=rule.get("file"), line=rule.get("line"), rule=rule.get("text")))
     frame = pandas.DataFrame(rows, columns=["tick", "fact", "change", "how", "by", "file", "line", "rule"])
     return frame.astype({"tick": "int64", "line": "Int64"})
-
-
-def ticks_of(time: Any, tick: Any) -> int:
-    """A time of the world file in whole ticks, "200ms" or seconds, where a tick takes so long."""
-
-    def seconds(text: Any) -> float:
-        if not isinstance(text, str):
-            return float(text)
-        unit = max((unit for unit in SECONDS if text.endswith(unit)), key=len, default="")
-        return float(text[: len(text) - len(unit)]) * SECONDS.get(unit, 1.0)
-
-    return max(round(seconds(time) / seconds(tick)), 1)

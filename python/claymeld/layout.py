@@ -23,6 +23,8 @@ class Steps:
     def __init__(self, path: Path) -> None:
         self.path = os.fspath(path)
         self._texts: dict[str, list[str]] = {}
+        self._columns: dict[str, NDArray[numpy.int64]] = {}
+        self._counts: dict[str, tuple[tuple[int, int], int]] = {}
         try:
             self._file = h5py.File(self.path, "r")
         except FileNotFoundError:
@@ -87,30 +89,38 @@ class Steps:
     def count(self, step: int) -> int:
         """The number of catoms."""
         with self._damage():
-            return int(self._data["NumberOfPoints"][self._steps["PartOffsets"][step]])
+            if "/counts" not in self._columns:
+                self._columns["/counts"] = self._data["NumberOfPoints"][:][self._column("PartOffsets")]
+            return int(self._columns["/counts"][step])
 
     def positions(self, step: int) -> NDArray[numpy.float32]:
         """In diameters, (catoms, 3)."""
         with self._damage():
-            return self._rows(self._data["Points"], self._steps["PointOffsets"][step], self.count(step))
+            return self._rows(self._data["Points"], self._column("PointOffsets")[step], self.count(step))
 
     def array(self, name: str, step: int) -> NDArray[Any]:
         """A value for each catom, (catoms,) or (catoms, parts)."""
         with self._damage():
-            return self._rows(self._data["PointData"][name], self._steps["PointDataOffsets"][name][step], self.count(step))
+            return self._rows(self._data["PointData"][name], self._column(f"PointDataOffsets/{name}")[step], self.count(step))
 
     def same_positions(self, step: int, other: int) -> bool:
         """Whether the catoms and their places are stored once for both; they may be the same if they are not."""
         with self._damage():
-            offsets = [self._steps["PointOffsets"], self._steps["PointDataOffsets"]["id"]]
+            offsets = [self._column("PointOffsets"), self._column("PointDataOffsets/id")]
             return self.count(step) == self.count(other) and all(offset[step] == offset[other] for offset in offsets)
 
     def fact_count(self, predicate: str, step: int) -> int:
         info = self.predicates[predicate]
         if info["table"]:
             with self._damage():
-                return int(self._steps["FactCounts"][predicate][step])
-        return int((self.array(f"{predicate}.facts" if info["arguments"] else predicate, step) > 0).sum())
+                return int(self._column(f"FactCounts/{predicate}")[step])
+        name = f"{predicate}.facts" if info["arguments"] else predicate
+        with self._damage():
+            # What has not changed since the step before is stored once, and counted once.
+            rows = (int(self._column(f"PointDataOffsets/{name}")[step]), self.count(step))
+        if self._counts.get(name, (None, 0))[0] != rows:
+            self._counts[name] = rows, int((self.array(name, step) > 0).sum())
+        return self._counts[name][1]
 
     def fact_rows(self, predicate: str, step: int) -> dict[str, NDArray[Any]]:
         """The facts of a recorded predicate: "catom" and the arguments, each (facts,); a vec3 is (facts, 3). What is no number is the
@@ -118,9 +128,9 @@ class Steps:
         info = self.predicates[predicate]
         if info["table"]:
             with self._damage():
-                begins, count = self._steps["FactOffsets"][predicate], int(self._steps["FactCounts"][predicate][step])
+                begins, count = f"FactOffsets/{predicate}", int(self._column(f"FactCounts/{predicate}")[step])
                 table = self._file["meld/facts"][predicate]
-                return {column: self._rows(table[column], begins[column][step], count) for column in table}
+                return {column: self._rows(table[column], self._column(f"{begins}/{column}")[step], count) for column in table}
         there = self.array(f"{predicate}.facts" if info["arguments"] else predicate, step) > 0
         rows = {"catom": self.array("id", step)[there]}
         rows.update((argument["name"], self.array(argument["array"], step)[there]) for argument in info["arguments"])
@@ -129,20 +139,8 @@ class Steps:
     def digest(self, step: int) -> str:
         """Of the whole state, as --digest writes it."""
         with self._damage():
-            low, high = (int(self._steps[f"StateDigest{half}"][step]) & (1 << 64) - 1 for half in ("Low", "High"))
+            low, high = (int(self._column(f"StateDigest{half}")[step]) & (1 << 64) - 1 for half in ("Low", "High"))
             return f"{high:016x}{low:016x}"
-
-    def lines(self, step: int) -> NDArray[numpy.int64]:
-        """What catoms have drawn, (lines, 2): the rows of both ends in the step."""
-        if "Lines" not in self._data or "ConnectivityIdOffsets" not in self._steps:
-            return numpy.empty((0, 2), dtype="int64")
-        with self._damage():
-            part, offsets = self._steps["PartOffsets"][step], self._steps["ConnectivityIdOffsets"]
-            if len(offsets.shape) < 2:
-                return numpy.empty((0, 2), dtype="int64")
-            count, first = int(self._data["Lines/NumberOfCells"][part]), int(offsets[step, 1])
-            ends: NDArray[numpy.int64] = self._data["Lines/Connectivity"][first : first + 2 * count].reshape(-1, 2)
-            return ends
 
     def strings(self, name: str, numbers: NDArray[Any]) -> list[Optional[str]]:
         """The strings that an array's numbers stand for; None for -1."""
@@ -155,6 +153,12 @@ class Steps:
             self._texts[name] = known
         with self._damage():
             return [known[number] if number >= 0 else None for number in numbers]
+
+    def _column(self, name: str) -> NDArray[numpy.int64]:
+        """A column of the table of steps, (steps,), which is read once."""
+        if name not in self._columns:
+            self._columns[name] = self._steps[name][: len(self.ticks)]
+        return self._columns[name]
 
     @staticmethod
     def _rows(column: Any, begin: Any, count: int) -> NDArray[Any]:

@@ -179,7 +179,8 @@ def _draw_space(ax: Any, places: NDArray[numpy.float64], seen: NDArray[numpy.boo
     points = 0.75 * min(box.width, box.height) * 72 / ax.figure.dpi / float(numpy.linalg.norm(high - low)) * 1.3
     shown = places[seen]
     ax.scatter(shown[:, 0], shown[:, 1], shown[:, 2], c=colours[seen],
-               **{"s": (points * sizes[seen]) ** 2, "linewidths": 0.2, "edgecolors": "white", "depthshade": False, **options})
+               **{"s": (points * sizes[seen]) ** 2, "linewidths": 0.2 if points > 6 else 0.0, "edgecolors": "white",
+                  "depthshade": False, **options})
 
 
 def plot_metrics(recording: Recording, columns: Optional[Sequence[str]] = None, ax: Any = None, **options: Any) -> Any:

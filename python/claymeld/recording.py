@@ -12,7 +12,7 @@ from typing import Any, Iterator, Optional, Sequence, Union
 import numpy
 import pandas
 
-from . import answers, pictures
+from . import answers, pictures, planned
 from .answers import Why
 from .layout import Steps
 from .sources import Scratch
@@ -25,10 +25,6 @@ Ticks = Union[int, slice, Sequence[int], str, None]
 METHODS = ("nearest", "pad", "backfill")
 # How many ticks are kept that were made again.
 KEPT = 4
-
-
-def _first(row: tuple[int, str, str, Any]) -> int:
-    return row[0]
 
 
 class Recording:
@@ -280,21 +276,10 @@ class Recording:
         Returns
         -------
         pandas.DataFrame
-            "tick", "kind" ("give" or "take"), "predicate", and "what", the region or the list of regions and arguments of the world file.
+            "tick" (Int64), "kind" ("give" or "take"), "predicate", and "what", the region or the list of regions and arguments of the
+            world file. An event whose `time` is in ticks that the physics chooses is last, without a tick.
         """
-        rows: list[tuple[int, str, str, Any]] = []
-        world = self.world
-        last = int(self.ticks[-1]) if len(self) else 0
-        for event in world.get("event", []):
-            first = event["tick"] if "tick" in event else answers.ticks_of(event["time"], world.get("time", {}).get("tick", "1ms"))
-            times = event.get("times") if "every" in event else 1
-            number = 0
-            while (times is None or number < times) and first + number * event.get("every", 1) <= last:
-                tick = first + number * event.get("every", 1)
-                rows += [(tick, kind, name, what) for kind in ("take", "give") for name, what in event.get(kind, {}).items()]
-                number += 1
-        rows.sort(key=_first)
-        return pandas.DataFrame(rows, columns=["tick", "kind", "predicate", "what"]).astype({"tick": "int64"})
+        return planned.events(self.world, int(self.ticks[-1]) if len(self) else 0)
 
     # ---- questions, which meldsim answers
 

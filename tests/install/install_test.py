@@ -61,6 +61,10 @@ class Installed(unittest.TestCase):
         self.call("meldsim", "run", str(program), "--quiet", "--facts-out", "gradient.h5")
         package = f"import sys; sys.path.insert(0, {str(self.prefix / 'share/claymeld/python')!r}); import claymeld; "
         self.assertEqual(self.call("/usr/bin/python3", "-B", "-c", package + "print(len(claymeld.facts('gradient.h5', 'dist')))"), "8000\n")
+        # The package finds the meldsim of its prefix.
+        runs = package + f"print(claymeld.run({str(program)!r}).facts('dist')['D'].max(), claymeld.find_meldsim())"
+        out = self.call("/usr/bin/env", "-u", "CLAYMELD_MELDSIM", "PATH=/usr/bin:/bin", "/usr/bin/python3", "-B", "-c", runs)
+        self.assertEqual(out, f"57 {self.prefix / 'bin/meldsim'}\n")
 
     def test_manual_pages_have_every_option(self):
         for program, command, options in (("meldc", "compile", ["--emit", "--link"]), ("meldsim", "run", ["--ticks", "--facts-out"])):

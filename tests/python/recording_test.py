@@ -14,7 +14,7 @@ import pandas
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import OPEN_MPI, TOOLS, Case, main  # noqa: E402
+from frame import FOREVER, OPEN_MPI, TOOLS, Case, main  # noqa: E402
 
 import claymeld  # noqa: E402
 from claymeld import pictures  # noqa: E402
@@ -134,6 +134,40 @@ class Reads(Recorded):
         self.call("meldsim", "run", program, "--world", world, "--ticks", 11, "--digest", "d", "--quiet")
         digests = dict(line.split()[1:] for line in self.read("d").decode().splitlines())
         self.assertEqual(metrics["digest"].iloc[1:].tolist(), [digests[str(tick)] for tick in metrics.index[1:]])
+
+    def test_events_are_in_the_ticks_of_the_run(self):
+        """Times count the whole ticks that fit, in units of all kinds; other files of events count as well."""
+        from claymeld.planned import events, seconds
+
+        program = "type mark(node, int).\ntype on(node).\non(A) :- mark(A, _)."
+        times = ["6.9ms", "7000us", 0.0085, "0.0001s", "9e-3s"]
+        world = {"lattice": "square", "body": {"shape": "box(2, 1, 1)"}, "time": {"tick": "1ms"},
+                 "event": [{"time": time, "give": {"mark": {"where": "id == 0", "args": [number]}}} for number, time in enumerate(times)]}
+        more = self.write("more.toml", '[[event]]\ntick = 3\ngive = { mark = { where = "id == 1", args = [9] } }\n')
+        recording = claymeld.run(program, world, options=["--events", more]).recording
+        history = recording.history("mark(_, _)")
+        came = dict(zip(history["fact"], history["tick"]))
+        planned = recording.events()
+        self.assertEqual({f"mark(@{row.what['where'][-1]}, {row.what['args'][0]})": row.tick for row in planned.itertuples()}, came)
+        self.assertEqual(sorted(came.values()), [1, 3, 6, 7, 8, 9])
+        bodies = {"motion": {"kind": "bodies"}, "event": {"time": "1s", "give": {"mark": "id == 0"}}}
+        self.assertTrue(events(bodies, 9)["tick"].isna().all())
+        self.assertEqual(events({**bodies, "motion": {"kind": "bodies", "step": 0.1, "steps": 2}}, 9)["tick"].tolist(), [5])
+        self.assertEqual([seconds(time) for time in ("2", "1.5 min", "3h", 7)], [2, 90, 10800, 7])
+        self.assertRaises(ValueError, seconds, "soon")
+
+    def test_a_recording_that_is_being_written_is_read(self):
+        self.write("w.toml", 'lattice = "square"\n[[body]]\nshape = "box(3, 3, 1)"\n[record]\nevery = 100\npredicates = ["p"]\n')
+        run = self.begin("meldsim", "run", self.write("p.meld", FOREVER), "--world", "w.toml", "--record", "live.vtkhdf", "--quiet")
+        self.wait_for(lambda: (self.folder / "live.vtkhdf").exists() and (self.folder / "live.vtkhdf").stat().st_size > 1 << 16, run)
+        for _ in range(10):
+            with claymeld.open(self.folder / "live.vtkhdf") as live:
+                last = int(live.ticks[-1])
+                self.assertEqual((live.facts("p", last)["arg1"].tolist(), len(live.metrics())), ([last] * 9, len(live)))
+        run.kill()
+        run.wait()
+        with claymeld.open(self.folder / "live.vtkhdf") as killed:
+            self.assertGreaterEqual(killed.ticks[-1], last)
 
     def test_metrics_of_catoms_that_move_and_come(self):
         program = """type linear go(node).
