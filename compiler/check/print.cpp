@@ -6,6 +6,7 @@
 #include "compiler/check/forall.h"
 #include "compiler/check/operators.h"
 #include "compiler/check/program.h"
+#include "compiler/syntax/stable_name.h"
 
 namespace meld::check {
 
@@ -267,9 +268,9 @@ std::string print(const Program& program, const Rule& rule, const Term& t) {
 }
 
 std::string print(const Program& program, const Rule& rule, const Atom& atom) {
-    std::string text = (atom.read_only ? "$" : "") + program.predicates[atom.predicate].name + "(";
-    for (std::size_t i = 0; i < atom.arguments.size(); ++i) text += (i ? ", " : "") + print(program, rule, atom.arguments[i]);
-    return text + ")";
+    std::string arguments;
+    for (std::size_t i = 0; i < atom.arguments.size(); ++i) arguments += (i ? ", " : "") + print(program, rule, atom.arguments[i]);
+    return (atom.read_only ? "$" : "") + syntax::print_fact(program.predicates[atom.predicate].name, arguments);
 }
 
 std::string print(const Program& program, const Rule& rule, const Clause& clause) {

@@ -7,6 +7,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/check/each_name.h"
+#include "compiler/syntax/stable_name.h"
 
 namespace meld::check {
 
@@ -87,7 +88,7 @@ class Stable {
 
     // The name of the predicate that holds if p has held for that long.
     std::string predicate(const syntax::Declaration& p, std::int64_t ticks, Span span) {
-        const std::string name = p.name.text + "@stable" + std::to_string(ticks);
+        const std::string name = syntax::stable_name(p.name.text, ticks);
         for (const char* kind : {"linear", "action"}) {
             if (!has(p, kind)) continue;
             report_

@@ -3,6 +3,7 @@
 
 #include "compiler/syntax/parse.h"
 #include "compiler/syntax/printer.h"
+#include "compiler/syntax/stable_name.h"
 
 namespace meld::syntax {
 
@@ -30,8 +31,8 @@ std::string last_section(const std::string& text) { return text.empty() ? " " : 
 
 std::string print_atom(const Atom& atom) {
     static constexpr const char* kSigils[] = {"", "!", "?", "$"};
-    return fmt::format("{}{}({})", kSigils[static_cast<std::size_t>(atom.sigil)], atom.name.text,
-                       joined(atom.arguments, [](const ExprPtr& argument) { return print(*argument); }));
+    return kSigils[static_cast<std::size_t>(atom.sigil)] +
+           print_fact(atom.name.text, joined(atom.arguments, [](const ExprPtr& argument) { return print(*argument); }));
 }
 
 std::string print_clauses(const std::vector<Clause>& clauses) { return joined(clauses, print_clause); }

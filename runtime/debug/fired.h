@@ -1,5 +1,5 @@
-// Breaks on linear rules. What such a rule consumes is gone after the tick, and several rules may have made the same fact, so the run itself
-// says which of them have fired, where, and with which values.
+// Breaks on linear rules. What such a rule consumes is gone after the tick, and several rules may have made the same fact, so the run
+// itself says which of them have fired, where, and with which values.
 #pragma once
 
 #include <cstddef>

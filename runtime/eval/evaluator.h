@@ -75,7 +75,8 @@ class Evaluator {
     const Counts* counts() const { return counts_ ? &*counts_ : nullptr; }
     // From now on at least the evaluations of each catom are counted.
     void count_evaluations();
-    // Where the time goes: the stages go to the log, which lives as long as this. From now on, if the module says where it is, Samples are taken too.
+    // Where the time goes: the stages go to the log, which lives as long as this. From now on, if the module says where it is, Samples are
+    // taken too.
     void measure(TickLog& log);
     // Until now; the evaluator measures no more. Null: the module does not say where it is.
     const CpuSeconds* end_measuring();

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "compiler/syntax/stable_name.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/tuple/value_text.h"
@@ -26,14 +27,10 @@ std::string Explainer::value_text(const Type& type, Value v) { return tuple::pri
 
 std::string Explainer::text(const Known& fact) {
     const check::Predicate& p = predicate(fact.predicate);
-    // stable(p(A), 5) is a predicate of the compiler's.
-    const std::size_t stable = p.name.find("@stable");
-    std::string out = (stable == std::string::npos ? p.name : "stable(" + p.name.substr(0, stable)) + "(" +
-                      (fact.catom ? fmt::format("@{}", *fact.catom) : "_");
+    std::string arguments = fact.catom ? fmt::format("@{}", *fact.catom) : "_";
     for (std::size_t i = 0; i < fact.arguments.size(); ++i)
-        out += ", " + (fact.arguments[i] ? value_text(p.arguments[i + 1].type, *fact.arguments[i]) : "_");
-    out += ")";
-    return stable == std::string::npos ? out : out + ", " + p.name.substr(stable + 7) + ")";
+        arguments += ", " + (fact.arguments[i] ? value_text(p.arguments[i + 1].type, *fact.arguments[i]) : "_");
+    return syntax::print_fact(p.name, arguments);
 }
 
 Value Explainer::keep(const Type& type, Value v) {

@@ -9,6 +9,7 @@
 
 #include "compiler/check/library.h"
 #include "compiler/front/carried.h"
+#include "compiler/syntax/stable_name.h"
 #include "runtime/base/assert.h"
 
 namespace meld::inspect {
@@ -121,11 +122,9 @@ Result<void> Program::can_compute(const check::Term& term) const {
 
 namespace {
 
-// As people write it: stable(p(A), 5) is a predicate of the compiler's, p@stable5.
 std::string written(const check::Predicate& p) {
-    const std::size_t stable = p.name.find("@stable");
-    if (stable == std::string::npos) return p.signature();
-    return fmt::format("stable({}/{}, {})", p.name.substr(0, stable), p.arguments.size(), p.name.substr(stable + 7));
+    const auto stable = syntax::read_stable_name(p.name);
+    return stable ? fmt::format("stable({}/{}, {})", stable->predicate, p.arguments.size(), stable->ticks) : p.signature();
 }
 
 }  // namespace

@@ -144,7 +144,8 @@ class LinearBreaks(DebugTest):
             self.assertEqual((tick, what, ways), (1, "tokens.meld:8", [(8, "A = @8, N = 17")]))
 
     def test_on_every_way(self):
-        answers = self.answers(["to 2", "break 9", "to 1", "to 0", "run", "back", "run", "to 3", "reverse", "delete 1", "run"], "tokens.meld")
+        answers = self.answers(["to 2", "break 9", "to 1", "to 0", "run", "back", "run", "to 3", "reverse", "delete 1", "run"],
+                               "tokens.meld")
         moves = [a for a in answers if "from" in a]
         self.assertEqual([(m["tick"], "stops" in m) for m in moves[1:4]], [(1, False), (0, False), (1, True)])
         self.assertEqual(moves[3], {**moves[5], "from": 0})
@@ -155,8 +156,8 @@ class LinearBreaks(DebugTest):
 class Reverse(DebugTest):
     def test_to_the_last_stop_before(self):
         for processes in (1, 2):
-            answers = self.answers(["break 10 if D = 3", "watch dist(@42, D)", "run", "run", "run", *["reverse"] * 4], GRADIENT, "-n", processes,
-                                   "--history", "300kB")
+            answers = self.answers(["break 10 if D = 3", "watch dist(@42, D)", "run", "run", "run", *["reverse"] * 4], GRADIENT,
+                                   "-n", processes, "--history", "300kB")
             there = [(a["tick"], a.get("stops")) for a in answers if "from" in a]
             self.assertEqual([tick for tick, _ in there], [4, 7, 59, 7, 4, 0, 0])
             self.assertEqual([there[3], there[4]], [there[1], there[0]])

@@ -418,6 +418,14 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
                     self.assertLess(int(other.group(1)), int(held.group(1)), node)
         self.assertGreater(lost, 10)
 
+    def test_what_is_stable_is_said_as_it_is_written(self):
+        self.write("s.meld", "type p(node).\ntype q(node).\ntype r(node).\nq(A).\np(A) :- tick(A, T), T > 99.\n"
+                             "r(A) :- q(A), stable(p(A), 4).\n")
+        self.write("s.toml", world(2, {}, ()))
+        out, _ = self.call("meldsim", "why-not", "s.meld", "r(@1)", "--tick", 3, "--quiet", code=0)
+        self.assertIn("FAILS  stable(p(@1), 4)", out)
+        self.assertNotIn("@stable", out)
+
     def test_quarantine(self):
         """Where a group has lost a value, what is offered is trusted later, in the tick that the answer names."""
         program, where, _ = CASES["gradient"]
