@@ -35,6 +35,9 @@ pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 add_library(meld_pictures INTERFACE)
 target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CAIRO)
 
+# Runs in pages are compressed as browsers read it.
+find_package(ZLIB REQUIRED)
+
 # Only runtime/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)
