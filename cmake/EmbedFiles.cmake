@@ -1,6 +1,7 @@
 # Run as a script: cmake -DOUT=file.cpp -DROOT=dir -DFOLDER=a/b -DTEXT=name -DFILE=f -DTABLE=name -DFILES=x,y -P EmbedFiles.cmake
 # Writes a C++ file that holds each file's text as a raw string, so that the programs need no files beside them: FILE as the constant TEXT,
-# FILES as the table TABLE, both declared in FOLDER/embedded.h. Programs in Meld are named by their file, headers by their path below ROOT.
+# and, if there is a TABLE, FILES as the table TABLE, both declared in FOLDER/embedded.h. Programs in Meld are named by their file, headers
+# by their path below ROOT.
 string(REPLACE "," ";" FILES "${FILES}")
 get_filename_component(space ${FOLDER} NAME)
 set(text "// Made by cmake/EmbedFiles.cmake.\n#include \"${FOLDER}/embedded.h\"\n\nnamespace meld::${space} {\n\n")
@@ -22,6 +23,10 @@ endfunction()
 raw_string(${FILE} pieces)
 string(APPEND text "const char ${TEXT}[] = ${pieces};\n\n")
 
+if(NOT TABLE)
+  file(WRITE ${OUT} "${text}}  // namespace meld::${space}\n")
+  return()
+endif()
 string(APPEND text "static const EmbeddedText files[] = {\n")
 foreach(file IN LISTS FILES)
   if(file MATCHES "\\.meld$")

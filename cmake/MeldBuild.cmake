@@ -69,11 +69,14 @@ function(meld_target_name folder result)
   set(${result} ${name} PARENT_SCOPE)
 endfunction()
 
-# meld_embed(FOLDER TEXT name file TABLE name files ...): in a generate.cmake, adds to its layer a source with the texts of these files.
+# meld_embed(FOLDER TEXT name file [TABLE name files ...]): in a generate.cmake, adds to its layer a source with the texts of these files.
 function(meld_embed folder)
   cmake_parse_arguments(ARG "" "" "TEXT;TABLE" ${ARGN})
   list(POP_FRONT ARG_TEXT text_name)
-  list(POP_FRONT ARG_TABLE table_name)
+  set(table_name "")
+  if(ARG_TABLE)
+    list(POP_FRONT ARG_TABLE table_name)
+  endif()
   list(JOIN ARG_TABLE "," files)
   set(out ${CMAKE_BINARY_DIR}/generated/${folder}/embedded.cpp)
   set(script ${CMAKE_SOURCE_DIR}/cmake/EmbedFiles.cmake)

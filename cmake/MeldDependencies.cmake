@@ -35,10 +35,20 @@ pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 add_library(meld_pictures INTERFACE)
 target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CAIRO)
 
+# Runs in pages are compressed as browsers read it.
+find_package(ZLIB REQUIRED)
+
 # Only runtime/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)
 target_link_libraries(meld_edit INTERFACE PkgConfig::EDIT)
+
+# Only runtime/view sees civetweb: the server of the viewer. Debian's package for CMake asks for more than the library.
+find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)
+find_library(CIVETWEB_LIBRARY civetweb REQUIRED)
+add_library(meld_civetweb INTERFACE)
+target_include_directories(meld_civetweb SYSTEM INTERFACE ${CIVETWEB_INCLUDE_DIR})
+target_link_libraries(meld_civetweb INTERFACE ${CIVETWEB_LIBRARY} Threads::Threads)
 
 # Clang and LLVM come as one shared library each, LLVM's linker as two static ones; their headers are not ours to be warned
 # about. Their own CMake packages would ask for a dozen further packages that nobody here needs.

@@ -25,12 +25,14 @@
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/debug_state.h"
 #include "runtime/driver/looked_at.h"
+#include "runtime/driver/looked_run.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/run.h"
 #include "runtime/driver/scratch.h"
 #include "runtime/driver/shot.h"
 #include "runtime/driver/tell.h"
+#include "runtime/driver/view.h"
 #include "runtime/sim/state/checkpoint_folder.h"
 #include "runtime/sim/watchers/watcher.h"
 #include "runtime/timeline/timeline.h"
@@ -43,39 +45,6 @@ namespace {
 constexpr std::uint64_t kLinesOnTerminal = 40, kLinesServed = 1000;
 // What another program says instead of a signal: what is being done is to end.
 constexpr std::string_view kPause = "pause";
-
-// The checkpoint at which a session begins, if it does not begin with the world; the newest before this tick, or of all. Every process
-// calls it.
-Result<std::unique_ptr<sim::OpenCheckpoint>> open_beginning(const RunOptions& options, const std::vector<Claim>& claims,
-                                                            const world::World& world, comm::Communicator& comm,
-                                                            std::optional<std::int64_t> before = {}) {
-    if (options.resume.empty()) return nullptr;
-    Result<sim::OpenCheckpoint> newest = sim::open_newest(options.resume, comm, before);
-    if (!newest) return tl::unexpected<Error>(newest.error());
-    const sim::Checkpoint& checkpoint = newest->checkpoint;
-    if (!checkpoint.passed_over.empty() && comm.process() == 0)
-        log::warning("a newer checkpoint is not whole, and the session begins with that of tick {}: {}", checkpoint.manifest.tick,
-                     checkpoint.passed_over);
-    Result<void> same;
-    if (const std::string other = sim::difference(checkpoint.manifest.run, identity(options, claims, world)); !other.empty())
-        same = fail(fmt::format("the run in {} cannot be looked at: {}", options.resume, other), "Put back what it was started with",
-                    ExitCode::RecordingRefused);
-    if (const auto all = comm::outcome_of_all(comm, same); !all) return tl::unexpected<Error>(all.error());
-    return std::make_unique<sim::OpenCheckpoint>(std::move(*newest));
-}
-
-// The run from its first tick or from a checkpoint on. Errors: also, the checkpoint does not give back its state.
-Result<std::unique_ptr<timeline::Timeline>> start(const RunOptions& options, const Inputs& inputs, timeline::Timeline::Make make,
-                                                  const sim::OpenCheckpoint* from, std::size_t history_bytes) {
-    const timeline::TimelineOptions how{.limits = {options.ticks, options.strict}, .history_bytes = history_bytes};
-    auto timeline = std::make_unique<timeline::Timeline>(std::move(make), inputs.registry, how);
-    if (auto done = timeline->start(from != nullptr ? &from->shares : nullptr); !done) return tl::unexpected<Error>(done.error());
-    if (from != nullptr && timeline->digest(timeline->tick())->to_string() != from->checkpoint.manifest.digest)
-        return fail(
-            fmt::format("the checkpoint of tick {} in {} does not give back its state", from->checkpoint.manifest.tick, options.resume),
-            "Please report this with the program and the world", ExitCode::OurBug);
-    return timeline;
-}
 
 // Shows how far the run is while a command is carried out, and asks it to stop when a signal has come.
 class OnTheWay {
@@ -276,6 +245,8 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
             options.debug->folder = std::filesystem::current_path(error).string();
             options.arguments.insert(options.arguments.end(), {"--folder", options.debug->folder});
         }
+    }
+    if (!options.debug->inquiry && !options.debug->view) {
         note(options.debug->typed, !options.debug->served && from_input && ::isatty(STDIN_FILENO) != 0, "--typed");
         note(options.debug->shown, !options.debug->served && ::isatty(STDOUT_FILENO) != 0, "--shown");
     }
@@ -285,38 +256,15 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
 }
 
 Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm) {
-    MakeModule check;
-    if (!options.replay.empty()) {
-        Result<MakeModule> made = make_check(options.replay);
-        if (const auto all = comm::outcome_of_all(comm, made.map([](const auto&) {})); !all) return tl::unexpected<Error>(all.error());
-        check = std::move(*made);
-    }
-    record::Drawing* drawing = nullptr;
-    std::vector<std::string> writers = options.debug->writers;
-    // A run from its start has these.
-    if (options.resume.empty() && options.replay.empty() && !options.debug->inquiry) writers = {"printer", "watcher"};
-    const timeline::Timeline::Make make = [&] {
-        auto simulation = std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads);
-        if (check) simulation->add(check(), "check");
-        // What catoms have drawn is known from where the run began, or from where it was recorded.
-        const bool recorded = std::ranges::find(options.debug->writers, "recorder") != options.debug->writers.end();
-        if (options.debug->shot && (options.resume.empty() || recorded)) {
-            auto follows = std::make_unique<record::Drawing>();
-            drawing = follows.get();
-            simulation->add(std::move(follows), "recorder");
-        }
-        for (const std::string& name : writers) {
-            // What is watched is known to a run that goes on from here.
-            if (name == "watcher")
-                simulation->add(std::make_unique<sim::Watcher>(nullptr), name);
-            else if (drawing == nullptr || name != "recorder")
-                simulation->add(std::make_unique<Silent>(), name);
-        }
-        return simulation;
-    };
+    if (options.debug->view) return view_run(options, inputs, claims, comm);
+    Drawings drawings;
+    const bool draws = options.debug->shot.has_value();
+    const Result<timeline::Timeline::Make> made = make_simulations(options, inputs, comm, draws ? &drawings : nullptr);
+    if (!made) return tl::unexpected<Error>(made.error());
+    timeline::Timeline::Make make = *made;
     if (options.question) {
         const auto begin = [&](const sim::OpenCheckpoint* from, std::size_t history_bytes) {
-            return start(options, inputs, make, from, history_bytes);
+            return start_timeline(options, inputs, make, from, history_bytes);
         };
         const auto checkpoint = [&](std::optional<std::int64_t> before) {
             return open_beginning(options, claims, inputs.world, comm, before);
@@ -337,19 +285,16 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
     }
 
     Result<std::unique_ptr<timeline::Timeline>> started =
-        start(options, inputs, make, beginning->get(), parse_bytes(options.debug->history).value_or(0));
+        start_timeline(options, inputs, make, beginning->get(), parse_bytes(options.debug->history).value_or(0));
     if (!started) return tl::unexpected<Error>(started.error());
     timeline::Timeline& timeline = **started;
     // What is done is ended between two ticks, and the session by whoever reads its commands.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
-    if (options.debug->shot && drawing == nullptr) {
-        // Its checkpoint has no such module; from here on it is followed.
-        auto follows = std::make_unique<record::Drawing>();
-        drawing = follows.get();
-        if (auto begun = drawing->start(timeline.simulation().subdomain()); !begun) return tl::unexpected<Error>(begun.error());
-        timeline.simulation().add(std::move(follows), "drawing");
+    if (draws) {
+        Result<timeline::Timeline::Make> with = begin_drawing(options, inputs, comm, timeline, std::move(make), drawings);
+        if (!with) return tl::unexpected<Error>(with.error());
+        return take_shot(options, inputs.world, comm, timeline, [&]() -> record::Drawing& { return drawings.of(timeline); });
     }
-    if (options.debug->shot) return take_shot(options, inputs.world, comm, timeline, [&]() -> record::Drawing& { return *drawing; });
     DebuggedRun run(options, inputs, claims, comm);
     debug::Host host{
         .reload = [&] { return run.reload(timeline, make); },

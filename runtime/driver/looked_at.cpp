@@ -12,6 +12,7 @@
 #include "runtime/driver/replay.h"
 #include "runtime/driver/shot.h"
 #include "runtime/driver/silent.h"
+#include "runtime/driver/view.h"
 #include "runtime/sim/state/checkpoint_folder.h"
 
 namespace meld::driver {
@@ -87,6 +88,7 @@ Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& p
     const std::optional<Inquiry>& inquiry = run->debug->inquiry;
     // What the run was limited to is no limit of what may be asked.
     if (inquiry && run->ticks >= 0) run->ticks = std::max(run->ticks, inquiry->tick);
+    if (run->debug->view && run->ticks >= 0) run->ticks = std::max(run->ticks, run->debug->view->tick);
     if (run->debug->shot && run->ticks >= 0) run->ticks = std::max(run->ticks, last_tick_of(*run->debug->shot).value_or(-1));
     // And the picture stands where it was asked for.
     if (run->debug->shot && run->debug->shot->file != "-") {
@@ -94,7 +96,12 @@ Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& p
         std::ranges::replace(run->debug->inquiry->flags, run->debug->shot->file, file);
         run->debug->shot->file = file;
     }
-    run->arguments = {"meldsim", inquiry ? inquiry->command : "debug", folder};
+    const std::optional<ViewOptions>& view = run->debug->view;
+    run->arguments = {"meldsim", inquiry ? inquiry->command : view ? "view" : "debug", folder};
+    if (view) {
+        const std::vector<std::string> flags = view_arguments(*view);
+        run->arguments.insert(run->arguments.end(), flags.begin(), flags.end());
+    }
     if (inquiry) {
         run->arguments.insert(run->arguments.end(), inquiry->words.begin(), inquiry->words.end());
         run->arguments.insert(run->arguments.end(), inquiry->flags.begin(), inquiry->flags.end());

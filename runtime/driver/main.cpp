@@ -21,6 +21,7 @@
 #include "runtime/driver/profile_command.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
+#include "runtime/driver/view.h"
 #include "runtime/driver/world_command.h"
 
 namespace {
@@ -41,7 +42,7 @@ struct CommandLine {
     RunOptions debug = {};
     std::string debug_scratch = {};
     bool debug_served = false;
-    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {};
+    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {}, view = {};
     ProfileOptions profile = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
@@ -220,6 +221,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     add_messages(app, line.messages);
     add_depends(app, line.depends);
     add_shot(app, line.shot);
+    add_view(app, line.view);
     const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
@@ -246,7 +248,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     }
     if (*line.shot.command) note_flags(line.shot);
     for (Asking* const asking :
-         {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends, &line.shot}) {
+         {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends, &line.shot, &line.view}) {
         if (!*asking->command) continue;
         line.command = CommandLine::Command::Inquire;
         line.debug = std::move(asking->run);

@@ -59,6 +59,14 @@ struct ShotOptions {
     int samples = 2;
 };
 
+// Of `meldsim view`.
+struct ViewOptions {
+    int port = 0;                        // 0: one that is free.
+    bool opens = true;                   // In a browser, if there is a screen.
+    std::int64_t tick = -1;              // -1: before the first, or where a checkpoint is.
+    std::optional<double> seconds = {};  // It ends by itself after so long.
+};
+
 // Of `meldsim debug`: how the run is walked through.
 struct DebugOptions {
     std::string history = "1GiB";          // Memory for snapshots, of each process.
@@ -69,6 +77,7 @@ struct DebugOptions {
     bool served = false;                   // Commands come from another program, which takes answers as JSON with their text.
     std::optional<Inquiry> inquiry = {};   // Instead of commands that somebody gives.
     std::optional<ShotOptions> shot = {};  // Of an inquiry that is a picture.
+    std::optional<ViewOptions> view = {};  // Instead: it is shown in a browser.
     // Modules that wrote in the run of the checkpoint: the session writes nothing, but finds what they have kept.
     std::vector<std::string> writers = {};
 };

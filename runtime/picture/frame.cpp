@@ -8,8 +8,11 @@
 #include <set>
 #include <utility>
 
+#include "runtime/base/bytes.h"
+#include "runtime/comm/at_first.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/inspect/query.h"
+#include "runtime/record/sorted_facts.h"
 
 namespace meld::picture {
 
@@ -64,6 +67,7 @@ class Looker {
     enum class Wants { Catoms, Lines, Values };
     Result<Said> ask(const std::string& body, const char* option, Wants wants);
     Result<void> choose();
+    void keep_exposed(std::vector<bool>& shown) const;
     Result<void> colour();
     Result<void> join(const std::string& body, const char* option, bool arrow);
     Result<void> name();
@@ -128,16 +132,33 @@ Result<void> Looker::choose() {
         for (std::size_t row = 0; row < said->table.rows(); ++row)
             if (const auto at = drawn_.find(said->table.cell(row, said->catom).catom)) shown[*at] = shows;
     }
+    if (look_.exposed) keep_exposed(shown);
     render::Scene& scene = frame_.scene;
     places_.assign(drawn_.ids.size(), -1);
     for (std::size_t i = 0; i < drawn_.ids.size(); ++i) {
         if (!shown[i]) continue;
         places_[i] = static_cast<std::ptrdiff_t>(scene.places.size());
         scene.places.push_back(vec(drawn_.positions[i]));
+        frame_.ids.push_back(drawn_.ids[i]);
         scene.colours.push_back(rgb(drawn_.colours[i]));
         if (!drawn_.diameters.empty()) scene.diameters.push_back(static_cast<float>(drawn_.diameters[i]));
     }
     return {};
+}
+
+void Looker::keep_exposed(std::vector<bool>& shown) const {
+    if (subdomain_.ensemble.is_free()) return;
+    ByteWriter mine;
+    for (const auto& [id, catom] : record::catoms_by_id(subdomain_)) {
+        int neighbours = 0;
+        subdomain_.each_neighbour(catom, [&](world::Catom) { ++neighbours; });
+        if (neighbours < subdomain_.lattice.ports()) mine.write(id);
+    }
+    std::vector<bool> exposed(shown.size());
+    for (const auto& bytes : comm::at_first(subdomain_.comm, mine.take()))
+        for (ByteReader in(bytes, "catoms that are exposed"); !in.done();)
+            if (const auto at = drawn_.find(in.read<u64>())) exposed[*at] = true;
+    for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = shown[i] && exposed[i];
 }
 
 Result<void> Looker::colour() {

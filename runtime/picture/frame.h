@@ -22,6 +22,7 @@ struct Look {
     std::string colour = {};  // By value; of a body without another variable, those for which it holds.
     std::string only = {};    // These are shown,
     std::string hide = {};    // and these are not.
+    bool exposed = false;     // On a lattice only those with a free cell beside them.
     std::string links = {};   // A line from the catom to the next variable that is a catom, or along a vec3,
     std::string arrows = {};  // or an arrow.
     std::string labels = {};  // The value is written at the catom.
@@ -35,9 +36,10 @@ struct Look {
 // A moment of a run.
 struct Frame {
     std::int64_t tick = 0;
-    std::uint64_t catoms = 0;      // All there are, also those that are not shown.
-    render::Scene scene = {};      // In the colours that catoms have given themselves.
-    std::string coloured_by = {};  // What colours are to mean.
+    std::uint64_t catoms = 0;             // All there are, also those that are not shown.
+    render::Scene scene = {};             // In the colours that catoms have given themselves.
+    std::vector<std::uint64_t> ids = {};  // Of the catoms of the scene, by their places; in order.
+    std::string coloured_by = {};         // What colours are to mean.
     // Values of catoms that are shown, by their places in the scene: numbers, or words for anything else.
     std::vector<std::pair<std::size_t, double>> numbers = {};
     std::vector<std::pair<std::size_t, std::string>> words = {};

@@ -63,7 +63,10 @@ Result<render::Image> paint_sheet(std::span<Frame> frames, const Look& look, con
     for (float* side : {&margins.left, &margins.right, &margins.top, &margins.bottom}) *side += kBorder;
     render::Camera camera(options.view, panels.width, panels.height, margins);
     for (const Frame& frame : frames) camera.include(frame.scene);
-    camera.fit();
+    if (options.aim)
+        camera.aim(*options.aim);
+    else
+        camera.fit();
 
     const std::uint32_t empty =
         options.background ? 0xff000000U | static_cast<std::uint32_t>(paper.r) << 16 | static_cast<std::uint32_t>(paper.g) << 8 | paper.b

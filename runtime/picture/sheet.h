@@ -19,6 +19,7 @@ struct SheetOptions {
     std::size_t width = 1280, height = 720;  // Of the whole picture, in pixels.
     std::size_t columns = 0;                 // 0: so that frames are as large as can be.
     render::View view = {};
+    std::optional<render::Aim> aim = {};  // Otherwise so that everything fits.
     render::Quality quality = {};
     std::optional<render::Rgb> background = render::Rgb{255, 255, 255};
     std::string title = {};

@@ -1,5 +1,6 @@
 #include "runtime/render/camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -73,6 +74,14 @@ void Camera::fit() {
     }
     half_height_ /= zoom_;
     eye_ = at.x() * right_ + at.y() * up_ + depth * forward_;
+}
+
+void Camera::aim(const Aim& at) {
+    half_height_ = at.half_height;
+    zoom_ = 1;
+    const float middle = at.target.dot(forward_);
+    const float depth = tangent_ == 0 ? std::min(any_ ? low_.z() : middle, middle) - 1 : middle - half_height_ / tangent_;
+    eye_ = at.target + (depth - middle) * forward_;
 }
 
 Camera::Ray Camera::ray(float x, float y) const {

@@ -15,6 +15,12 @@ struct View {
     float angle_deg = 25;  // Across the height of the picture; 0: parallel rays.
 };
 
+// What is in the middle of a picture, and how far it reaches from there to its upper edge.
+struct Aim {
+    Vec target = Vec::Zero();
+    float half_height = 1;
+};
+
 // Fractions of a picture that are kept free.
 struct Margins {
     float left = 0, right = 0, top = 0, bottom = 0;
@@ -29,6 +35,8 @@ class Camera {
     void include(const Scene& scene);
     // Moves the camera to where all that was included fits. Without anything: around the origin.
     void fit();
+    // Instead: margins and zoom count for nothing. With parallel rays, all that was included is in front.
+    void aim(const Aim& at);
 
     struct Ray {
         Vec from, along;  // Of length 1.

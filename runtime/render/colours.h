@@ -20,6 +20,8 @@ class ColourMap {
 
     // From 0, the least, to 1; beyond them as at them.
     Rgb at(double part) const;
+    // At equal distances; between them colours are mixed.
+    std::span<const Rgb> stops() const { return stops_; }
 
   private:
     explicit ColourMap(std::span<const Rgb> stops) : stops_(stops) {}

@@ -19,5 +19,7 @@ struct Image {
 
 // As PNG. Errors: those of the file.
 Result<void> write_png(Image& image, OutputFile& file);
+// The same in memory.
+std::string png_of(Image& image);
 
 }  // namespace meld::render

@@ -1,0 +1,13 @@
+# Run as a script: cmake -DPAGE=index.html -DSTYLE=style.css -DSCRIPT=page.js -DOUT=page.html -P JoinPage.cmake
+# Writes the page with the style and the script in it, where it has {{style}} and {{script}}.
+file(READ ${PAGE} page)
+foreach(part STYLE SCRIPT)
+  file(READ ${${part}} text)
+  string(TOLOWER ${part} name)
+  string(FIND "${page}" "{{${name}}}" at)
+  if(at EQUAL -1)
+    message(FATAL_ERROR "${PAGE} has no {{${name}}}")
+  endif()
+  string(REPLACE "{{${name}}}" "${text}" page "${page}")
+endforeach()
+file(WRITE ${OUT} "${page}")

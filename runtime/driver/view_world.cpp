@@ -1,0 +1,122 @@
+#include "runtime/driver/view_world.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "runtime/base/input_file.h"
+#include "runtime/base/output_file.h"
+#include "runtime/driver/memory_check.h"
+#include "runtime/driver/memory_need.h"
+#include "runtime/sim/choices.h"
+#include "runtime/world/populate.h"
+#include "runtime/world/target.h"
+
+namespace meld::driver {
+
+namespace {
+
+using Json = WorldTab::Json;
+
+constexpr std::uint64_t kMostWorld_bytes = std::uint64_t{1} << 20;
+// Counting is exact, and takes no more than some tenths of a second up to here.
+constexpr double kMostCounted = 2e7;
+
+Json cell(const world::Cell& at) { return {at.x, at.y, at.z}; }
+
+// A message about a world begins with "path:line:column: ".
+Json mistake(const Error& error, const std::string& path) {
+    Json out = {{"message", error.problem}, {"hint", error.suggestion}};
+    if (!error.problem.starts_with(path + ":")) return out;
+    const char* at = error.problem.data() + path.size() + 1;
+    const char* const end = error.problem.data() + error.problem.size();
+    for (const char* key : {"line", "column"}) {
+        std::uint64_t number = 0;
+        const auto [rest, wrong] = std::from_chars(at, end, number);
+        if (wrong != std::errc{} || rest == end || *rest != ':') return out;
+        out[key] = number;
+        at = rest + 1;
+    }
+    out["message"] = std::string(at + (at != end && *at == ' ' ? 1 : 0), end);
+    return out;
+}
+
+}  // namespace
+
+Result<Json> WorldTab::file() const {
+    const std::string& path = inputs_.world.path;
+    std::string toml = inputs_.world.text;
+    const std::string named = world_path(options_);
+    if (options_.replay.empty() && !named.empty()) {
+        Result<std::string> now = read_input(named, kMostWorld_bytes, InputKind::FileOrPipe);
+        if (!now) return tl::unexpected<Error>(now.error());
+        toml = std::move(*now);
+    }
+    Json out = {{"path", path}, {"toml", toml}, {"writable", options_.replay.empty() && !options_.world.empty()}};
+    const Result<Json> checked = check(toml);
+    if (!checked) return checked;
+    out.update(*checked);
+    return out;
+}
+
+Result<Json> WorldTab::check(const std::string& toml) const {
+    const std::string named = world_path(options_);
+    const std::string path = named.empty() ? "world.toml" : named;
+    const auto invalid = [&](const Error& error) -> Json { return {{"valid", false}, {"error", mistake(error, path)}}; };
+    Result<world::World> world = world::parse_world(toml, path);
+    if (!world) return invalid(world.error());
+    const Result<world::WorldSize> size = world::measure(*world);
+    if (!size) return invalid(size.error());
+    const world::Lattice lattice(world->lattice);
+    const Result<world::Target> target = world::Target::make(*world, lattice);
+    if (!target) return invalid(target.error());
+    if (const auto known = sim::check_choices(inputs_.registry, *world); !known) return invalid(known.error());
+    const bool exact = size->cells_estimate < kMostCounted;
+    const double catoms = exact ? static_cast<double>(world::count_catoms(*world, lattice)) : size->cells_estimate;
+    // Without counts it is what a run says of a world that may be too large to be counted.
+    const MemoryNeed need = memory_need(*world, inputs_.info(), options_, options_.processes, {});
+    const ByteRange memory = need.peak();
+    Json out = {{"valid", true},
+                {"lattice", world->is_free() ? "free" : std::string(lattice.name())},
+                {"catoms", catoms},
+                {"exact", exact},
+                {"first", cell(size->first)},
+                {"last", cell(size->last)},
+                {"target", world->target ? Json(target->text()) : Json()},
+                {"components", world->components},
+                {"memory", {{"least", memory.least}, {"most", memory.most}, {"fits", true}, {"message", ""}}},
+                {"seconds", nullptr}};
+    if (const auto fits = check_memory(*world, need, options_.processes); !fits)
+        out["memory"].update({{"fits", false}, {"message", fits.error().message()}});
+    else
+        out["memory"]["message"] = warning_of_memory(*world, need, options_.processes);
+    // Of a tick in which all catoms are evaluated, as fast as the run that is shown has been so far.
+    const sim::Summary& summary = summary_();
+    if (summary.evaluations > 0 && summary.run_seconds > 0)
+        out["seconds"] = summary.run_seconds / static_cast<double>(summary.evaluations) * catoms;
+    return out;
+}
+
+Result<Json> WorldTab::save(const std::string& path, const std::string& toml) const {
+    if (!options_.replay.empty()) return fail("a recording says itself what its world is", "Show the program of the run");
+    if (options_.world.empty()) return fail("no world was named when the viewer was started", "Start it with --world FILE");
+    if (!path.empty() && path != options_.world)
+        return fail(fmt::format("'{}' is not the world that was named when the viewer was started", path),
+                    fmt::format("That is {}", options_.world));
+    const Result<Json> checked = check(toml);
+    if (!checked) return checked;
+    if (!checked->at("valid").get<bool>()) {
+        const Json& error = checked->at("error");
+        return fail(fmt::format("this is no world, and is not written: {}", error["message"].get<std::string>()),
+                    error["hint"].get<std::string>());
+    }
+    if (auto written = write_file(options_.world, toml); !written) return tl::unexpected<Error>(written.error());
+    Json out = {{"path", options_.world}, {"written", toml.size()}};
+    out.update(*checked);
+    return out;
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,110 @@
+// The left panel: what is shown and how. Bodies are Meld; what is wrong with one stands at its field.
+import {h} from "./dom.js";
+
+const BODIES = [["colour", "Colour by", "dist(A, D)"], ["only", "Show only", "leader(A)"], ["hide", "Hide", "dist(A, D), D > 9"],
+    ["links", "Links", "parent(A, B)"], ["arrows", "Arrows", "parent(A, B)"], ["labels", "Labels", "dist(A, D)"]];
+const MAPS = ["viridis", "cividis", "magma", "coolwarm", "grey"];
+
+// "dist(A, B)": a body for each predicate, to choose from.
+function suggestions(predicates) {
+    return predicates.map(({name, arguments: words}) => {
+        const count = Array.isArray(words) ? words.length : Number(words) || 1;
+        return `${name}(${Array.from({length: count}, (_, i) => String.fromCharCode(65 + i)).join(", ")})`;
+    });
+}
+
+export class LookPanel {
+    // `changed` is called when another frame is to be asked for, `arranged` when the same frame is to be shown in another way.
+    constructor(element, info, given, {changed, arranged}) {
+        this.element = element;
+        this.changed = changed;
+        this.arranged = arranged;
+        this.fields = {};
+        this.cut = {axis: -1, part: 1, above: false};
+        this.size = 1;
+        const list = h("datalist", {id: "bodies"}, suggestions(info.predicates || []).map((body) => h("option", {value: body})));
+        const parts = [list, h("h2", {}, "What is shown")];
+        if (given) parts.push(...this.fixed(given));
+        else parts.push(...BODIES.map((body) => this.field(...body)), ...this.mapping(info.maps), this.exposed());
+        element.replaceChildren(...parts, h("h2", {}, "View"), ...this.cutting(info.flat), this.sizing());
+    }
+
+    // Of a shared run: it was decided when it was shared.
+    fixed(look) {
+        const rows = BODIES.filter(([name]) => look[name]).flatMap(([name, title]) => [h("dt", {}, title), h("dd", {}, h("code", {}, look[name]))]);
+        return [rows.length ? h("dl", {}, rows) : h("p", {class: "quiet"}, "All catoms, in their own colours.")];
+    }
+
+    field(name, title, example) {
+        const input = h("input", {type: "text", id: `look-${name}`, list: "bodies", spellcheck: "false", autocomplete: "off", placeholder: example, onchange: () => this.changed(name)});
+        const mistake = h("div", {class: "mistake"});
+        this.fields[name] = {input, mistake};
+        return h("label", {class: "field"}, h("span", {}, title), input, mistake);
+    }
+
+    mapping(maps) {
+        this.map = h("select", {id: "look-map", "aria-label": "Colour map", onchange: () => this.changed()}, (maps && maps.length ? maps : MAPS).map((map) => h("option", {}, map)));
+        this.low = h("input", {type: "text", id: "look-low", placeholder: "least", "aria-label": "Least value", onchange: () => this.changed()});
+        this.high = h("input", {type: "text", id: "look-high", placeholder: "greatest", "aria-label": "Greatest value", onchange: () => this.changed()});
+        return [h("div", {class: "row"}, this.map, this.low, this.high)];
+    }
+
+    exposed() {
+        this.onlyExposed = h("input", {type: "checkbox", id: "look-exposed", onchange: () => this.changed()});
+        return h("label", {class: "check"}, this.onlyExposed, "Exposed catoms only");
+    }
+
+    cutting(flat) {
+        const slider = h("input", {type: "range", id: "cut", min: "0", max: "1000", value: "1000", "aria-label": "Cut plane", oninput: () => {
+            this.cut.part = slider.value / 1000;
+            this.arranged();
+        }});
+        const axis = h("select", {id: "cut-axis", "aria-label": "Axis of the cut", onchange: () => {
+            this.cut.axis = Number(axis.value);
+            this.arranged();
+        }}, h("option", {value: "-1"}, "No cut"), ["x", "y", "z"].slice(0, flat ? 2 : 3).map((name, i) => h("option", {value: i}, name)));
+        const side = h("button", {type: "button", title: "The other side", onclick: () => {
+            this.cut.above = !this.cut.above;
+            this.arranged();
+        }}, "⇄");
+        return [h("div", {class: "row"}, axis, slider, side)];
+    }
+
+    sizing() {
+        const slider = h("input", {type: "range", id: "size", min: "0.1", max: "1", step: "0.05", value: "1", oninput: () => {
+            this.size = Number(slider.value);
+            this.arranged();
+        }});
+        return h("label", {class: "row"}, "Size", slider);
+    }
+
+    // As the server wants it.
+    look() {
+        const out = {};
+        for (const [name, {input}] of Object.entries(this.fields)) out[name] = input.value.trim();
+        if (!this.map) return out;
+        out.map = this.map.value;
+        const low = parseFloat(this.low.value), high = parseFloat(this.high.value);
+        out.range = low < high ? [low, high] : null;
+        out.exposed = this.onlyExposed.checked;
+        return out;
+    }
+
+    // The error of the field that was changed last, or of the one that the message names; none: all are right.
+    mistaken(error, name) {
+        const named = error && BODIES.map(([body]) => body).find((body) => error.message.includes(`--${body}`));
+        for (const [body, {input, mistake}] of Object.entries(this.fields)) {
+            const mine = error && body === (named || name);
+            input.classList.toggle("wrong", Boolean(mine));
+            mistake.replaceChildren(...(mine ? [error.message.replace(`--${body}: `, ""), h("small", {}, error.hint || "")] : []));
+        }
+        return Boolean(named || name);
+    }
+
+    // Where the cut is in these bounds; null: nowhere.
+    cutIn(bounds) {
+        const {axis, part, above} = this.cut;
+        if (axis < 0 || !bounds) return null;
+        return {axis, above, at: bounds.low[axis] - 0.01 + part * (bounds.high[axis] - bounds.low[axis] + 0.02)};
+    }
+}

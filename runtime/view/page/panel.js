@@ -1,0 +1,109 @@
+// The right panel: everything about the selected catom at this tick, and why it is so.
+import {h, grouped, withCatoms} from "./dom.js";
+import {whyTree} from "./why.js";
+
+export class Panel {
+    // `choose` selects a catom; `did` is called when something has been changed by hand.
+    constructor(element, source, {choose, did}) {
+        this.element = element;
+        this.source = source;
+        this.choose = choose;
+        this.did = did;
+        this.facts = h("div");
+        this.more = h("div");
+        this.number = 0;
+        this.empty(0);
+    }
+
+    empty(selected) {
+        this.element.replaceChildren(h("h2", {}, selected ? `${grouped(selected)} catoms selected` : "Nothing selected"),
+            h("p", {class: "quiet"}, "Click a catom, drag a box with Ctrl, or search."));
+    }
+
+    // About this catom, or about none; `selected` are all.
+    async show(id, selected) {
+        const number = ++this.number;
+        if (id === null) return this.empty(selected.size);
+        const head = h("h2", {id: "catom"}, `Catom @${id}`, selected.size > 1 ? ` and ${grouped(selected.size - 1)} more` : "");
+        if (!this.source.asks) {
+            this.facts.replaceChildren(...this.listed(this.source.factsOf(id)));
+            this.element.replaceChildren(head, this.facts);
+            return;
+        }
+        if (this.id !== id) this.more.replaceChildren();
+        this.id = id;
+        const about = await this.ask(`facts @${id}`);
+        if (number !== this.number) return;
+        if (about.error) this.facts.replaceChildren(about.error);
+        else {
+            const {facts, catom} = about.answer;
+            this.facts.replaceChildren(...this.whereIs(catom), ...this.listed(facts), ...this.coming(catom));
+        }
+        const messages = h("details", {ontoggle: async () => {
+            if (!messages.open || messages.children.length > 1) return;
+            const told = await this.ask(`messages @${id}`);
+            messages.append(told.error || h("pre", {class: "fact"}, withCatoms(told.text, this.choose)));
+        }}, h("summary", {}, "Messages of this tick"));
+        this.element.replaceChildren(head, this.facts, messages, ...this.hands(id, selected), this.more);
+    }
+
+    whereIs(catom) {
+        if (!catom) return [];
+        const rows = [];
+        if (catom.cell) rows.push(h("dt", {}, "cell"), h("dd", {}, `(${catom.cell.join(", ")})`));
+        else if (catom.position) rows.push(h("dt", {}, "position"), h("dd", {}, `(${catom.position.map((x) => x.toFixed(3)).join(", ")})`));
+        if (catom.links && catom.links.length) rows.push(h("dt", {}, "neighbours"), h("dd", {}, catom.links.flatMap(({catom: other}) => [...withCatoms(`@${other}`, this.choose), " "])));
+        return [h("dl", {}, rows)];
+    }
+
+    listed(facts) {
+        if (facts.length === 0) return [h("p", {class: "quiet"}, "No facts.")];
+        return [h("ul", {class: "facts", id: "facts"}, facts.map((fact) => {
+            const plain = fact.replace(/\.$/, "");
+            const buttons = !this.source.asks ? [] : [["why", "Why does it hold?"], ["history", "When did it come?"], ["take", "Take it away by hand"]]
+                .map(([verb, title]) => h("button", {class: `small ${verb}`, title, onclick: () => this.do(verb, plain)}, verb));
+            return h("li", {}, h("span", {class: "fact"}, withCatoms(plain, this.choose)), buttons);
+        }))];
+    }
+
+    coming(catom) {
+        if (!catom || !catom.coming || catom.coming.length === 0) return [];
+        return [h("h2", {}, "Under way to it"), h("ul", {class: "facts"}, catom.coming.map(({fact, tick}) =>
+            h("li", {}, h("span", {class: "fact"}, withCatoms(fact, this.choose)), h("span", {class: "is"}, `tick ${tick}`))))];
+    }
+
+    hands(id, selected) {
+        const fact = h("input", {type: "text", id: "fact", spellcheck: "false", placeholder: `dist(@${id}, 0)`, "aria-label": "A fact"});
+        const button = (verb, title) => h("button", {id: verb, title, onclick: () => fact.value.trim() && this.do(verb, fact.value.trim())}, verb);
+        const kill = h("button", {id: "kill", title: "Kill what is selected", onclick: async () => {
+            for (const one of selected) if (!await this.do("kill", `@${one}`)) return;
+        }}, "kill");
+        return [h("h2", {}, "By hand"), h("div", {class: "row"}, fact),
+            h("div", {class: "row"}, button("give", "Give it this fact"), button("take", "Take this fact"), button("why", "Why does it hold?"),
+                button("why-not", "Why does it not hold?"), kill)];
+    }
+
+    // Whether it could be done.
+    async do(verb, what) {
+        const told = await this.ask(`${verb} ${what}`);
+        this.more.replaceChildren(h("h2", {}, `${verb} `, h("code", {}, withCatoms(what, this.choose))));
+        if (told.error) this.more.append(told.error);
+        else if (verb === "why" || verb === "why-not") this.more.append(whyTree(told.answer, this.choose));
+        else if (verb === "history") this.more.append(h("pre", {class: "fact"}, withCatoms(told.text, this.choose)));
+        else {
+            this.more.append(h("p", {class: "quiet"}, told.text));
+            await this.did();
+        }
+        this.more.scrollIntoView({block: "nearest"});
+        return !told.error;
+    }
+
+    // The answer, or the element that says what is wrong.
+    async ask(line) {
+        try {
+            return await this.source.command(line);
+        } catch (error) {
+            return {error: h("div", {class: "mistake"}, error.message, h("small", {}, error.hint || ""))};
+        }
+    }
+}

@@ -1,0 +1,77 @@
+// The run of a server, over a WebSocket: requests with numbers, responses with the same, events without any.
+import {parseBlock} from "./block.js";
+
+export class ServerSource {
+    constructor() {
+        this.waiting = new Map();
+        this.next = 1;
+        this.awaits = null;  // A response whose bytes come with the next message.
+        this.onevent = () => {};
+        this.onclosed = () => {};
+        this.live = true;
+        this.asks = true;
+    }
+
+    open() {
+        const token = new URLSearchParams(location.search).get("token") || "";
+        const scheme = location.protocol === "https:" ? "wss" : "ws";
+        this.socket = new WebSocket(`${scheme}://${location.host}/ws?token=${encodeURIComponent(token)}`);
+        this.socket.binaryType = "arraybuffer";
+        this.socket.onmessage = ({data}) => typeof data === "string" ? this.told(JSON.parse(data)) : this.settled(this.awaits, data);
+        return new Promise((done, fail) => {
+            this.socket.onopen = done;
+            this.socket.onclose = () => {
+                const lost = {message: "The server has ended or does not know this page", hint: "Start meldsim view again and open the link that it prints"};
+                for (const {fail: refuse} of this.waiting.values()) refuse(lost);
+                this.waiting.clear();
+                fail(lost);
+                this.onclosed(lost);
+            };
+        });
+    }
+
+    told(message) {
+        if (message.id === undefined) this.onevent(message);
+        else if (message.binary) this.awaits = message;
+        else this.settled(message, null);
+    }
+
+    settled(message, bytes) {
+        const waiting = this.waiting.get(message.id);
+        this.waiting.delete(message.id);
+        this.awaits = null;
+        if (!waiting) return;
+        if (message.ok) waiting.done({...message, bytes});
+        else waiting.fail(message.error);
+    }
+
+    // Resolves to the response, with `bytes` if it has some; rejects with {message, hint}.
+    request(what, parameters = {}) {
+        return new Promise((done, fail) => {
+            if (this.socket.readyState !== WebSocket.OPEN) {
+                fail({message: "The server has ended", hint: "Start meldsim view again"});
+                return;
+            }
+            const id = this.next++;
+            this.waiting.set(id, {done, fail});
+            this.socket.send(JSON.stringify({id, do: what, ...parameters}));
+        });
+    }
+
+    async hello() {
+        const info = await this.request("hello");
+        this.live = info.live !== false;
+        return info;
+    }
+
+    async frame(look, tick) {
+        const words = await this.request("frame", tick === undefined ? {look} : {look, tick});
+        return {words, frame: parseBlock(words.bytes)};
+    }
+
+    command(line) { return this.request("command", {line}); }
+    metrics() { return this.request("metrics"); }
+    play(speed) { return this.request("play", {speed}); }
+    pause() { return this.request("pause"); }
+    async image(look, camera, size) { return (await this.request("image", {look, camera, size})).bytes; }
+}

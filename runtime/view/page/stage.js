@@ -1,0 +1,203 @@
+// The picture: draws the frame when something has changed, first fast, then well; finds what is under the pointer.
+import {Scene, WebGLRenderer} from "three";
+
+import {boundsOf, emptyFrame, placeOf} from "./block.js";
+import {View} from "./camera.js";
+import {Catoms, met} from "./catoms.js";
+import {coverOf} from "./cover.js";
+import {Labels} from "./labels.js";
+import {Strokes} from "./strokes.js";
+
+const FAST = 60;  // Milliseconds that a picture may take while something moves.
+
+export class Stage {
+    // `paint` asks the server for a picture, where there is no WebGL: (camera, size) -> bytes of a PNG.
+    constructor(element, paint) {
+        this.element = element;
+        this.canvas = element.querySelector("canvas");
+        this.picture = element.querySelector("img");
+        this.view = new View();
+        this.frame = emptyFrame();
+        this.drawn = new Uint32Array(0);
+        this.lattice = "";
+        this.cut = null;  // {axis, at, above}: what is beyond it is not shown.
+        this.size = 1;
+        this.dark = false;
+        this.selected = new Set();
+        this.paint = paint;
+        this.labels = new Labels(element.querySelector(".labels"));
+        this.scale = 1;  // Of the canvas's own pixels while it moves.
+        this.wanted = false;
+        this.start();
+        new ResizeObserver(() => this.resize()).observe(element);
+        this.resize();
+    }
+
+    start() {
+        const context = new URLSearchParams(location.search).has("images") ? null
+            : this.canvas.getContext("webgl2", {antialias: false, alpha: false, preserveDrawingBuffer: true});
+        this.drawsItself = context !== null;
+        this.element.classList.toggle("images", !this.drawsItself);
+        if (!context) return;
+        this.renderer = new WebGLRenderer({canvas: this.canvas, context});
+        this.renderer.sortObjects = true;
+        this.scene = new Scene();
+        this.catoms = new Catoms(this.scene);
+        this.strokes = new Strokes(this.scene);
+        this.catoms.shape(0);
+    }
+
+    resize() {
+        const {clientWidth: width, clientHeight: height} = this.element;
+        if (!width || !height) return;
+        this.view.resize(width, height);
+        this.ratio = 0;
+        this.draw();
+    }
+
+    show(frame, info) {
+        const first = this.frame.count === 0;
+        this.frame = frame;
+        this.lattice = info.lattice;
+        this.flat = info.flat;
+        this.bounds = boundsOf(frame);
+        if (first) this.home();
+        else if (this.bounds) this.view.note(this.bounds);
+        this.arrange();
+    }
+
+    // From above where all is in a plane.
+    home() {
+        Object.assign(this.view, this.flat ? {azimuth: -90, elevation: 90, angle: 0} : {azimuth: -60, elevation: 25, angle: 25});
+        this.view.update();
+        this.fit();
+    }
+
+    fit() {
+        this.view.fit(this.bounds, this.flat);
+        this.draw();
+    }
+
+    // What of the frame is drawn.
+    arrange() {
+        const {frame, cut} = this;
+        let kept = [];
+        for (let i = 0; i < frame.count; ++i)
+            if (!cut || (cut.above ? frame.positions[3 * i + cut.axis] >= cut.at : frame.positions[3 * i + cut.axis] <= cut.at)) kept.push(i);
+        kept = Uint32Array.from(kept);
+        const whole = this.size === 1 && frame.diameters.every((diameter) => diameter === 1);
+        const {drawn, cover} = coverOf(whole ? this.lattice : "", frame, kept, true);
+        this.drawn = drawn;
+        if (this.drawsItself) {
+            this.catoms.size = this.size;
+            this.catoms.show(frame, drawn, cover);
+            this.strokes.show(frame, this.dark);
+        }
+        this.shown = kept.length === frame.count ? null : new Set(kept);
+        this.mark();
+    }
+
+    select(ids) {
+        this.selected = ids;
+        this.mark();
+    }
+
+    mark() {
+        const places = [...this.selected].map((id) => placeOf(this.frame, id)).filter((place) => place >= 0 && (!this.shown || this.shown.has(place)));
+        if (this.drawsItself) this.catoms.select(this.frame, places);
+        this.marked = places;
+        this.draw();
+    }
+
+    draw() {
+        if (this.wanted) return;
+        this.wanted = true;
+        requestAnimationFrame(() => {
+            this.wanted = false;
+            if (this.drawsItself) this.drawFast();
+            else this.drawByServer();
+            this.labels.place(this, !this.drawsItself);
+            clearTimeout(this.later);
+            this.later = setTimeout(() => this.drawWell(), 160);
+        });
+    }
+
+    render(ratio) {
+        if (this.ratio !== ratio) {
+            this.renderer.setPixelRatio(ratio);
+            this.renderer.setSize(this.view.width, this.view.pixels, false);
+            this.ratio = ratio;
+        }
+        this.renderer.setClearColor(this.dark ? 0x14161a : 0xffffff);
+        this.catoms.update(this.view);
+        this.strokes.update(this.view);
+        const begin = performance.now();
+        this.renderer.render(this.scene, this.view.camera);
+        const pixel = new Uint8Array(4), gl = this.renderer.getContext();
+        // Otherwise the time is not known.
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+        return performance.now() - begin;
+    }
+
+    drawFast() {
+        const most = window.devicePixelRatio || 1;
+        this.took = this.render(Math.min(most, this.scale * most));
+        this.element.dataset.took = Math.round(this.took);
+        if (this.took > 1.5 * FAST) this.scale = Math.max(0.3, this.scale * 0.75);
+        else if (this.took < FAST / 2) this.scale = Math.min(1, this.scale * 1.2);
+    }
+
+    // Nothing has moved for a while: with more pixels than are shown, and with labels only where their catoms are seen.
+    drawWell() {
+        const most = window.devicePixelRatio || 1;
+        if (this.drawsItself && this.took < 600) this.render(most < 2 ? 2 * most : most);
+        this.labels.place(this, !this.drawsItself, true);
+        this.element.dataset.pictures = Number(this.element.dataset.pictures || 0) + 1;
+    }
+
+    async drawByServer() {
+        if (this.painting || !this.paint) {
+            this.again = true;
+            return;
+        }
+        this.painting = true;
+        try {
+            const bytes = await this.paint(this.view.words(), [this.view.width, this.view.pixels]);
+            if (bytes) {
+                const old = this.picture.src;
+                this.picture.src = URL.createObjectURL(new Blob([bytes], {type: "image/png"}));
+                if (old) URL.revokeObjectURL(old);
+            }
+        } finally {
+            this.painting = false;
+        }
+        if (this.again) {
+            this.again = false;
+            this.draw();
+        }
+    }
+
+    // The id of the catom at a pixel; null: none.
+    at(x, y) {
+        const {place} = met(this.frame, this.drawn, this.size, this.view.ray(x, y));
+        return place < 0 ? null : this.frame.ids[place];
+    }
+
+    // Those whose middles are within a rectangle of pixels.
+    within(x0, y0, x1, y1) {
+        const out = [], p = this.frame.positions;
+        for (const place of this.drawn) {
+            const at = this.view.project(p[3 * place], p[3 * place + 1], p[3 * place + 2]);
+            if (at.depth > 0 && at.x >= x0 && at.x <= x1 && at.y >= y0 && at.y <= y1) out.push(this.frame.ids[place]);
+        }
+        return out;
+    }
+
+    lookTo(id) {
+        const place = placeOf(this.frame, id);
+        if (place < 0) return;
+        this.view.target.set(...this.frame.positions.subarray(3 * place, 3 * place + 3));
+        this.view.update();
+        this.draw();
+    }
+}

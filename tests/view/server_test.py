@@ -1,0 +1,248 @@
+"""meldsim view: what its server answers to pages, and that it is what the other commands say.
+
+    server_test.py --meldc PATH --meldsim PATH [unittest options]
+"""
+import json
+import pathlib
+import struct
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import main, square  # noqa: E402
+from viewing import Viewing  # noqa: E402
+from websocket import get  # noqa: E402
+
+MAGIC = 0x46444C4D
+
+
+class Requests(Viewing):
+    def test_hello_says_what_is_run(self):
+        hello, _ = self.page(self.view("corner.meld", "--tick", 3)).ask("hello")
+        expected = {"ok": True, "program": "corner.meld", "world": "corner.toml", "lattice": "square", "flat": True, "catoms": 36,
+                    "tick": 3, "first": 0, "latest": 3, "last": None, "ended": None, "recorded": False, "live": True}
+        self.assertEqual({key: hello[key] for key in expected}, expected)
+        mine = {p["name"]: (p["arguments"], p["linear"]) for p in hello["predicates"] if p["own"]}
+        self.assertEqual(mine, {"source": (0, False), "dist": (1, False), "token": (1, True)})
+        self.assertIn("viridis", hello["maps"])
+
+    def test_commands_answer_as_the_debugger_does(self):
+        lines = ["step 2", "facts @7", "facts dist", "query dist(A, D), D > 1", "why dist(@7, _)", "why-not dist(@7, 1)", "run",
+                 "history dist(@7, _)", "messages @1", "back 2", "give token(@0, 5)", "events", "step 3", "depends source(@0)", "diff 1",
+                 "where", "nonsense", "to -1", "facts @99999", "query dist(A, D", "break dist", "breaks", "delete 1", "rules dist",
+                 "until dist(A, 99)"]
+        for processes in (1, 2):
+            with self.subTest(processes=processes):
+                self.write("lines.txt", "\n".join(lines))
+                page = self.page(self.view("corner.meld", "-n", processes))
+                for line in lines:
+                    said, _ = page.ask("command", line=line)
+                    self.write("one.txt", "\n".join([*self.done(lines, line), line]))
+                    if not said["ok"]:
+                        expected = self.debug("one.txt", code=None)[-1]
+                        self.assertEqual({"error": said["error"]["message"], "suggestion": said["error"]["hint"],
+                                          "code": said["error"]["code"]}, expected, line)
+                        continue
+                    expected = self.debug("one.txt")[-1]
+                    for each in (expected, said["answer"]):
+                        each.pop("history_bytes", None)
+                        each.pop("snapshots", None)
+                    self.assertEqual(said["answer"], expected, line)
+                self.assertLess(self.interrupt(), 5)
+
+    @staticmethod
+    def done(lines, line):
+        """What was done before that line and changes what it says."""
+        moves = ("step", "run", "back", "give", "until", "break ", "delete")
+        return [each for each in lines[:lines.index(line)] if each.startswith(moves)]
+
+    def debug(self, script, code=0):
+        done = self.run_tool("meldsim", "debug", "corner.meld", "--json", "--quiet", "--commands", script)
+        if code is not None:
+            self.assertEqual(done.returncode, code, done.stderr)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def test_frames_have_the_places_and_the_colours(self):
+        page = self.page(self.view("corner.meld"))
+        said, block = page.ask("frame", tick=4, look={"colour": "dist(A, D)", "links": "neighbor(A, B)"})
+        self.assertEqual((said["tick"], said["catoms"], said["shown"]), (4, 36, 36))
+        self.assertEqual(page.event("moved")["tick"], 4)
+        head = struct.unpack_from("<16I", block)
+        self.assertEqual(head[:5], (MAGIC, 1, 4, 0, 36))
+        self.assertEqual(said["legend"]["title"], "D")
+        # Those that are shown, the others, and what is wrong.
+        self.assertEqual(page.ask("frame", look={"only": "dist(A, 2)"})[0]["shown"], 3)
+        self.assertEqual(page.ask("frame", look={"hide": "dist(A, 2)"})[0]["shown"], 33)
+        for look, message in (({"colour": "dist(A"}, "colour: "), ({"colour": 7}, '"colour" is no string'), ({"colours": "x"}, '"colours"'),
+                              ({"map": "pink"}, '"pink"'), ({"range": [3, 1]}, "range"), ("x", "no object")):
+            said, block = page.ask("frame", look=look)
+            self.assertFalse(said["ok"])
+            self.assertIsNone(block)
+            self.assertIn(message, said["error"]["message"])
+        self.assertEqual(page.ask("command", line="where")[0]["tick"], 4)
+
+    def test_pictures_are_painted_here(self):
+        page = self.page(self.view("corner.meld"))
+        said, png = page.ask("image", tick=3, look={"colour": "dist(A, D)"}, size=[120, 80],
+                             camera={"azimuth": -60, "elevation": 30, "angle": 25, "target": [0, 0, 0], "height": 6})
+        self.assertEqual((said["width"], said["height"]), (120, 80))
+        self.assertEqual(png[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(struct.unpack(">2I", png[16:24]), (120, 80))
+        for wrong in ({"size": [1, 1]}, {"size": [9999, 9999]}, {"camera": {"angle": 500}}, {"camera": {"height": 3}}, {"camera": 3}):
+            self.assertFalse(page.ask("image", **wrong)[0]["ok"], wrong)
+
+    def test_play_waits_for_frames(self):
+        page = self.page(self.view("corner.meld"))
+        self.assertTrue(page.ask("play", speed=0, to=4)[0]["ok"])
+        for tick in range(1, 5):
+            self.assertEqual(page.event("moved")["tick"], tick)
+            # Nothing goes on before it has been looked at.
+            self.assertEqual(page.ask("command", line="where")[0]["tick"], tick)
+            self.assertEqual(page.ask("frame")[0]["tick"], tick)
+        stopped = page.event("stopped")
+        self.assertEqual((stopped["why"], stopped["tick"]), ("end", 4))
+        metrics, _ = page.ask("metrics")
+        self.assertEqual(metrics["ticks"], [1, 2, 3, 4])
+        self.assertEqual(metrics["series"]["catoms"], [36] * 4)
+        self.assertEqual(page.ask("metrics", most=2)[0]["ticks"], [1, 3])
+        # Slowly, and then not at all.
+        page.ask("play", speed=20)
+        begun = time.monotonic()
+        for _ in range(3):
+            page.event("moved")
+            page.ask("frame")
+        self.assertGreater(time.monotonic() - begun, 0.09)
+        self.assertTrue(page.ask("pause")[0]["ok"])
+        self.assertEqual(page.event("stopped")["why"], "paused")
+        # A break ends it as well.
+        page.ask("command", line="to 0")
+        page.ask("command", line="watch dist(A, 2)")
+        page.ask("play", speed=0)
+        while not [said for said in page.news if said["event"] == "stopped"]:
+            page.ask("frame")
+        self.assertEqual(page.event("stopped")["why"], "stop")
+
+    def test_several_pages_see_one_run(self):
+        link = self.view("corner.meld")
+        one, other = self.page(link), self.page(link)
+        one.ask("command", line="step 3")
+        self.assertEqual(other.event("moved")["tick"], 3)
+        self.assertEqual(other.ask("frame", look={"only": "dist(A, 0)"})[0]["shown"], 1)
+        self.assertEqual(one.ask("frame")[0]["shown"], 36)
+        # The one who plays has gone, and nobody waits for its frames.
+        one.ask("play", speed=0)
+        one.close()
+        self.assertEqual(other.event("stopped")["why"], "paused")
+
+    def test_a_long_run_is_interrupted(self):
+        for processes in (1, 2):
+            with self.subTest(processes=processes):
+                page = self.page(self.view("forever.meld", "-n", processes))
+                number = page.send("command", line="run")
+                self.assertGreater(page.event("progress")["tick"], 0)
+                self.assertIn("tick ", page.event("progress")["text"])
+                page.send("interrupt")
+                said, _ = page.answer(number)
+                self.assertTrue(said["ok"])
+                self.assertEqual(said["answer"]["ended"], "interrupted")
+                tick = said["tick"]
+                # It goes on afterwards, also by playing, which ends in the same way.
+                self.assertEqual(page.ask("command", line="step")[0]["tick"], tick + 1)
+                page.ask("play", speed=1)
+                page.send("interrupt")
+                self.assertEqual(page.event("stopped")["why"], "interrupted")
+                # Ctrl-C ends a viewer in the middle of a run.
+                page.send("command", line="run")
+                page.event("progress")
+                self.assertLess(self.interrupt(), 5)
+
+    def test_a_recording_is_shown(self):
+        self.call("meldsim", "run", "corner.meld", "--record", "corner.vtkhdf", "--quiet", "--ticks", 8)
+        page = self.page(self.view("corner.vtkhdf"))
+        hello, _ = page.ask("hello")
+        self.assertTrue(hello["program"].endswith("corner.vtkhdf"))
+        self.assertEqual((hello["recorded"], hello["live"], hello["last"], hello["tick"]), (True, False, 8, 0))
+        self.assertEqual(page.ask("frame", tick=5, look={"colour": "dist(A, D)"})[0]["tick"], 5)
+        self.assertFalse(page.ask("command", line="give source(@5)")[0]["ok"])
+        self.assertFalse(page.ask("world-save", toml=square(3))[0]["ok"])
+
+    def test_a_checkpoint_is_shown(self):
+        self.call("meldsim", "run", "corner.meld", "--checkpoint", "kept", "--quiet", "--ticks", 5)
+        page = self.page(self.view("kept"))
+        self.assertEqual(page.ask("hello")[0]["tick"], 5)
+        self.assertEqual(page.ask("frame")[0]["shown"], 36)
+        self.assertEqual(page.ask("command", line="step")[0]["ok"], True)
+        self.assertEqual(page.ask("frame", tick=5)[0]["tick"], 5)
+
+    def test_a_program_that_has_changed_goes_on(self):
+        page = self.page(self.view("corner.meld", "--tick", 2))
+        program = self.read("corner.meld").decode()
+        time.sleep(1)  # Two looks at the files.
+        self.write("corner.meld", program + "this is no rule\n")
+        said = page.event("reloaded")
+        self.assertFalse(said["ok"])
+        self.assertIn("corner.meld:7:", said["error"]["hint"])
+        self.write("corner.meld", program + "type far(node).\nfar(A) :- dist(A, D), D > 8.\n")
+        said = page.event("reloaded")
+        self.assertTrue(said["ok"], said)
+        self.assertEqual(page.ask("command", line="run")[0]["ok"], True)
+        self.assertEqual(page.ask("command", line="query far(A)")[0]["answer"]["count"], 3)
+        self.assertIn("far", {p["name"] for p in page.ask("hello")[0]["predicates"]})
+
+    def test_the_world_is_checked_and_written(self):
+        page = self.page(self.view("corner.meld", "--world", "corner.toml"))
+        now, _ = page.ask("world")
+        self.assertEqual((now["toml"], now["catoms"], now["valid"], now["writable"]), (self.read("corner.toml").decode(), 36, True, True))
+        self.assertLess(now["memory"]["least"], now["memory"]["most"])
+        said, _ = page.ask("world-check", toml=square(20))
+        self.assertEqual((said["valid"], said["catoms"]), (True, 400))
+        said, _ = page.ask("world-check", toml='lattice = "square"\n[[body]]\nshape = "bax(3, 3, 1)"\n')
+        self.assertEqual((said["valid"], said["error"]["line"]), (False, 3))
+        self.assertIn("bax", said["error"]["message"])
+        said, _ = page.ask("world-check", toml='lattice = "cubic"\n[[body]]\nshape = "box(99999, 99999, 99999)"\n')
+        self.assertFalse(said["memory"]["fits"])
+        self.assertFalse(page.ask("world-save", toml="nonsense")[0]["ok"])
+        self.assertFalse(page.ask("world-save", path="/tmp/other.toml", toml=square(7))[0]["ok"])
+        self.assertTrue(page.ask("world-save", path="corner.toml", toml=square(7))[0]["ok"])
+        self.assertEqual(self.read("corner.toml").decode(), square(7))
+        self.interrupt()
+        # Without --world nothing is written.
+        self.assertFalse(self.page(self.view("corner.meld")).ask("world-save", toml=square(3))[0]["ok"])
+        self.assertEqual(self.read("corner.toml").decode(), square(7))
+
+    def test_files_stay_where_the_viewer_was_started(self):
+        page = self.page(self.view("corner.meld"))
+        page.ask("command", line="give token(@0, 5)")
+        for path in ("/tmp/out.toml", "../out.toml", "a/../../out.toml"):
+            self.assertIn("leads out", page.ask("command", line=f"save-events {path}")[0]["error"]["message"])
+            self.assertIn("leads out", page.ask("command", line=f"save {path}")[0]["error"]["message"])
+        self.assertTrue(page.ask("command", line="save-events mine.toml")[0]["ok"])
+        self.assertIn("token", self.read("mine.toml").decode())
+        self.assertTrue(page.ask("command", line="save kept")[0]["ok"])
+        self.call("meldsim", "resume", "kept", "--ticks", 3, "--quiet")
+
+
+class Command(Viewing):
+    def test_it_ends(self):
+        link = self.view("p.meld")
+        status, headers, body = get(self.port(link), link.split(str(self.port(link)))[1])
+        self.assertEqual(status, 200)
+        self.assertIn("default-src 'none'", headers["content-security-policy"])
+        self.assertIn(b"<!doctype html>", body[:100].lower())
+        page = self.page(link)
+        page.ask("hello")
+        self.assertLess(self.interrupt(), 5)
+        out, _ = self.call("meldsim", "view", "p.meld", "--for", 0.2, "--no-open")
+        self.assertRegex(out, r"\Ap\.meld is shown at http://127\.0\.0\.1:\d+/\?token=[0-9a-f]{32}\nIt ends after 200 ms\n\Z")
+
+    def test_what_cannot_be_shown_is_refused(self):
+        port = self.port(self.view("p.meld"))
+        self.refused("meldsim", "view", "p.meld", "--port", port, "--for", 1, "--no-open", code=2,
+                     says=["cannot listen", "--port"])
+        self.refused("meldsim", "view", "p.meld", "--tick", 10**6, "--for", 1, "--no-open", code=2, says="ends with tick", lines=None)
+        self.refused("meldsim", "view", "none.meld", "--for", 1, code=2, says="none.meld", lines=None)
+
+
+if __name__ == "__main__":
+    main("meldc", "meldsim")
