@@ -35,6 +35,16 @@ pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 add_library(meld_pictures INTERFACE)
 target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CAIRO)
 
+# Only runtime/model sees the Open Asset Import Library: files with meshes.
+pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+add_library(meld_assimp INTERFACE)
+target_link_libraries(meld_assimp INTERFACE PkgConfig::ASSIMP)
+
+# The same for TinyXML: configurations of VisibleSim.
+pkg_check_modules(TINYXML REQUIRED IMPORTED_TARGET tinyxml2)
+add_library(meld_tinyxml INTERFACE)
+target_link_libraries(meld_tinyxml INTERFACE PkgConfig::TINYXML)
+
 # Only runtime/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)

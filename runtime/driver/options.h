@@ -59,6 +59,14 @@ struct ShotOptions {
     int samples = 2;
 };
 
+// Of `meldsim world`.
+struct WorldOptions {
+    std::string file = {};
+    std::vector<std::string> extensions = {};
+    std::string import = {}, lattice = {}, output = {};  // A configuration of VisibleSim, its lattice, and the world to be written.
+    ShotOptions shot = {};                               // Of the start; without a file there is no picture.
+};
+
 // Of `meldsim debug`: how the run is walked through.
 struct DebugOptions {
     std::string history = "1GiB";          // Memory for snapshots, of each process.
