@@ -38,6 +38,16 @@ target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CA
 # Runs in pages are compressed as browsers read it.
 find_package(ZLIB REQUIRED)
 
+# Only runtime/model sees the Open Asset Import Library: files with meshes.
+pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+add_library(meld_assimp INTERFACE)
+target_link_libraries(meld_assimp INTERFACE PkgConfig::ASSIMP)
+
+# The same for TinyXML: configurations of VisibleSim.
+pkg_check_modules(TINYXML REQUIRED IMPORTED_TARGET tinyxml2)
+add_library(meld_tinyxml INTERFACE)
+target_link_libraries(meld_tinyxml INTERFACE PkgConfig::TINYXML)
+
 # Only runtime/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)

@@ -134,6 +134,26 @@ void add_depends(CLI::App& app, Asking& asking) {
     add_inquiry(*d, asking);
 }
 
+void add_view(CLI::App& command, ShotOptions& shot) {
+    CLI::App* const s = &command;
+    const auto add = [&](const char* name, auto& value, const char* type, const char* text) {
+        return s->add_option(name, value, text)->type_name(type)->group("Picture");
+    };
+    add("--form", shot.form, "FORM", "Draw sphere, cube, disc or hexagon; otherwise what fits the lattice");
+    add("--catom-size", shot.catom_size, "FACTOR", "Draw catoms so much smaller; otherwise 0.5 where lines are among them in space, or 1");
+    add("--size", shot.size, "WxH", "Pixels of the whole picture")->capture_default_str();
+    add("--azimuth", shot.azimuth, "DEGREES", "Where the camera stands, from the x axis towards the y axis");
+    add("--elevation", shot.elevation, "DEGREES", "How high the camera stands");
+    add("--angle", shot.angle, "DEGREES", "How much the camera sees; 0: parallel, without perspective");
+    add("--zoom", shot.zoom, "FACTOR", "Show the middle larger")->capture_default_str();
+    s->add_flag("--ground", shot.ground, "Show shadows on a floor")->group("Picture");
+    s->add_flag("--scale", shot.scale, "Draw a scale")->group("Picture");
+    s->add_flag("--bare", shot.bare, "Write neither ticks nor a legend")->group("Picture");
+    add("--title", shot.title, "TEXT", "Write this above");
+    add("--background", shot.background, "COLOUR", "As #RRGGBB, or white, black, grey or transparent")->capture_default_str();
+    add("--samples", shot.samples, "INT", "Rays through a pixel, along each side")->capture_default_str()->check(cli::whole_number(1, 16));
+}
+
 void add_shot(CLI::App& app, Asking& asking) {
     RunOptions& run = asking.run;
     run.debug = {.history = "0", .inquiry = Inquiry{.command = "shot", .words = {}}, .shot = ShotOptions{}};
@@ -158,21 +178,9 @@ void add_shot(CLI::App& app, Asking& asking) {
     add("--links", shot.links, "BODY", "Draw a line from a catom to the next variable that is a catom, or along a vec3");
     add("--arrows", shot.arrows, "BODY", "The same with an arrow");
     add("--labels", shot.labels, "BODY", "Write the value of the last variable at the catom");
-    add("--form", shot.form, "FORM", "Draw sphere, cube, disc or hexagon; otherwise what fits the lattice");
-    add("--catom-size", shot.catom_size, "FACTOR", "Draw catoms so much smaller; otherwise 0.5 where lines are among them in space, or 1");
-    add("--size", shot.size, "WxH", "Pixels of the whole picture")->capture_default_str();
-    add("--azimuth", shot.azimuth, "DEGREES", "Where the camera stands, from the x axis towards the y axis");
-    add("--elevation", shot.elevation, "DEGREES", "How high the camera stands");
-    add("--angle", shot.angle, "DEGREES", "How much the camera sees; 0: parallel, without perspective");
-    add("--zoom", shot.zoom, "FACTOR", "Show the middle larger")->capture_default_str();
-    s->add_flag("--ground", shot.ground, "Show shadows on a floor")->group("Picture");
-    s->add_flag("--scale", shot.scale, "Draw a scale")->group("Picture");
-    s->add_flag("--bare", shot.bare, "Write neither ticks nor a legend")->group("Picture");
-    add("--title", shot.title, "TEXT", "Write this above");
-    add("--background", shot.background, "COLOUR", "As #RRGGBB, or white, black, grey or transparent")->capture_default_str();
     add("--columns", shot.columns, "INT", "How many frames of several stand side by side; otherwise as they fit")
         ->check(cli::whole_number(1, 1000));
-    add("--samples", shot.samples, "INT", "Rays through a pixel, along each side")->capture_default_str()->check(cli::whole_number(1, 16));
+    add_view(*s, shot);
     add_run(*s, asking);
 }
 

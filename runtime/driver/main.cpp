@@ -44,8 +44,7 @@ struct CommandLine {
     bool debug_served = false;
     Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {}, view = {};
     ProfileOptions profile = {};
-    std::string world = {};
-    std::vector<std::string> world_extensions = {};
+    WorldOptions world = {};
 };
 
 // ---- the commands
@@ -185,11 +184,27 @@ CLI::App* add_profile(CLI::App& app, ProfileOptions& profile) {
     return p;
 }
 
-CLI::App* add_world(CLI::App& app, std::string& path, std::vector<std::string>& extensions) {
-    CLI::App* w = app.add_subcommand(
-        "world", "Check a world; print how many catoms it has and where they are.\nExample: meldsim world examples/meld/gradient.toml");
-    w->add_option("FILE", path, "The world, a .toml file")->required();
-    w->add_option("--extension", extensions, "As for meldsim run; repeatable")->type_name("FILE")->take_all()->allow_extra_args(false);
+CLI::App* add_world(CLI::App& app, WorldOptions& world) {
+    CLI::App* w =
+        app.add_subcommand("world",
+                           "Check a world; print how many catoms it has, where they are, and what memory they take.\nExample: meldsim "
+                           "world examples/meld/gradient.toml --shot gradient.png");
+    CLI::Option* const file = w->add_option("FILE", world.file, "The world, a .toml file");
+    CLI::Option* const import = w->add_option("--import", world.import, "Make the world of a configuration of VisibleSim, an .xml file")
+                                    ->type_name("FILE")
+                                    ->excludes(file);
+    w->add_option("--lattice", world.lattice, "Of its modules: square (SmartBlocks), hex (Catoms2D), cubic (BlinkyBlocks), fcc (Catoms3D)")
+        ->type_name("NAME")
+        ->needs(import);
+    w->add_option("-o,--output", world.output, "The world that is made; - for standard output")->type_name("FILE")->needs(import);
+    w->add_option("--extension", world.extensions, "As for meldsim run; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    w->add_option("--shot", world.shot.file, "Take a picture of the catoms where they start, as a PNG file; - for standard output")
+        ->type_name("FILE")
+        ->group("Picture");
+    add_view(*w, world.shot);
     return w;
 }
 
@@ -223,7 +238,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     add_shot(app, line.shot);
     add_view(app, line.view);
     const CLI::App* profile = add_profile(app, line.profile);
-    const CLI::App* world = add_world(app, line.world, line.world_extensions);
+    const CLI::App* world = add_world(app, line.world);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
@@ -298,7 +313,7 @@ int run_program(int argc, char** argv) {
         case CommandLine::Command::Profile:
             return profile_command(line.profile);
         case CommandLine::Command::World:
-            return world_command(line.world, line.world_extensions);
+            return world_command(line.world);
     }
     return 0;
 }

@@ -67,6 +67,14 @@ struct ViewOptions {
     std::optional<double> seconds = {};  // It ends by itself after so long.
 };
 
+// Of `meldsim world`.
+struct WorldOptions {
+    std::string file = {};
+    std::vector<std::string> extensions = {};
+    std::string import = {}, lattice = {}, output = {};  // A configuration of VisibleSim, its lattice, and the world to be written.
+    ShotOptions shot = {};                               // Of the start; without a file there is no picture.
+};
+
 // Of `meldsim debug`: how the run is walked through.
 struct DebugOptions {
     std::string history = "1GiB";          // Memory for snapshots, of each process.

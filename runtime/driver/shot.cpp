@@ -161,6 +161,21 @@ int processors() {
     return static_cast<int>(std::clamp(available, 1L, 64L));
 }
 
+// Paints the frames and writes the picture.
+Result<render::Image> paint(std::vector<picture::Frame>& frames, const ShotOptions& shot, const world::World& world, Orders& ordered,
+                            OutputFile& file) {
+    picture::SheetOptions& sheet = ordered.sheet;
+    sheet.view = view_of(shot, world);
+    // Positions are in diameters; an ensemble without physics has no size that matters.
+    if (world.is_free()) sheet.catom_metres = 2 * world.radius;
+    Workers workers(processors());
+    Result<render::Image> image = picture::paint_sheet(frames, ordered.look, sheet, workers);
+    if (!image) return image;
+    if (auto written = render::write_png(*image, file); !written) return tl::unexpected<Error>(written.error());
+    if (auto written = file.commit(); !written) return tl::unexpected<Error>(written.error());
+    return image;
+}
+
 Result<void> go_to(std::int64_t tick, bool at_checkpoint, timeline::Timeline& timeline) {
     if (tick < 0 && at_checkpoint) return {};
     if (auto there = timeline.to(tick < 0 ? std::numeric_limits<std::int64_t>::max() : tick); !there) return there;
@@ -214,16 +229,9 @@ Result<int> take_shot(const RunOptions& options, const world::World& world, comm
     }
     const Result<void> taken = [&]() -> Result<void> {
         if (!speaks) return {};
-        picture::SheetOptions& sheet = ordered->sheet;
-        sheet.view = view_of(shot, world);
-        // Positions are in diameters; an ensemble without physics has no size that matters.
-        if (world.is_free()) sheet.catom_metres = 2 * world.radius;
         if (progress) progress->update([] { return "painting"; });
-        Workers workers(processors());
-        Result<render::Image> image = picture::paint_sheet(frames, ordered->look, sheet, workers);
+        const Result<render::Image> image = paint(frames, shot, world, *ordered, *file);
         if (!image) return tl::unexpected<Error>(image.error());
-        if (auto written = render::write_png(*image, *file); !written) return written;
-        if (auto written = file->commit(); !written) return written;
         progress.reset();
         std::uint64_t shown = 0, catoms = 0;
         std::vector<std::int64_t> ticks;
@@ -248,6 +256,24 @@ Result<int> take_shot(const RunOptions& options, const world::World& world, comm
     }();
     if (const auto all = comm::outcome_of_first(comm, taken); !all) return tl::unexpected<Error>(all.error());
     return static_cast<int>(ExitCode::Fine);
+}
+
+Result<void> check_view(const ShotOptions& options) {
+    return orders(options).map([](const Orders&) {});
+}
+
+Result<void> shoot_start(const ShotOptions& shot, const world::World& world, sim::Subdomain& subdomain, record::Drawing& drawing) {
+    Result<Orders> ordered = orders(shot);
+    if (!ordered) return tl::unexpected<Error>(ordered.error());
+    Result<OutputFile> file = OutputFile::open(shot.file, Appears::Whole);
+    if (!file) return tl::unexpected<Error>(file.error());
+    Result<picture::Frame> frame = picture::look_at(subdomain, drawing, ordered->look);
+    if (!frame) return tl::unexpected<Error>(frame.error());
+    std::vector<picture::Frame> frames;
+    frames.push_back(std::move(*frame));
+    const Result<render::Image> image = paint(frames, shot, world, *ordered, *file);
+    if (!image) return tl::unexpected<Error>(image.error());
+    return print(shot.file == "-" ? stderr : stdout, fmt::format("{}: {} x {} pixels\n", shot.file, image->width, image->height));
 }
 
 }  // namespace meld::driver

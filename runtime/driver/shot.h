@@ -19,4 +19,10 @@ Result<std::int64_t> last_tick_of(const ShotOptions& options);
 Result<int> take_shot(const RunOptions& options, const world::World& world, comm::Communicator& comm, timeline::Timeline& timeline,
                       const std::function<record::Drawing&()>& drawing);
 
+// Errors: what is wrong with the options of a picture.
+Result<void> check_view(const ShotOptions& options);
+
+// Takes a picture of a run that has been started and has no program.
+Result<void> shoot_start(const ShotOptions& shot, const world::World& world, sim::Subdomain& subdomain, record::Drawing& drawing);
+
 }  // namespace meld::driver

@@ -1,14 +1,30 @@
 #include "runtime/driver/world_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/input_file.h"
+#include "runtime/base/log.h"
+#include "runtime/base/output_file.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
+#include "runtime/driver/shot.h"
+#include "runtime/model/visiblesim.h"
+#include "runtime/record/drawing.h"
 #include "runtime/sim/choices.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/world/populate.h"
@@ -34,42 +50,85 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
                        size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }
 
+std::string memory_text(const MemoryNeed& need, double seconds) {
+    const auto bytes = [](double amount) { return format_bytes(static_cast<std::uint64_t>(amount)); };
+    return fmt::format("memory: {} for the catoms of one process, {:.0f} bytes each, before the facts of a program; placed in {:.2f} s\n",
+                       bytes(need.made().least), need.made().least / std::max(1.0, need.own_catoms), seconds);
+}
+
 // Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
 // settings and components.
-Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry) {
+Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry, const ShotOptions& shot) {
+    if (!shot.file.empty())
+        if (const auto fine = check_view(shot); !fine) return fine;
+    const auto begun = std::chrono::steady_clock::now();
     const auto alone = comm::make_single();
     auto counts = sim::count_beforehand(world, *alone);
     if (!counts) return tl::unexpected<Error>(counts.error());
-    if (const auto fits = check_memory(world, memory_need(world, kNoProgram, {}, 1, *counts), 1); !fits) return fits;
+    const MemoryNeed need = memory_need(world, kNoProgram, {}, 1, *counts);
+    if (const auto fits = check_memory(world, need, 1); !fits) return fits;
     world.components.clear();
     world.facts.clear();
     world.events.clear();
     world.set.clear();
     sim::Simulation simulation(kNoProgram, world, target, *alone, 1);
-    return simulation.start(registry, std::move(*counts));
+    auto drawn = std::make_unique<record::Drawing>();
+    record::Drawing& drawing = *drawn;
+    simulation.add(std::move(drawn), "drawing");
+    if (auto started = simulation.start(registry, std::move(*counts)); !started) return started;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
+    std::FILE* const talk = shot.file == "-" ? stderr : stdout;
+    if (auto printed = print(talk, memory_text(need, taken.count())); !printed) return printed;
+    return shot.file.empty() ? Result<void>() : shoot_start(shot, world, simulation.subdomain(), drawing);
 }
 
-Result<void> check_world(const std::string& path, const std::vector<std::string>& extensions) {
-    const Result<world::World> world = world::read_world(path);
+Result<void> check_world(const WorldOptions& options) {
+    if (options.file.empty()) return fail("no world is named", "Write meldsim world FILE.toml");
+    const Result<world::World> world = world::read_world(options.file);
     if (!world) return tl::unexpected<Error>(world.error());
     const Result<world::WorldSize> size = world::measure(*world);
     if (!size) return tl::unexpected<Error>(size.error());
     const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
     sim::Registry registry = sim::Registry::standard();
-    if (const auto added = add_extensions(extensions, registry); !added) return added;
+    if (const auto added = add_extensions(options.extensions, registry); !added) return added;
     if (const auto known = sim::check_choices(registry, *world); !known) return known;
     std::string text = size_text(*world, *size);
     if (world->target)
         text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
-    if (const auto printed = print(stdout, text); !printed) return printed;
-    return check_start(*world, *target, registry);
+    for (const std::string& each : world->warnings) log::warning("{}", each);
+    if (const auto printed = print(options.shot.file == "-" ? stderr : stdout, text); !printed) return printed;
+    return check_start(*world, *target, registry, options.shot);
+}
+
+constexpr std::uint64_t kMaxImport_bytes = std::uint64_t{1} << 30;
+
+Result<void> import_world(const WorldOptions& options) {
+    const std::vector<std::string_view> lattices = world::Lattice::kind_names();
+    if (!world::Lattice::kind_named(options.lattice))
+        return fail(options.lattice.empty() ? "--import: a configuration of VisibleSim does not name its lattice"
+                                            : fmt::format("--lattice: there is no lattice '{}'", options.lattice),
+                    fmt::format("Write --lattice with one of {}", fmt::join(lattices, ", ")));
+    if (options.output.empty()) return fail("--import: the world has no name", "Write -o world.toml");
+    const Result<std::string> xml = read_input(options.import, kMaxImport_bytes, InputKind::FileOrPipe);
+    if (!xml) return tl::unexpected<Error>(xml.error());
+    const Result<model::ImportedWorld> made = model::import_visiblesim(*xml, options.import, options.lattice);
+    if (!made) return tl::unexpected<Error>(made.error());
+    if (const auto fine = world::parse_world(made->text, options.output); !fine)
+        return fail(fmt::format("{} makes no world: {}", options.import, fine.error().problem), fine.error().suggestion);
+    Result<OutputFile> file = OutputFile::open(options.output, Appears::Whole);
+    if (!file) return tl::unexpected<Error>(file.error());
+    file->write(made->text);
+    if (auto written = file->commit(); !written) return written;
+    const std::string left = made->left_out.empty() ? "" : fmt::format("; left out: {}", fmt::join(made->left_out, ", "));
+    return print(options.output == "-" ? stderr : stdout,
+                 fmt::format("{}: {} catoms of {}{}\n", visible(options.output), made->cells, visible(options.import), visible(left)));
 }
 
 }  // namespace
 
-int world_command(const std::string& path, const std::vector<std::string>& extensions) {
-    const Result<void> done = check_world(path, extensions);
+int world_command(const WorldOptions& options) {
+    const Result<void> done = options.import.empty() ? check_world(options) : import_world(options);
     if (done) return 0;
     static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(done.error().message()))));
     return static_cast<int>(done.error().code);

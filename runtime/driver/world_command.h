@@ -1,13 +1,12 @@
 // `meldsim world`: what a world file describes.
 #pragma once
 
-#include <string>
-#include <vector>
+#include "runtime/driver/options.h"
 
 namespace meld::driver {
 
-// Prints the size of the world and its target, and reports every reason why a run could not start that can be found without a program.
-// `extensions` are shared objects that the world may choose from. Returns the exit code.
-int world_command(const std::string& path, const std::vector<std::string>& extensions);
+// Prints the size of the world and its target and the memory that its catoms take, and reports every reason why a run could not start that
+// can be found without a program. Takes a picture of the start if there is to be one. Returns the exit code.
+int world_command(const WorldOptions& options);
 
 }  // namespace meld::driver

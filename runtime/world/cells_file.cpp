@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
+#include "runtime/world/npy_file.h"
 #include "runtime/world/table_lines.h"
 #include "runtime/world/world_file.h"
 
@@ -54,7 +56,26 @@ Result<void> CellList::add(const std::vector<std::int64_t>& coordinates, const s
     return {};
 }
 
+Result<void> CellList::add_table(std::string_view bytes, const std::string& path) {
+    const Result<NpyTable> table = NpyTable::read(bytes, path);
+    if (!table) return tl::unexpected(table.error());
+    std::vector<std::int64_t> coordinates(table->columns());
+    for (std::size_t row = 0; row < table->rows(); ++row) {
+        for (std::size_t i = 0; i < coordinates.size(); ++i) {
+            const double value = table->at(row, i);
+            // Far beyond the cells that exist, and not yet beyond integers.
+            if (!(std::trunc(value) == value && std::abs(value) < 1e15))
+                return fail(fmt::format("{}: in row {}, {} is not a cell coordinate", path, row, value), "save whole numbers");
+            coordinates[i] = static_cast<std::int64_t>(value);
+        }
+        const Result<void> added = add(coordinates, path, row, 0);
+        if (!added) return fail(fmt::format("{}: in row {}, {}", path, row, added.error().problem), added.error().suggestion);
+    }
+    return {};
+}
+
 Result<void> CellList::add_file(std::string_view text, const std::string& path) {
+    if (NpyTable::is_one(text)) return add_table(text, path);
     return each_row(text, [&](std::string_view line, std::size_t number) -> Result<void> {
         const Result<std::vector<std::int64_t>> coordinates = parse_line(line, path, number);
         if (!coordinates) return tl::unexpected(coordinates.error());

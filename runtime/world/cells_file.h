@@ -1,4 +1,4 @@
-// Lists of cells in CSV files.
+// Lists of cells in CSV and NumPy files.
 #pragma once
 
 #include <compare>
@@ -13,14 +13,14 @@
 
 namespace meld::world {
 
-// The listed cells, each with its place in the file, for messages about two of them.
+// The listed cells, each with its place in the file (its line, or in a NumPy file its row, counted from 0), for messages about two of them.
 class CellList {
   public:
     explicit CellList(const Lattice& lattice) : lattice_(lattice) {}
     const Lattice& lattice() const { return lattice_; }
 
-    // Adds lines of three integers separated by commas, or two on a flat lattice; skips a first line of words, empty lines, and lines that
-    // start with '#'. `path` is for messages. Errors name line and column.
+    // Adds the rows of a NumPy file, or of a CSV file: lines of three integers separated by commas, or two on a flat lattice; skips
+    // a first line of words, empty lines, and lines that start with '#'. `path` is for messages. Errors name line and column.
     Result<void> add_file(std::string_view text, const std::string& path);
 
     // Adds the cell with these coordinates. Errors say why it is not a cell of the lattice, without the place; column 0: none.
@@ -35,6 +35,7 @@ class CellList {
         std::uint32_t path = 0, line = 0, column = 0;
         auto operator<=>(const Row&) const = default;
     };
+    Result<void> add_table(std::string_view bytes, const std::string& path);
     std::string place(const Row& row) const;
 
     const Lattice& lattice_;

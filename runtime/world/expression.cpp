@@ -68,6 +68,12 @@ Parsed<std::vector<Token>> tokenize(std::string_view text) {
         } else if (is_letter(rest[0])) {
             token.kind = TokenKind::Word;
             token.text = rest.substr(0, word_length(rest));
+        } else if (rest[0] == '\'' || rest[0] == '"') {
+            const std::size_t end = rest.find(rest[0], 1);
+            if (end == std::string_view::npos) return tl::unexpected(ExpressionError{at + 1, "a quote has no second one", {}});
+            token.kind = TokenKind::Name;
+            token.text = rest.substr(1, end - 1);
+            at += 2;
         } else {
             token.text = rest.substr(0, sign_length(rest));
             if (token.text.empty()) return tl::unexpected(ExpressionError{at + 1, fmt::format("{} cannot stand here", shown(rest[0])), {}});

@@ -58,7 +58,7 @@ std::string array_literal(TomlReader& reader, const toml::array& array, std::str
 }
 
 Region region(TomlReader& reader, const toml::node& node) {
-    const Parsed<Region> region = parse_region_text(**node.as_string());
+    const Parsed<Region> region = parse_region_text(**node.as_string(), &reader.models());
     if (region) return *region;
     reader.wrong_in(node, region.error());
     return {};

@@ -39,13 +39,14 @@ struct CatomGroup {
 
 // An obstacle. Lengths in catom diameters.
 struct ObstacleOptions {
-    std::string kind = "plane";  // "plane", "box" or "terrain".
+    std::string kind = "plane";  // "plane", "box", "terrain" or "mesh".
     Vec3 normal{0, 0, 1};        // For a plane; behind it is solid.
     double offset = 0;           // For a plane, from the origin along its normal.
     Vec3 centre{}, size{1, 1, 1};
     double degrees = 0;                        // For a box: its rotation about the z axis.
     double cell = 1;                           // For a terrain: the distance between two of its points.
     std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
+    Shape shape;                               // For a mesh: one whose surface() is made of triangles.
     std::optional<double> friction, restitution;
     std::string place;
 };

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "runtime/base/natural_scale.h"
+#include "runtime/world/surface.h"
 
 namespace meld::world {
 namespace {
@@ -112,14 +113,26 @@ void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& o
         reader.wrong(node->source(), "a terrain has fewer than two rows of two heights");
 }
 
+void read_mesh(const Section& section, ObstacleOptions& obstacle) {
+    if (!section.has("shape")) return section.wrong("shape", "a mesh has no shape", "write shape = \"mesh('part.stl', size = 20)\"");
+    const std::optional<Shape> shape = section.read_shape("shape");
+    if (!shape) return;
+    obstacle.shape = *shape;
+    if (!surface(*shape))
+        section.wrong("shape", fmt::format("the shape {} of an obstacle is not one mesh", shape->text()),
+                      "write mesh('part.stl', ...), if need be inside move, rotate and scale");
+}
+
 void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions& obstacle) {
     const Section section(reader, table, "[[motion.obstacle]]",
-                          {"kind", "normal", "offset", "centre", "size", "degrees", "cell", "heights", "friction", "restitution"});
+                          {"kind", "normal", "offset", "centre", "size", "degrees", "cell", "heights", "shape", "friction", "restitution"});
     obstacle.place = reader.place(table.source());
-    section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain"});
-    refuse_keys_of_others(
-        section, obstacle.kind,
-        {{"plane", {"normal", "offset"}}, {"box", {"centre", "size", "degrees"}}, {"terrain", {"centre", "cell", "heights"}}});
+    section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain", "mesh"});
+    refuse_keys_of_others(section, obstacle.kind,
+                          {{"plane", {"normal", "offset"}},
+                           {"box", {"centre", "size", "degrees"}},
+                           {"terrain", {"centre", "cell", "heights"}},
+                           {"mesh", {"shape"}}});
     section.read("normal", obstacle.normal);
     section.read_number("offset", obstacle.offset);
     section.read("centre", obstacle.centre);
@@ -127,6 +140,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
     section.read_number("degrees", obstacle.degrees);
     section.read_positive("cell", obstacle.cell);
     if (obstacle.kind == "terrain") read_heights(reader, section, obstacle);
+    if (obstacle.kind == "mesh") read_mesh(section, obstacle);
     read_surface(section, obstacle.friction, obstacle.restitution);
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "runtime/base/nearest.h"
+#include "runtime/world/npy_file.h"
 #include "runtime/world/table_lines.h"
 
 namespace meld::world {
@@ -69,9 +70,31 @@ Result<PlacedCatom> parse_line(std::string_view line, const std::vector<Column>&
     return fail(fmt::format("{}:{}: here are {} numbers, and the first line names {} columns", path, line_number, count, columns.size()));
 }
 
+// Rows are counted from 0, as NumPy does.
+Result<void> add_table(std::string_view bytes, const std::string& path, std::vector<PlacedCatom>& placed) {
+    const Result<NpyTable> table = NpyTable::read(bytes, path);
+    if (!table) return tl::unexpected(table.error());
+    if (table->columns() != 3 && table->columns() != 5)
+        return fail(fmt::format("{} has {} columns", path, table->columns()), "save x, y and z, or x, y, z, radius and mass");
+    for (std::size_t row = 0; row < table->rows(); ++row) {
+        PlacedCatom& catom = placed.emplace_back();
+        for (std::size_t i = 0; i < table->columns(); ++i) {
+            const double value = table->at(row, i);
+            if (!std::isfinite(value) || (i >= 3 && value <= 0))
+                return fail(fmt::format("{}: in row {}, {} is not a {}", path, row, value, i < 3 ? "coordinate" : "number above zero"));
+            if (i < 3)
+                catom.position[i] = value;
+            else
+                (i == 3 ? catom.radius : catom.mass) = value;
+        }
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<void> add_positions(std::string_view text, const std::string& path, std::vector<PlacedCatom>& placed) {
+    if (NpyTable::is_one(text)) return add_table(text, path, placed);
     std::vector<Column> columns = kPlace;
     const auto name_columns = [&](std::string_view line, std::size_t number) -> Result<void> {
         auto named = parse_names(line, path, number);

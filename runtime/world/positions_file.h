@@ -1,4 +1,4 @@
-// Lists of positions in CSV files.
+// Lists of positions in CSV and NumPy files.
 #pragma once
 
 #include <string>
@@ -10,8 +10,9 @@
 
 namespace meld::world {
 
-// Adds lines of three numbers separated by commas, plus as many as a first line of words names columns after x, y, z: `radius` and `mass`,
-// in any order. Skips empty lines and lines that start with '#'. `path` is for messages. Errors name line and column.
+// Adds the rows of a NumPy file: x, y, z, and if there are five columns radius and mass. Or lines of three numbers
+// separated by commas, plus as many as a first line of words names columns after x, y, z: `radius` and `mass`, in any order. Skips
+// empty lines and lines that start with '#'. `path` is for messages. Errors name line and column.
 Result<void> add_positions(std::string_view text, const std::string& path, std::vector<PlacedCatom>& placed);
 
 }  // namespace meld::world

@@ -236,10 +236,10 @@ Parsed<Child> parse_region(Cursor& cursor) { return parse_list<AnyOf>(cursor, "|
 
 }  // namespace
 
-Parsed<Region> parse_region_text(const std::string& text) {
+Parsed<Region> parse_region_text(const std::string& text, ModelFiles* models) {
     Parsed<std::vector<Token>> tokens = tokenize(text);
     if (!tokens) return tl::unexpected(tokens.error());
-    Cursor cursor(std::move(*tokens));
+    Cursor cursor(std::move(*tokens), models);
     Parsed<Child> test = parse_region(cursor);
     if (!test) return tl::unexpected(test.error());
     if (cursor.peek().kind != TokenKind::End) return cursor.expected("'&&', '||' or nothing more");

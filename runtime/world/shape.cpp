@@ -36,6 +36,11 @@ Vec3 turned(const Vec3& p, std::size_t axis, double sine, double cosine) {
 }
 Vec3 turned_back(const Rotated& s, const Vec3& p) { return turned(p, s.axis, -s.sine, s.cosine); }
 
+Vec3 in_model(const Modelled& s, const Vec3& p) {
+    return {p[0] * s.units + s.centre[0], p[1] * s.units + s.centre[1], p[2] * s.units + s.centre[2]};
+}
+
+bool contains(const Modelled& s, const Vec3& p) { return s.solid->contains(in_model(s, p)); }
 bool contains(const Union& s, const Vec3& p) {
     return std::any_of(s.parts.begin(), s.parts.end(), [&p](const Shape& part) { return part.contains(p); });
 }
@@ -64,6 +69,7 @@ double distance_to(const Box& box, const Vec3& p) {
     return std::sqrt(square);
 }
 
+double distance(const Modelled& s, const Vec3& p) { return s.solid->distance(in_model(s, p)) / s.units; }
 // A part is asked only if its box is nearer than what is known; the nearer of two first.
 double distance(const Union& s, const Vec3& p) {
     const auto box_of = [&p](const Shape& part) { return part.root() ? distance_to(part.root()->bounds, p) : kInfinity; };
@@ -101,6 +107,17 @@ double distance_of(const Shape& shape, const Vec3& p) {
     return std::visit([&p](const auto& solid) { return distance(solid, p); }, shape.root()->solid);
 }
 
+// A box a little larger: rounding must not exclude a point of the shape.
+Box with_slack(Box box) {
+    for (double& x : box.low) x -= kSlack * (1 + std::abs(x));
+    for (double& x : box.high) x += kSlack * (1 + std::abs(x));
+    return box;
+}
+
+Box bounds(const Modelled& s) {
+    const auto in_world = [&s](const Vec3& p) { return times(minus(p, s.centre), 1 / s.units); };
+    return with_slack({in_world(s.solid->low()), in_world(s.solid->high())});
+}
 Box bounds(const Union& s) {
     Box all = kNothing;
     for (const Shape& part : s.parts) {
@@ -144,12 +161,11 @@ Box bounds(const Rotated& s) {
         for (std::size_t i = 0; i < 3; ++i) p[i] = corner >> i & 1 ? box.high[i] : box.low[i];
         p = turned(p, s.axis, s.sine, s.cosine);
         for (std::size_t i = 0; i < 3; ++i) {
-            // Rounding must not exclude a point of the shape.
-            all.low[i] = std::min(all.low[i], p[i] - kSlack * (1 + std::abs(p[i])));
-            all.high[i] = std::max(all.high[i], p[i] + kSlack * (1 + std::abs(p[i])));
+            all.low[i] = std::min(all.low[i], p[i]);
+            all.high[i] = std::max(all.high[i], p[i]);
         }
     }
-    return all;
+    return with_slack(all);
 }
 
 // The middle of a box, and the distance of its corners from there, plus a little for rounding.
@@ -190,12 +206,33 @@ Union in_groups(std::vector<Shape> parts) {
     return {{make_shape(in_groups(std::move(low)), ""), make_shape(in_groups(std::move(high)), "")}};
 }
 
+bool is_open(const Shape& shape) { return shape.root() && shape.root()->open; }
+bool any_open(const std::vector<Shape>& shapes) { return std::any_of(shapes.begin(), shapes.end(), is_open); }
+
+// Whether a model with an open surface is in it.
+struct FindOpen {
+    bool operator()(const Modelled& s) const { return !s.solid->closed(); }
+    bool operator()(const Union& s) const { return any_open(s.parts); }
+    bool operator()(const Intersection& s) const { return any_open(s.parts); }
+    bool operator()(const Difference& s) const { return is_open(s.whole) || any_open(s.without); }
+    template <class Other>
+    bool operator()(const Other& s) const {
+        if constexpr (requires { s.solid; })
+            return is_open(s.solid);
+        else
+            return false;
+    }
+};
+
 }  // namespace
+
+Vec3 turned(const Vec3& p, const Rotated& by) { return turned(p, by.axis, by.sine, by.cosine); }
 
 Shape make_shape(Solid solid, std::string text) {
     if (auto* all = std::get_if<Union>(&solid)) *all = in_groups(std::move(all->parts));
     const Box box = std::visit([](const auto& s) { return bounds(s); }, solid);
-    return Shape(std::make_shared<const Shape::Node>(Shape::Node{std::move(solid), box, std::move(text)}));
+    const bool open = std::visit(FindOpen{}, solid);
+    return Shape(std::make_shared<const Shape::Node>(Shape::Node{std::move(solid), box, std::move(text), open}));
 }
 
 Result<Shape> Shape::parse(const std::string& text) {
@@ -223,12 +260,13 @@ bool Shape::may_touch(const Box& box) const {
     for (std::size_t i = 0; i < 3; ++i) {
         if (box.high[i] < root_->bounds.low[i] || box.low[i] > root_->bounds.high[i]) return false;
     }
+    if (root_->open) return true;
     const BallAround ball = ball_around(box);
     return distance_of(*this, ball.centre) <= ball.radius;
 }
 
 bool Shape::surely_contains(const Box& box) const {
-    if (!root_ || box.empty()) return false;
+    if (!root_ || root_->open || box.empty()) return false;
     const BallAround ball = ball_around(box);
     return distance_of(*this, ball.centre) < -ball.radius;
 }

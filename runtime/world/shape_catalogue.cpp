@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "runtime/base/assert.h"
 #include "runtime/world/campus.h"
@@ -41,6 +42,26 @@ Made make_campus(const Arguments& a) {
     return Scaled{*campus, a[0] / kCampusLength};
 }
 
+// What there is to know of a model before one can say how large it is to be.
+std::string extent_of(const Arguments& a) {
+    const Vec3 &low = a.model->low(), &high = a.model->high();
+    return fmt::format("'{}' is {:.6g} x {:.6g} x {:.6g} units, from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})", a.file,
+                       high[0] - low[0], high[1] - low[1], high[2] - low[2], low[0], low[1], low[2], high[0], high[1], high[2]);
+}
+
+Made make_model(const Arguments& a) {
+    const bool sized = a.number[1].has_value(), scaled = a.number[2].has_value();
+    if (sized == scaled)
+        return tl::unexpected(fmt::format("{}; give {} size = diameters of its longest side, or scale = diameters of a unit", extent_of(a),
+                                          sized ? "only one of" : "either"));
+    if (scaled) return Modelled{a.model, 1 / a[2], {}};
+    const Vec3 &low = a.model->low(), &high = a.model->high();
+    const double longest = a.model->longest_side();
+    if (!(longest > 0)) return tl::unexpected(extent_of(a) + ", which has no size");
+    return Modelled{
+        a.model, longest / a[1], {std::midpoint(low[0], high[0]), std::midpoint(low[1], high[1]), std::midpoint(low[2], high[2])}};
+}
+
 Made make_difference(const Arguments& a) { return Difference{a.shapes[0], {a.shapes.begin() + 1, a.shapes.end()}}; }
 
 // Quarter turns are exact, so that a rotated box contains the cells one expects.
@@ -66,6 +87,7 @@ const std::vector<ShapeEntry>& entries() {
         {"gyroid", {{"size"}, {"thickness"}, {"period", Length, true}}, make_gyroid},
         {"trumpet", {{"length"}, {"bell", Length, true}, {"wall", Length, true}}, make_trumpet},
         {"campus", {{"size"}}, make_campus},
+        {"mesh", {{"file", Model}, {"size", Length, true}, {"scale", Length, true}}, make_model},
         {"union", {{"shape", ShapeArgument}, {"shapes", MoreShapes}}, [](const Arguments& a) -> Made { return Union{a.shapes}; }},
         {"intersect",
          {{"shape", ShapeArgument}, {"shapes", MoreShapes}},

@@ -19,6 +19,7 @@ enum class ParameterKind {
     ShapeArgument,
     MoreShapes,  // Any number of shapes, at least none; only as the last parameter.
     Axis,        // x, y or z; held as 0, 1 or 2.
+    Model,       // The name of a file, in quotes.
 };
 
 struct Parameter {
@@ -31,6 +32,8 @@ struct Parameter {
 struct Arguments {
     std::vector<std::optional<double>> number;
     std::vector<Shape> shapes;
+    std::string file;  // The model's name as it is written, and the model.
+    std::shared_ptr<const model::Solid> model = nullptr;
     double operator[](std::size_t parameter) const { return number[parameter].value(); }
     double value_or(std::size_t parameter, double fallback) const { return number[parameter].value_or(fallback); }
 };

@@ -93,6 +93,8 @@ class ArgumentReader {
                 return read_shape();
             case ParameterKind::Axis:
                 return read_axis(at);
+            case ParameterKind::Model:
+                return read_model();
             default:
                 return read_number(at);
         }
@@ -109,6 +111,18 @@ class ArgumentReader {
         const std::string_view text = cursor_.peek().text;
         if (text != "x" && text != "y" && text != "z") return cursor_.expected("an axis, x, y or z");
         arguments_.number[at] = cursor_.take().text[0] - 'x';
+        return true;
+    }
+
+    Done read_model() {
+        const Token name = cursor_.peek();
+        if (name.kind != TokenKind::Name) return cursor_.expected(fmt::format("a file in quotes, as in {}('part.stl', ...)", entry_.name));
+        if (!cursor_.models()) return wrong(name.column, "only a world file can name models");
+        cursor_.take();
+        Result<std::shared_ptr<const model::Solid>> model = cursor_.models()->open(name.text);
+        if (!model) return wrong(name.column, model.error().problem, model.error().suggestion);
+        arguments_.file = name.text;
+        arguments_.model = std::move(*model);
         return true;
     }
 
@@ -134,10 +148,16 @@ class ArgumentReader {
     Arguments arguments_;
 };
 
-// "cylinder(2, 3)" with one blank where the source had any, for Shape::text().
+// "cylinder(2, 3)" with one blank where the source had any, for Shape::text(). Names in quotes stay as they are.
 std::string tidy(std::string_view text) {
     std::string result;
+    char quote = 0;
     for (const char c : text) {
+        if (quote != 0 || c == '\'' || c == '"') {
+            result += c;
+            quote = quote == 0 ? c : c == quote ? char{0} : quote;
+            continue;
+        }
         const bool blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
         if (!blank) result += c;
         if (c == ',') result += ' ';
@@ -164,10 +184,10 @@ Parsed<Shape> parse_shape(Cursor& cursor) {
     return make_shape(std::move(*solid), tidy({name.text.data(), end}));
 }
 
-Parsed<Shape> parse_shape_text(std::string_view text) {
+Parsed<Shape> parse_shape_text(std::string_view text, ModelFiles* models) {
     Parsed<std::vector<Token>> tokens = tokenize(text);
     if (!tokens) return tl::unexpected(tokens.error());
-    Cursor cursor(std::move(*tokens));
+    Cursor cursor(std::move(*tokens), models);
     Parsed<Shape> shape = parse_shape(cursor);
     if (shape && cursor.peek().kind != TokenKind::End) return cursor.expected("nothing more");
     return shape;

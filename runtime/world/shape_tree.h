@@ -1,13 +1,22 @@
 // The tree inside a Shape: solids at the leaves, combinations above them.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "runtime/model/solid.h"
 #include "runtime/world/solids.h"
 
 namespace meld::world {
+
+// A model from a file. The point p of the world is the point p * units + centre of the model.
+struct Modelled {
+    std::shared_ptr<const model::Solid> solid;
+    double units = 1;  // Of the model, in a catom diameter.
+    Vec3 centre{};
+};
 
 struct Union {
     std::vector<Shape> parts;
@@ -40,18 +49,24 @@ struct Rotated {
     double sine, cosine;
 };
 
+// A point that turns with the solid.
+Vec3 turned(const Vec3& p, const Rotated& by);
+
 struct Scaled {
     Shape solid;
     double factor;
 };
 
-using Solid = std::variant<BoxSolid, Ball, Ellipsoid, Torus, Cylinder, Cone, Helix, Gyroid, Trumpet, Union, Intersection, Difference, Shell,
-                           Moved, Rotated, Scaled>;
+using Solid = std::variant<BoxSolid, Ball, Ellipsoid, Torus, Cylinder, Cone, Helix, Gyroid, Trumpet, Modelled, Union, Intersection,
+                           Difference, Shell, Moved, Rotated, Scaled>;
 
 struct Shape::Node {
     Solid solid;
     Box bounds;
     std::string text;
+    // Whether there is a model in it whose surface is open, so that cells may be inside on one side of a hole and outside on the
+    // other with no surface between them: distances then say nothing about whole boxes.
+    bool open = false;
 };
 
 // Computes the bounds.

@@ -15,6 +15,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/hash.h"
 #include "runtime/world/expression.h"
+#include "runtime/world/model_files.h"
 #include "runtime/world/world_file.h"
 
 namespace meld::world {
@@ -41,6 +42,8 @@ class TomlReader {
     std::string beside(const std::string& name) const;
     // Reads such a file; the errors are those of read_input.
     Result<std::string> read_file(const std::string& path, std::uint64_t most_bytes);
+    // The models that shapes of the world name.
+    WorldModels& models() { return models_; }
     // Their paths, in order.
     const std::vector<std::string>& files_read() const { return files_read_; }
     // Of the text and of all files read so far.
@@ -55,6 +58,7 @@ class TomlReader {
     std::vector<std::string> files_read_;
     std::uint64_t source_hash_, files_hash_ = 0;
     std::optional<Error> error_;
+    WorldModels models_{*this};
 };
 
 // "12 is an integer, not a string".
@@ -100,7 +104,7 @@ class Section {
   private:
     std::string name_of(std::string_view key) const;
     template <class T, class Text>
-    std::optional<T> read_parsed(std::string_view key, Parsed<T> (*parse)(Text)) const;
+    std::optional<T> read_parsed(std::string_view key, Parsed<T> (*parse)(Text, ModelFiles*)) const;
     bool read_point(const toml::node& node, const std::string& what, Vec3& value) const;
     void read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
                        Result<std::uint64_t> (*parse)(std::string_view)) const;

@@ -281,6 +281,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     if (!reader.error()) check_whole(reader, top, world);
     world.source_hash = reader.source_hash();
     world.files = reader.files_read();
+    world.warnings = reader.models().warnings();
     world.parts = hash_parts(reader, table);
     return world;
 }

@@ -93,6 +93,8 @@ struct World {
     std::string text;
     std::uint64_t source_hash = 0;
     std::vector<std::string> files;  // The paths of these, in the order in which the hash takes them.
+    // What is doubtful about files that it names, as sentences without a full stop.
+    std::vector<std::string> warnings;
     // A hash of each section and key at the top, whatever its layout and comments, and under "files" of the files that it names.
     std::map<std::string, std::uint64_t> parts;
 

@@ -72,6 +72,7 @@ RESTRICTED_HEADERS = [
     (re.compile(r"^ode/"), ("physics/", "tests/bench/", "tests/unit/physics/"), "only physics talks to ODE"),
     (re.compile(r"^(embree3|cairo)/"), ("runtime/render/",), "only runtime/render uses Embree and Cairo"),
     (re.compile(r"^civetweb\.h$"), ("runtime/view/http.cpp",), "only runtime/view uses civetweb"),
+    (re.compile(r"^(assimp/|tinyxml2\.h$)"), ("runtime/model/",), "only runtime/model uses assimp and TinyXML"),
     (re.compile(r"^(histedit\.h|editline/)"), ("runtime/debug/",), "only runtime/debug uses libedit"),
     (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"),
      "only compiler/build and compiler/diagnostics use LLVM"),

@@ -13,6 +13,7 @@ meld_layer(compiler/build DEPENDS runtime/abi meld_backend)
 meld_layer(runtime/comm DEPENDS runtime/base meld_mpi)
 meld_layer(physics DEPENDS runtime/base)
 meld_layer(runtime/render DEPENDS runtime/base)
+meld_layer(runtime/model DEPENDS runtime/base)
 """
 
 
@@ -49,6 +50,7 @@ class LayerRules(unittest.TestCase):
 class HeaderRules(unittest.TestCase):
     def test_outside_libraries_stay_in_their_layer(self):
         for header, home in (("mpi.h", "runtime/comm/a.h"), ("ode/ode.h", "physics/a.h"), ("embree3/rtcore.h", "runtime/render/a.h"),
+                             ("assimp/scene.h", "runtime/model/a.h"),
                              ("llvm/IR/Module.h", "compiler/build/backend/a.h")):
             self.assertEqual(rules_broken(home, f"#include <{header}>\n"), [])
             self.assertEqual(len(rules_broken("runtime/abi/a.h", f"#include <{header}>\n")), 1)
@@ -66,7 +68,8 @@ class HeaderRules(unittest.TestCase):
 
 class TableOfFolders(unittest.TestCase):
     def test_each_layer_has_a_row(self):
-        whole = "| `runtime/base`, `abi`, `comm` | low |\n| `compiler/build`, `backend` | high |\n| `physics` | |\n| `runtime/render` | |\n"
+        whole = "| `runtime/base`, `abi`, `comm` | low |\n| `compiler/build`, `backend` | high |\n| `physics` | |\n"
+        whole += "| `runtime/model`, `runtime/render` | |\n"
         self.assertEqual(list(check_table_of_folders(whole, Layers(CMAKE))), [])
         missing = [p.rule for p in check_table_of_folders(whole.replace("`abi`", "abi") + "| other | `abi` |\n", Layers(CMAKE))]
         self.assertEqual(len(missing), 1)

@@ -1,6 +1,5 @@
 // Makes the scene that a world file describes.
 #include "runtime/sim/bodies/physics_scene.h"
-#include "runtime/base/assert.h"
 
 #include <fmt/format.h>
 
@@ -9,6 +8,9 @@
 #include <map>
 #include <numbers>
 #include <optional>
+
+#include "runtime/base/assert.h"
+#include "runtime/world/surface.h"
 
 namespace meld::sim {
 
@@ -84,6 +86,14 @@ physics::Shape shape_of(const World& world, const ObstacleOptions& o) {
         for (const std::vector<double>& row : o.heights)
             for (const double height : row) terrain.heights_m.push_back(d * height);
         return terrain;
+    }
+    if (o.kind == "mesh") {
+        const std::optional<model::Triangles> surface = world::surface(o.shape);
+        MELD_CHECK(surface.has_value(), "{} has no triangles", o.shape.text());
+        physics::Mesh mesh;
+        for (const world::Vec3& point : surface->points) mesh.points.push_back(to_metres(world, point));
+        for (const auto& corners : surface->corners) mesh.triangles.insert(mesh.triangles.end(), corners.begin(), corners.end());
+        return mesh;
     }
     return physics::Plane{vector_of(o.normal), d * o.offset};
 }

@@ -1,0 +1,4 @@
+# Worlds from files of other programs.
+add_test(NAME worlds_models COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/models_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(worlds_models PROPERTIES TIMEOUT 120 PROCESSORS 2)
