@@ -191,7 +191,7 @@ int run_program(int argc, char** argv) {
     compile->add_flag("--counters", options.compile.plan.counts,
                       "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
     compile->add_flag("--places", options.compile.plan.places,
-                      "Say at any time which rule runs, at most 3 % slower: a module for meldsim run --profile");
+                      "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain =
