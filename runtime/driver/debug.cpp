@@ -250,8 +250,15 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
         note(options.debug->typed, !options.debug->served && from_input && ::isatty(STDIN_FILENO) != 0, "--typed");
         note(options.debug->shown, !options.debug->served && ::isatty(STDOUT_FILENO) != 0, "--shown");
     }
-    Scratch own;
+    Scratch own, beside;
+    std::vector<RunOptions> others;
+    if (options.debug->view && !options.debug->view->other.empty()) {
+        Result<RunOptions> other = looked_at_beside(options, beside);
+        if (!other) return tell(other.error());
+        others.push_back(std::move(*other));
+    }
     Result<RunOptions> run = looked_at(std::move(options), scratch, own, parse);
+    if (run && run->debug->view) run->debug->view->beside = std::move(others);
     return run ? run_command(std::move(*run)) : tell(run.error());
 }
 

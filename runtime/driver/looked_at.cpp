@@ -150,4 +150,18 @@ Result<RunOptions> looked_at(RunOptions options, const std::string& scratch, Scr
     return options;
 }
 
+Result<RunOptions> looked_at_beside(const RunOptions& options, Scratch& own) {
+    const std::string& path = options.debug->view->other;
+    if (options.processes > 1) return fail("two runs are shown beside each other on one process", "Leave out -n");
+    if (target_of(path) == Target::Checkpoints)
+        return fail(fmt::format("{} is a folder of checkpoints, which is not shown beside another run", path), "Show it first, or alone");
+    std::error_code error;
+    // Another folder may be entered for the first.
+    RunOptions other{.program = fs::absolute(path, error).lexically_normal().string(), .ticks = options.ticks, .threads = options.threads};
+    other.debug = options.debug;
+    other.quiet = options.quiet;
+    if (target_of(path) == Target::Program) return other;
+    return from_recording(other, "", own);
+}
+
 }  // namespace meld::driver

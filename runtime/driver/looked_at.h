@@ -14,4 +14,7 @@ namespace meld::driver {
 // that say what is run stand beside what says so itself.
 Result<RunOptions> looked_at(RunOptions options, const std::string& scratch, Scratch& own, const ParseRun& parse);
 
+// The run that a viewer shows beside its own: of another program or recording. Errors: it is neither; there are several processes.
+Result<RunOptions> looked_at_beside(const RunOptions& options, Scratch& own);
+
 }  // namespace meld::driver

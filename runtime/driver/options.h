@@ -59,12 +59,16 @@ struct ShotOptions {
     int samples = 2;
 };
 
+struct RunOptions;
+
 // Of `meldsim view`.
 struct ViewOptions {
-    int port = 0;                        // 0: one that is free.
-    bool opens = true;                   // In a browser, if there is a screen.
-    std::int64_t tick = -1;              // -1: before the first, or where a checkpoint is.
-    std::optional<double> seconds = {};  // It ends by itself after so long.
+    std::string other = {};               // Another program or recording, as it was named.
+    std::vector<RunOptions> beside = {};  // The run of that.
+    int port = 0;                         // 0: one that is free.
+    bool opens = true;                    // In a browser, if there is a screen.
+    std::int64_t tick = -1;               // -1: before the first, or where a checkpoint is.
+    std::optional<double> seconds = {};   // It ends by itself after so long.
 };
 
 // Of `meldsim world`.

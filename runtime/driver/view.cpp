@@ -14,12 +14,14 @@
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/driver/claims.h"
 #include "runtime/driver/debug_state.h"
 #include "runtime/driver/looked_run.h"
 #include "runtime/driver/open_link.h"
 #include "runtime/driver/option_groups.h"
 #include "runtime/driver/program_files.h"
 #include "runtime/driver/report.h"
+#include "runtime/driver/run.h"
 #include "runtime/driver/view_world.h"
 #include "runtime/view/http.h"
 #include "runtime/view/page/page.h"
@@ -74,7 +76,7 @@ Result<void> begin(const RunOptions& options, Inputs& inputs, const std::vector<
     if (!make) return tl::unexpected<Error>(make.error());
     shown.make = std::move(*make);
     shown.run.emplace(options, inputs, claims, comm);
-    shown.world.emplace(options, inputs, [&timeline]() -> const sim::Summary& { return timeline.simulation().summary(); });
+    shown.world.emplace(options, inputs, [&shown] { return shown.viewer->seconds_per_evaluation(); });
     view::ViewerOptions how{
         .program = name_of(options),
         .world = inputs.world.path,
@@ -95,9 +97,30 @@ Result<void> begin(const RunOptions& options, Inputs& inputs, const std::vector<
     return go_to(options.debug->view->tick, timeline);
 }
 
+// The run beside the first one, on one process.
+struct Beside {
+    std::string module = {};
+    std::optional<Inputs> inputs = {};
+    std::vector<Claim> claimed = {};
+    Shown shown = {};
+};
+
+Result<void> begin_beside(const RunOptions& options, comm::Communicator& comm, Beside& beside) {
+    Result<std::string> module = compile_program(options);
+    if (!module) return tl::unexpected<Error>(module.error());
+    Result<Inputs> inputs = read_inputs(options, comm, *module);
+    if (!inputs) return tl::unexpected<Error>(inputs.error());
+    if (auto counted = count_catoms(options, comm, *inputs); !counted) return counted;
+    beside.inputs.emplace(std::move(*inputs));
+    beside.claimed = claims(options, beside.inputs->module, beside.inputs->world);
+    return begin(options, *beside.inputs, beside.claimed, comm, beside.shown);
+}
+
 Result<void> announce(const view::Server& server, const RunOptions& options) {
+    std::string names = visible(name_of(options));
+    for (const RunOptions& other : options.debug->view->beside) names += " beside " + visible(name_of(other));
     const std::string text = options.json ? nlohmann::ordered_json{{"link", server.link()}, {"port", server.port()}}.dump() + "\n"
-                                          : fmt::format("{} is shown at {}\n", visible(name_of(options)), server.link());
+                                          : fmt::format("{} is shown at {}\n", names, server.link());
     if (auto printed = print(stdout, text); !printed) return printed;
     if (options.quiet || options.json) return {};
     return print(stdout, options.debug->view->seconds ? fmt::format("It ends after {}\n", format_duration(*options.debug->view->seconds))
@@ -112,6 +135,13 @@ Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vecto
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     Shown shown;
     if (auto begun = begin(options, inputs, claims, comm, shown); !begun) return tl::unexpected<Error>(begun.error());
+
+    Beside beside;
+    std::vector<view::Viewer*> viewers = {shown.viewer.get()};
+    for (const RunOptions& other : asked.beside) {
+        if (auto begun = begin_beside(other, comm, beside); !begun) return tl::unexpected<Error>(begun.error());
+        viewers.push_back(beside.shown.viewer.get());
+    }
 
     std::unique_ptr<view::Server> server;
     std::optional<OpenedLink> opened;
@@ -133,7 +163,7 @@ Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vecto
     ProgramFiles files;
     if (options.replay.empty() && options.program.ends_with(".meld"))
         how.program_changed = [&] { return files.changed(inputs.info(), options.program); };
-    view::Service service({shown.viewer.get()}, server.get(), comm, std::move(how));
+    view::Service service(std::move(viewers), server.get(), comm, std::move(how));
     const bool interrupted = service.serve();
     return static_cast<int>(interrupted ? ExitCode::Interrupted : ExitCode::Fine);
 }
@@ -156,6 +186,7 @@ void add_view(CLI::App& app, Asking& asking) {
                                      "printed.\nExample: meldsim view examples/meld/gradient.meld --for 2");
     asking.command = v;
     v->add_option("TARGET", run.program, "A program, which is run; or a recording; or a folder of checkpoints")->required();
+    v->add_option("BESIDE", view.other, "Another program or recording, shown beside it");
     v->add_option("--port", view.port, "The port of the server; otherwise one that is free")
         ->check(cli::whole_number(1, 65535))
         ->type_name("INT");

@@ -11,7 +11,9 @@
 #include "runtime/base/output_file.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/memory_need.h"
+#include "runtime/picture/frame.h"
 #include "runtime/sim/choices.h"
+#include "runtime/view/scene/block.h"
 #include "runtime/world/populate.h"
 #include "runtime/world/target.h"
 
@@ -26,6 +28,27 @@ constexpr std::uint64_t kMostWorld_bytes = std::uint64_t{1} << 20;
 constexpr double kMostCounted = 2e7;
 
 Json cell(const world::Cell& at) { return {at.x, at.y, at.z}; }
+
+// More are counted and not shown, while somebody types.
+constexpr double kMostShown = 2e5;
+
+// The catoms of a world as they would be placed, without a run.
+picture::Frame preview(const world::World& world, const world::Lattice& lattice) {
+    picture::Frame out;
+    std::vector<std::uint32_t> numbers;
+    for (const auto& [key, count] : world::count_bricks(world, lattice, 0, 1)) {
+        world::cells_of_brick(world, lattice, key, numbers);
+        for (const std::uint32_t number : numbers) {
+            const world::Vec3 at = lattice.position(lattice.cell_in_brick(lattice.brick_at(key), number));
+            out.ids.push_back(out.ids.size());
+            out.scene.places.emplace_back(static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2]));
+        }
+    }
+    out.catoms = out.ids.size();
+    out.scene.colours.resize(out.ids.size());
+    out.scene.form = picture::form_of(world.lattice);
+    return out;
+}
 
 // A message about a world begins with "path:line:column: ".
 Json mistake(const Error& error, const std::string& path) {
@@ -46,7 +69,7 @@ Json mistake(const Error& error, const std::string& path) {
 
 }  // namespace
 
-Result<Json> WorldTab::file() const {
+Result<view::Reply> WorldTab::file() const {
     const std::string& path = inputs_.world.path;
     std::string toml = inputs_.world.text;
     const std::string named = world_path(options_);
@@ -56,16 +79,17 @@ Result<Json> WorldTab::file() const {
         toml = std::move(*now);
     }
     Json out = {{"path", path}, {"toml", toml}, {"writable", options_.replay.empty() && !options_.world.empty()}};
-    const Result<Json> checked = check(toml);
+    Result<view::Reply> checked = check(toml);
     if (!checked) return checked;
-    out.update(*checked);
-    return out;
+    out.update(checked->words);
+    checked->words = std::move(out);
+    return checked;
 }
 
-Result<Json> WorldTab::check(const std::string& toml) const {
+Result<view::Reply> WorldTab::check(const std::string& toml) const {
     const std::string named = world_path(options_);
     const std::string path = named.empty() ? "world.toml" : named;
-    const auto invalid = [&](const Error& error) -> Json { return {{"valid", false}, {"error", mistake(error, path)}}; };
+    const auto invalid = [&](const Error& error) { return view::Reply{.words = {{"valid", false}, {"error", mistake(error, path)}}}; };
     Result<world::World> world = world::parse_world(toml, path);
     if (!world) return invalid(world.error());
     const Result<world::WorldSize> size = world::measure(*world);
@@ -93,30 +117,34 @@ Result<Json> WorldTab::check(const std::string& toml) const {
         out["memory"].update({{"fits", false}, {"message", fits.error().message()}});
     else
         out["memory"]["message"] = warning_of_memory(*world, need, options_.processes);
-    // Of a tick in which all catoms are evaluated, as fast as the run that is shown has been so far.
-    const sim::Summary& summary = summary_();
-    if (summary.evaluations > 0 && summary.run_seconds > 0)
-        out["seconds"] = summary.run_seconds / static_cast<double>(summary.evaluations) * catoms;
-    return out;
+    // Of a tick in which all catoms are evaluated.
+    if (const std::optional<double> each = evaluation_()) out["seconds"] = *each * catoms;
+    if (world->is_free() || !exact || catoms > kMostShown) return view::Reply{.words = std::move(out)};
+    const picture::Frame seen = preview(*world, lattice);
+    view::Reply checked{.words = view::frame_words(seen, std::nullopt), .binary = view::frame_block(seen)};
+    checked.words.erase("tick");
+    checked.words.update(out);
+    return checked;
 }
 
-Result<Json> WorldTab::save(const std::string& path, const std::string& toml) const {
+Result<view::Reply> WorldTab::save(const std::string& path, const std::string& toml) const {
     if (!options_.replay.empty()) return fail("a recording says itself what its world is", "Show the program of the run");
     if (options_.world.empty()) return fail("no world was named when the viewer was started", "Start it with --world FILE");
     if (!path.empty() && path != options_.world)
         return fail(fmt::format("'{}' is not the world that was named when the viewer was started", path),
                     fmt::format("That is {}", options_.world));
-    const Result<Json> checked = check(toml);
+    Result<view::Reply> checked = check(toml);
     if (!checked) return checked;
-    if (!checked->at("valid").get<bool>()) {
-        const Json& error = checked->at("error");
+    if (!checked->words.at("valid").get<bool>()) {
+        const Json& error = checked->words.at("error");
         return fail(fmt::format("this is no world, and is not written: {}", error["message"].get<std::string>()),
                     error["hint"].get<std::string>());
     }
     if (auto written = write_file(options_.world, toml); !written) return tl::unexpected<Error>(written.error());
     Json out = {{"path", options_.world}, {"written", toml.size()}};
-    out.update(*checked);
-    return out;
+    out.update(checked->words);
+    checked->words = std::move(out);
+    return checked;
 }
 
 }  // namespace meld::driver

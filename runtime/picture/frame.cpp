@@ -36,18 +36,6 @@ render::Rgb rgb(std::uint32_t c) {
     return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
 }
 
-render::Form form_of(const sim::Subdomain& subdomain) {
-    if (subdomain.ensemble.is_free()) return render::Form::Sphere;
-    switch (subdomain.lattice.kind()) {
-        case world::LatticeKind::Square:
-            return render::Form::Cube;
-        case world::LatticeKind::Hex:
-            return render::Form::Hexagon;
-        default:
-            return render::Form::Sphere;
-    }
-}
-
 // Asks the bodies of a look, one after the other, and puts what they say into a frame.
 class Looker {
   public:
@@ -253,7 +241,7 @@ void Looker::uncover_lines() {
 Result<Frame> Looker::frame() {
     frame_.tick = subdomain_.tick();
     frame_.catoms = drawn_.ids.size();
-    frame_.scene.form = look_.form.value_or(form_of(subdomain_));
+    frame_.scene.form = look_.form.value_or(subdomain_.ensemble.is_free() ? render::Form::Sphere : form_of(subdomain_.lattice.kind()));
     if (auto done = choose(); !done) return tl::unexpected<Error>(done.error());
     if (auto done = colour(); !done) return tl::unexpected<Error>(done.error());
     add_drawn();
@@ -309,6 +297,17 @@ render::Legend by_number(std::span<Frame> frames, const Look& look, const std::s
 }
 
 }  // namespace
+
+render::Form form_of(world::LatticeKind lattice) {
+    switch (lattice) {
+        case world::LatticeKind::Square:
+            return render::Form::Cube;
+        case world::LatticeKind::Hex:
+            return render::Form::Hexagon;
+        default:
+            return render::Form::Sphere;
+    }
+}
 
 Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look) {
     return Looker(subdomain, drawing, look).frame();

@@ -13,6 +13,7 @@
 #include "runtime/render/caption.h"
 #include "runtime/render/scene.h"
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/world/lattice.h"
 
 namespace meld::picture {
 
@@ -45,6 +46,9 @@ struct Frame {
     std::vector<std::pair<std::size_t, std::string>> words = {};
     bool whole_numbers = true;
 };
+
+// How catoms on such a lattice look.
+render::Form form_of(world::LatticeKind lattice);
 
 // The run as it is between two ticks, on process 0; an empty frame on the others. Every process calls it. Errors: mistakes in a body; a
 // variable that is to be a catom is none.

@@ -35,7 +35,10 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 Service::Service(std::vector<Viewer*> runs, Server* server, comm::Communicator& comm, ServiceOptions options)
     : runs_(std::move(runs)), server_(server), comm_(comm), options_(std::move(options)), plays_(runs_.size()), told_(runs_.size(), 0) {
     for (std::uint32_t run = 0; run < runs_.size(); ++run) {
-        runs_[run]->timeline().each([this, run](sim::Simulation& simulation) { on_the_way(&simulation, run); });
+        runs_[run]->timeline().each([this, run](sim::Simulation& simulation) {
+            on_the_way(&simulation, run);
+            runs_[run]->note_begin();
+        });
         runs_[run]->session().looked([this, run](std::uint64_t) { on_the_way(nullptr, run); });
     }
 }

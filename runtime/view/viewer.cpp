@@ -83,8 +83,15 @@ Viewer::Viewer(timeline::Timeline& timeline, world::World& world, ViewerOptions 
       latest_(timeline.tick()) {
     timeline_.each_new([this](sim::Simulation& simulation) -> Result<void> {
         if (simulation.subdomain().comm.process() == 0) metrics_.note(simulation);
+        seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+        evaluations_ += simulation.subdomain().totals.tick.awake;
         return {};
     });
+}
+
+std::optional<double> Viewer::seconds_per_evaluation() const {
+    if (evaluations_ == 0) return std::nullopt;
+    return seconds_ / static_cast<double>(evaluations_);
 }
 
 Viewer::~Viewer() { timeline_.each_new({}); }
@@ -268,11 +275,8 @@ Result<Reply> Viewer::about_world(const Json& request, const std::string& verb) 
     if (verb == "world-save") fields.read("path", path);
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     if (!speaks()) return Reply{};
-    Result<Json> said = verb == "world"         ? options_.world_file()
-                        : verb == "world-check" ? options_.check_world(toml)
-                                                : options_.save_world(path, toml);
-    if (!said) return tl::unexpected<Error>(said.error());
-    return Reply{.words = std::move(*said)};
+    if (verb == "world") return options_.world_file();
+    return verb == "world-check" ? options_.check_world(toml) : options_.save_world(path, toml);
 }
 
 }  // namespace meld::view

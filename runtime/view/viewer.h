@@ -3,6 +3,7 @@
 // Every process of the run has one and gives it the same requests in the same order. Process 0 has the answers.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -18,6 +19,11 @@
 
 namespace meld::view {
 
+struct Reply {
+    Json words = Json::object();
+    std::string binary = {};
+};
+
 struct ViewerOptions {
     std::string program = {}, world = {};            // As they are shown.
     std::optional<std::int64_t> last_tick = {};      // Of a recording.
@@ -25,14 +31,9 @@ struct ViewerOptions {
     debug::SessionOptions session = {};              // `folder` is also where files may be written.
     std::function<record::Drawing&()> drawing = {};  // Of the present run of the timeline.
     // Of the tab of the world, on process 0: the file as it is; what a text would be as a world; and writing it.
-    std::function<Result<Json>()> world_file = {};
-    std::function<Result<Json>(const std::string& toml)> check_world = {};
-    std::function<Result<Json>(const std::string& path, const std::string& toml)> save_world = {};
-};
-
-struct Reply {
-    Json words = Json::object();
-    std::string binary = {};
+    std::function<Result<Reply>()> world_file = {};
+    std::function<Result<Reply>(const std::string& toml)> check_world = {};
+    std::function<Result<Reply>(const std::string& path, const std::string& toml)> save_world = {};
 };
 
 class Viewer {
@@ -56,6 +57,11 @@ class Viewer {
     // Counts whatever changed what pages show.
     std::uint64_t changes() const { return changes_; }
 
+    // Called before each tick.
+    void note_begin() { began_ = std::chrono::steady_clock::now(); }
+    // How long it took to evaluate a catom once, of the ticks that were made for the first time; nothing if there were none. Of process 0.
+    std::optional<double> seconds_per_evaluation() const;
+
     timeline::Timeline& timeline() { return timeline_; }
     debug::Session& session() { return session_; }
 
@@ -77,6 +83,9 @@ class Viewer {
     Metrics metrics_;
     std::int64_t latest_ = 0;
     std::uint64_t changes_ = 0;
+    std::chrono::steady_clock::time_point began_ = {};
+    double seconds_ = 0;
+    std::uint64_t evaluations_ = 0;
 };
 
 }  // namespace meld::view

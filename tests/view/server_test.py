@@ -167,6 +167,21 @@ class Requests(Viewing):
         self.assertFalse(page.ask("command", line="give source(@5)")[0]["ok"])
         self.assertFalse(page.ask("world-save", toml=square(3))[0]["ok"])
 
+    def test_two_runs_are_shown_beside_each_other(self):
+        self.write("other.toml", self.read("corner.toml").replace(b"id == 0", b"id == 35"))
+        for name in ("corner", "other"):
+            self.call("meldsim", "run", "corner.meld", "--world", f"{name}.toml", "--record", f"{name}.vtkhdf", "--quiet")
+        page = self.page(self.view("corner.vtkhdf", "other.vtkhdf"))
+        for run, catom in enumerate((0, 35)):
+            said, _ = page.ask("frame", run=run, tick=3, look={"only": "dist(A, 0)"})
+            self.assertEqual((said["run"], said["tick"], said["shown"]), (run, 3, 1))
+            said, _ = page.ask("command", run=run, line="query dist(A, 0)")
+            self.assertEqual(said["answer"]["rows"], [[catom]])
+        self.assertEqual(page.ask("command", run=1, line="step")[0]["tick"], 4)
+        self.assertEqual(page.ask("command", line="where")[0]["tick"], 3)
+        self.assertFalse(page.ask("hello", run=2)[0]["ok"])
+        self.refused("meldsim", "view", "corner.vtkhdf", "other.vtkhdf", "-n", 2, "--for", 1, code=2, says="Leave out -n")
+
     def test_a_checkpoint_is_shown(self):
         self.call("meldsim", "run", "corner.meld", "--checkpoint", "kept", "--quiet", "--ticks", 5)
         page = self.page(self.view("kept"))
@@ -192,10 +207,15 @@ class Requests(Viewing):
 
     def test_the_world_is_checked_and_written(self):
         page = self.page(self.view("corner.meld", "--world", "corner.toml"))
-        now, _ = page.ask("world")
+        now, block = page.ask("world")
+        self.assertEqual(struct.unpack_from("<5I", block)[4], 36)
+        self.assertIsNone(now["seconds"])
+        page.ask("command", line="step 2")
+        self.assertGreater(page.ask("world")[0]["seconds"], 0)
         self.assertEqual((now["toml"], now["catoms"], now["valid"], now["writable"]), (self.read("corner.toml").decode(), 36, True, True))
         self.assertLess(now["memory"]["least"], now["memory"]["most"])
-        said, _ = page.ask("world-check", toml=square(20))
+        said, block = page.ask("world-check", toml=square(20))
+        self.assertEqual(struct.unpack_from("<5I", block)[4], 400)
         self.assertEqual((said["valid"], said["catoms"]), (True, 400))
         said, _ = page.ask("world-check", toml='lattice = "square"\n[[body]]\nshape = "bax(3, 3, 1)"\n')
         self.assertEqual((said["valid"], said["error"]["line"]), (False, 3))
