@@ -60,7 +60,20 @@ struct ShotOptions {
 };
 
 // Of `meldsim view`.
+// A run as a page of its own.
+struct ShareOrder {
+    std::string file = {};
+    // Bodies, in Meld; runtime/picture/frame.h says what of.
+    std::string colour = {}, only = {}, hide = {}, links = {}, arrows = {}, labels = {};
+    std::string map = "viridis";
+    bool exposed = false;
+    std::vector<std::string> facts = {};  // Predicates, or "all".
+    std::int64_t every = 1;               // Ticks between two frames.
+    std::uint64_t limit_mb = 64;
+};
+
 struct ViewOptions {
+    ShareOrder share = {};               // Without a file: none.
     int port = 0;                        // 0: one that is free.
     bool opens = true;                   // In a browser, if there is a screen.
     std::int64_t tick = -1;              // -1: before the first, or where a checkpoint is.
