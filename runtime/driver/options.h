@@ -61,8 +61,21 @@ struct ShotOptions {
 
 struct RunOptions;
 
+// A run as a page of its own.
+struct ShareOrder {
+    std::string file = {};
+    // Bodies, in Meld; runtime/picture/frame.h says what of.
+    std::string colour = {}, only = {}, hide = {}, links = {}, arrows = {}, labels = {};
+    std::string map = "viridis";
+    bool exposed = false;
+    std::vector<std::string> facts = {};  // Predicates, or "all".
+    std::int64_t every = 1;               // Ticks between two frames.
+    std::uint64_t limit_mb = 64;
+};
+
 // Of `meldsim view`.
 struct ViewOptions {
+    ShareOrder share = {};                // Without a file: none.
     std::string other = {};               // Another program or recording, as it was named.
     std::vector<RunOptions> beside = {};  // The run of that.
     int port = 0;                         // 0: one that is free.

@@ -22,6 +22,7 @@
 #include "runtime/driver/program_files.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/run.h"
+#include "runtime/driver/share.h"
 #include "runtime/driver/view_world.h"
 #include "runtime/view/http.h"
 #include "runtime/view/page/page.h"
@@ -136,6 +137,9 @@ Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vecto
     Shown shown;
     if (auto begun = begin(options, inputs, claims, comm, shown); !begun) return tl::unexpected<Error>(begun.error());
 
+    if (!asked.share.file.empty())
+        return share_run(options, inputs.world, comm, *shown.timeline,
+                         [&]() -> record::Drawing& { return shown.drawings.of(*shown.timeline); });
     Beside beside;
     std::vector<view::Viewer*> viewers = {shown.viewer.get()};
     for (const RunOptions& other : asked.beside) {
@@ -173,6 +177,7 @@ std::vector<std::string> view_arguments(const ViewOptions& view) {
     if (!view.opens) words.emplace_back("--no-open");
     if (view.tick >= 0) words.insert(words.end(), {"--tick", std::to_string(view.tick)});
     if (view.seconds) words.insert(words.end(), {"--for", fmt::format("{}", *view.seconds)});
+    add_share_arguments(view.share, words);
     return words;
 }
 
@@ -197,6 +202,7 @@ void add_view(CLI::App& app, Asking& asking) {
     v->add_option("--for", view.seconds, "End after so many seconds; otherwise Ctrl-C ends it")
         ->check(CLI::Range(0.001, 1e9).description(""))
         ->type_name("SECONDS");
+    add_share(*v, view.share);
     add_inputs(*v, run, "The world, a .toml file; the default is the .toml next to the program, or else a cube of 1,000 catoms");
     add_ticks(*v, run.ticks, "The run has so many ticks");
     add_processes(*v, run.processes, run.threads);

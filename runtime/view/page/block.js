@@ -54,7 +54,8 @@ export class Reader {
 export function parseBlock(buffer) {
     const read = new Reader(buffer);
     const [magic, version, tickLow, tickHigh, count, flags, lines, arrows, labels, form] = read.words(16);
-    if (magic !== MAGIC || version !== 1) throw {message: "The server speaks of frames in another way than this page", hint: "Load the page again"};
+    if (magic !== MAGIC || version !== 1) throw {message: "The server speaks of frames in another way than this page",
+        hint: "Load the page again"};
     const frame = {tick: tickLow + tickHigh * 4294967296, count, form};
     frame.positions = read.floats(3 * count);
     frame.diameters = read.floats(count);

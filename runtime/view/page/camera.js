@@ -41,13 +41,15 @@ export class View {
         else this.back = this.distance;
         this.eye = this.target.clone().addScaledVector(this.forward, -this.back);
         const depth = this.middle.clone().sub(this.eye).dot(this.forward);
-        const near = Math.max(depth - this.radius, this.parallel ? 0.01 : Math.min(this.back * 0.02, 1)), far = Math.max(depth + this.radius, 2 * near);
+        const near = Math.max(depth - this.radius, this.parallel ? 0.01 : Math.min(this.back * 0.02, 1)),
+            far = Math.max(depth + this.radius, 2 * near);
         const aspect = this.width / this.pixels;
         const {camera} = this;
         camera.matrix.makeBasis(this.right, this.up, this.forward.clone().negate()).setPosition(this.eye);
         camera.matrixWorld.copy(camera.matrix);
         camera.matrixWorldInverse.getInverse(camera.matrix);
-        if (this.parallel) camera.projectionMatrix.makeOrthographic(-this.height * aspect, this.height * aspect, this.height, -this.height, near, far);
+        if (this.parallel) camera.projectionMatrix.makeOrthographic(-this.height * aspect, this.height * aspect, this.height,
+            -this.height, near, far);
         else {
             const top = near * this.tangent;
             camera.projectionMatrix.makePerspective(-top * aspect, top * aspect, top, -top, near, far);
@@ -109,7 +111,8 @@ export class View {
         const dx = x - this.eye.x, dy = y - this.eye.y, dz = z - this.eye.z;
         const along = (v) => dx * v.x + dy * v.y + dz * v.z;
         const depth = along(this.forward), half = this.parallel ? this.height : this.tangent * depth;
-        return {x: this.width / 2 + along(this.right) / half * this.pixels / 2, y: this.pixels / 2 - along(this.up) / half * this.pixels / 2, depth};
+        return {x: this.width / 2 + along(this.right) / half * this.pixels / 2,
+            y: this.pixels / 2 - along(this.up) / half * this.pixels / 2, depth};
     }
 
     // Through a pixel; `along` has length 1.

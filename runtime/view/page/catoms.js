@@ -7,9 +7,11 @@ const CORNERS = new Float32Array([-1, -1, 1, -1, 1, 1, -1, 1]);
 
 function geometryOf(count, arrays) {
     const out = new InstancedBufferGeometry();
-    out.setAttribute("corner", new BufferAttribute(CORNERS, 2));
+    // three.js draws nothing without an attribute of this name.
+    out.setAttribute("position", new BufferAttribute(CORNERS, 2));
     out.setIndex([0, 1, 2, 0, 2, 3]);
-    for (const [name, [array, size, normalized]] of Object.entries(arrays)) out.setAttribute(name, new InstancedBufferAttribute(array, size, normalized));
+    for (const [name, [array, size, normalized]] of Object.entries(arrays)) out.setAttribute(name, new InstancedBufferAttribute(array,
+        size, normalized));
     out.maxInstancedCount = count;
     return out;
 }
@@ -44,7 +46,8 @@ export class Catoms {
     }
 
     mesh(order, fragment, more, options) {
-        const material = new RawShaderMaterial({vertexShader: catomVertex, fragmentShader: fragment(this.form), uniforms: this.uniforms(more), ...options});
+        const material = new RawShaderMaterial({vertexShader: catomVertex, fragmentShader: fragment(this.form),
+            uniforms: this.uniforms(more), ...options});
         const mesh = new Mesh(geometryOf(0, {}), material);
         mesh.frustumCulled = false;
         mesh.renderOrder = order;
@@ -63,7 +66,8 @@ export class Catoms {
         const accent = () => ({accent: {value: new Vector3(1, 0.35, 0.1)}});
         this.solid = this.mesh(0, catomFragment, {sun: {value: new Vector3(0, 0, 1)}}, {});
         this.halo = this.mesh(1, haloFragment, {...accent(), strength: {value: 1}}, {});
-        this.veil = this.mesh(2, haloFragment, {...accent(), strength: {value: 0.3}}, {transparent: true, depthTest: false, depthWrite: false});
+        this.veil = this.mesh(2, haloFragment, {...accent(), strength: {value: 0.3}}, {transparent: true, depthTest: false,
+            depthWrite: false});
         this.meshes = [this.solid, this.halo, this.veil];
     }
 
@@ -88,7 +92,8 @@ export class Catoms {
             mesh.material.uniforms.size.value = this.size * (mesh === this.solid ? 1 : mesh === this.halo ? 1.22 : 1.05);
         }
         if (this.solid)
-            this.solid.material.uniforms.sun.value.set(0, 0, 0.9).addScaledVector(view.right, -0.5).addScaledVector(view.forward, -0.45).normalize();
+            this.solid.material.uniforms.sun.value.set(0, 0, 0.9).addScaledVector(view.right, -0.5).addScaledVector(view.forward,
+                -0.45).normalize();
     }
 }
 

@@ -8,7 +8,8 @@ const MAPS = ["viridis", "cividis", "magma", "coolwarm", "grey"];
 // "dist(A, B)": a body for each predicate, to choose from.
 function suggestions(predicates) {
     return predicates.map(({name, arguments: words}) => {
-        const count = Array.isArray(words) ? words.length : Number(words) || 1;
+        // After the catom.
+        const count = 1 + Number(words);
         return `${name}(${Array.from({length: count}, (_, i) => String.fromCharCode(65 + i)).join(", ")})`;
     });
 }
@@ -31,21 +32,26 @@ export class LookPanel {
 
     // Of a shared run: it was decided when it was shared.
     fixed(look) {
-        const rows = BODIES.filter(([name]) => look[name]).flatMap(([name, title]) => [h("dt", {}, title), h("dd", {}, h("code", {}, look[name]))]);
+        const rows = BODIES.filter(([name]) => look[name]).flatMap(([name, title]) => [h("dt", {}, title), h("dd", {}, h("code", {},
+            look[name]))]);
         return [rows.length ? h("dl", {}, rows) : h("p", {class: "quiet"}, "All catoms, in their own colours.")];
     }
 
     field(name, title, example) {
-        const input = h("input", {type: "text", id: `look-${name}`, list: "bodies", spellcheck: "false", autocomplete: "off", placeholder: example, onchange: () => this.changed(name)});
+        const input = h("input", {type: "text", id: `look-${name}`, list: "bodies", spellcheck: "false", autocomplete: "off",
+            placeholder: example, onchange: () => this.changed(name)});
         const mistake = h("div", {class: "mistake"});
         this.fields[name] = {input, mistake};
         return h("label", {class: "field"}, h("span", {}, title), input, mistake);
     }
 
     mapping(maps) {
-        this.map = h("select", {id: "look-map", "aria-label": "Colour map", onchange: () => this.changed()}, (maps && maps.length ? maps : MAPS).map((map) => h("option", {}, map)));
-        this.low = h("input", {type: "text", id: "look-low", placeholder: "least", "aria-label": "Least value", onchange: () => this.changed()});
-        this.high = h("input", {type: "text", id: "look-high", placeholder: "greatest", "aria-label": "Greatest value", onchange: () => this.changed()});
+        this.map = h("select", {id: "look-map", "aria-label": "Colour map", onchange: () => this.changed()},
+            (maps && maps.length ? maps : MAPS).map((map) => h("option", {}, map)));
+        this.low = h("input", {type: "text", id: "look-low", placeholder: "least", "aria-label": "Least value",
+            onchange: () => this.changed()});
+        this.high = h("input", {type: "text", id: "look-high", placeholder: "greatest", "aria-label": "Greatest value",
+            onchange: () => this.changed()});
         return [h("div", {class: "row"}, this.map, this.low, this.high)];
     }
 
@@ -55,7 +61,8 @@ export class LookPanel {
     }
 
     cutting(flat) {
-        const slider = h("input", {type: "range", id: "cut", min: "0", max: "1000", value: "1000", "aria-label": "Cut plane", oninput: () => {
+        const slider = h("input", {type: "range", id: "cut", min: "0", max: "1000", value: "1000", "aria-label": "Cut plane",
+            oninput: () => {
             this.cut.part = slider.value / 1000;
             this.arranged();
         }});

@@ -25,10 +25,12 @@ class Viewer {
         byId("title").textContent = info.program || "Claymeld";
         document.title = info.program ? `${info.program} - Claymeld` : "Claymeld";
         this.stage = new Stage(byId("stage"), source.image && ((camera, size) => source.image(this.look.look(), camera, size)));
-        this.look = new LookPanel(byId("look"), info, source.asks ? null : info.look, {changed: (field) => this.refresh(undefined, field), arranged: () => this.arrange()});
+        this.look = new LookPanel(byId("look"), info, source.asks ? null : info.look, {changed: (field) => this.refresh(undefined,
+            field), arranged: () => this.arrange()});
         this.panel = new Panel(byId("panel"), source, {choose: (id) => this.choose(id), did: () => this.refresh()});
         this.transport = new Transport(byId("transport"), {...info, live: source.live}, this.moves());
-        listen(this.stage, byId("box"), {picked: (id, more) => this.select(id === null ? [] : [id], more), boxed: (ids, more) => this.select(ids, more)});
+        listen(this.stage, byId("box"), {picked: (id, more) => this.select(id === null ? [] : [id], more), boxed: (ids,
+            more) => this.select(ids, more)});
         listenToKeys(this.keys(), byId("keys"));
         this.wire();
         this.refreshMetrics = seldom(() => this.plot(), 400);
@@ -38,7 +40,8 @@ class Viewer {
 
     wire() {
         const keys = this.keys();
-        for (const [id, action] of [["view-top", "top"], ["view-front", "front"], ["view-side", "side"], ["fit", "fit"], ["projection", "projection"], ["theme", "theme"], ["help", "help"]])
+        for (const [id, action] of [["view-top", "top"], ["view-front", "front"], ["view-side", "side"], ["fit", "fit"], ["projection",
+            "projection"], ["theme", "theme"], ["help", "help"]])
             byId(id).addEventListener("click", () => keys[action]());
         byId("find").placeholder = this.source.asks ? "42, or a body: dist(A, 3)" : "42, or part of a fact";
         byId("search").addEventListener("submit", (event) => {
@@ -82,7 +85,8 @@ class Viewer {
         if (this.look.cut.axis >= 0) this.arrange();
         showLegend(byId("legend"), words.legend);
         const {lattice} = this.info;
-        byId("about").textContent = `${words.shown === words.catoms ? "" : `${grouped(words.shown)} of `}${grouped(words.catoms)} catoms, ${lattice}`;
+        const some = words.shown === words.catoms ? "" : `${grouped(words.shown)} of `;
+        byId("about").textContent = `${some}${grouped(words.catoms)} catoms, ${lattice}`;
         this.transport.at(words.tick, words.last || this.info.last, this.ended || "");
         this.panel.show(this.primary, this.selected);
         if (this.refreshMetrics) this.refreshMetrics();
@@ -117,7 +121,8 @@ class Viewer {
             go: (tick) => this.refresh(tick),
             step,
             run: () => this.command("run"),
-            until: async (body) => this.transport.mistaken(body ? await this.command(`until ${body}`, true) : {message: "Write what it is to wait for", hint: "As in leader(A)"}),
+            until: async (body) => this.transport.mistaken(body ? await this.command(`until ${body}`,
+                true) : {message: "Write what it is to wait for", hint: "As in leader(A)"}),
             play: (speed) => source.asks ? source.play(speed).catch((error) => this.complain(error)) : this.playShared(speed),
             pause: () => source.asks ? source.pause().catch((error) => this.complain(error)) : clearTimeout(this.timer),
         };
@@ -154,14 +159,15 @@ class Viewer {
         if (!answer) return "";
         const stop = (answer.stops || [])[0];
         if (stop) return `${stop.what}: ${(stop.ways || [])[0] || "it holds"}`;
-        return {quiet: "nothing more happens", ticks: "the run has all of its ticks", finished: "the run has ended", interrupted: "interrupted", failed: "the program has failed"}[answer.ended] || "";
+        return {quiet: "nothing more happens", ticks: "the run has all of its ticks", finished: "the run has ended",
+            interrupted: "interrupted", failed: "the program has failed"}[answer.ended] || "";
     }
 
     told(event) {
         if (event.event === "progress") this.transport.says(event.text || "");
         if (event.event === "moved" || event.event === "reloaded") {
             this.ended = this.endOf(event);
-            if (event.last) this.info.last = event.last;
+            this.info.last = event.last || event.latest || this.info.last;
             this.refresh();
         }
         if (event.event === "stopped") {
@@ -239,8 +245,10 @@ class Viewer {
             stage.fit();
         };
         return {
-            toggle: () => this.transport.toggle(), on: () => moves.step(1), back: () => moves.step(-1), start: () => moves.go(this.info.first),
-            end: () => moves.go(this.transport.last), fit: () => stage.fit(), centre: () => this.primary !== null && stage.lookTo(this.primary),
+            toggle: () => this.transport.toggle(), on: () => moves.step(1), back: () => moves.step(-1),
+                start: () => moves.go(this.info.first),
+            end: () => moves.go(this.transport.last), fit: () => stage.fit(),
+                centre: () => this.primary !== null && stage.lookTo(this.primary),
             front: from(-90, 0), side: from(0, 0), top: from(-90, 90),
             projection: () => {
                 view.angle = view.parallel ? 25 : 0;
@@ -257,7 +265,8 @@ class Viewer {
                 stage.labels.shown = !stage.labels.shown;
                 stage.draw();
             },
-            theme: () => this.darken(!stage.dark), search: () => byId("find").focus(), nothing: () => this.select([]), help: () => byId("keys").showModal(),
+            theme: () => this.darken(!stage.dark), search: () => byId("find").focus(), nothing: () => this.select([]),
+                help: () => byId("keys").showModal(),
         };
     }
 }

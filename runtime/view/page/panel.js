@@ -52,7 +52,8 @@ export class Panel {
         const rows = [];
         if (catom.cell) rows.push(h("dt", {}, "cell"), h("dd", {}, `(${catom.cell.join(", ")})`));
         else if (catom.position) rows.push(h("dt", {}, "position"), h("dd", {}, `(${catom.position.map((x) => x.toFixed(3)).join(", ")})`));
-        if (catom.links && catom.links.length) rows.push(h("dt", {}, "neighbours"), h("dd", {}, catom.links.flatMap(({catom: other}) => [...withCatoms(`@${other}`, this.choose), " "])));
+        if (catom.links && catom.links.length) rows.push(h("dt", {}, "neighbours"), h("dd", {},
+            catom.links.flatMap(({catom: other}) => [...withCatoms(`@${other}`, this.choose), " "])));
         return [h("dl", {}, rows)];
     }
 
@@ -60,7 +61,8 @@ export class Panel {
         if (facts.length === 0) return [h("p", {class: "quiet"}, "No facts.")];
         return [h("ul", {class: "facts", id: "facts"}, facts.map((fact) => {
             const plain = fact.replace(/\.$/, "");
-            const buttons = !this.source.asks ? [] : [["why", "Why does it hold?"], ["history", "When did it come?"], ["take", "Take it away by hand"]]
+            const buttons = !this.source.asks ? [] : [["why", "Why does it hold?"], ["history", "When did it come?"], ["take",
+                "Take it away by hand"]]
                 .map(([verb, title]) => h("button", {class: `small ${verb}`, title, onclick: () => this.do(verb, plain)}, verb));
             return h("li", {}, h("span", {class: "fact"}, withCatoms(plain, this.choose)), buttons);
         }))];
@@ -74,12 +76,14 @@ export class Panel {
 
     hands(id, selected) {
         const fact = h("input", {type: "text", id: "fact", spellcheck: "false", placeholder: `dist(@${id}, 0)`, "aria-label": "A fact"});
-        const button = (verb, title) => h("button", {id: verb, title, onclick: () => fact.value.trim() && this.do(verb, fact.value.trim())}, verb);
+        const button = (verb, title) => h("button", {id: verb, title, onclick: () => fact.value.trim() && this.do(verb,
+            fact.value.trim())}, verb);
         const kill = h("button", {id: "kill", title: "Kill what is selected", onclick: async () => {
             for (const one of selected) if (!await this.do("kill", `@${one}`)) return;
         }}, "kill");
         return [h("h2", {}, "By hand"), h("div", {class: "row"}, fact),
-            h("div", {class: "row"}, button("give", "Give it this fact"), button("take", "Take this fact"), button("why", "Why does it hold?"),
+            h("div", {class: "row"}, button("give", "Give it this fact"), button("take", "Take this fact"), button("why",
+                "Why does it hold?"),
                 button("why-not", "Why does it not hold?"), kill)];
     }
 

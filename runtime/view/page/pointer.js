@@ -23,7 +23,8 @@ export function listen(stage, box, {picked, boxed}) {
         drag.moved = true;
         if (drag.does === "orbit") view.orbit(dx, dy);
         else if (drag.does === "pan") view.pan(dx, dy);
-        else Object.assign(box.style, {display: "block", left: `${Math.min(x, drag.x)}px`, top: `${Math.min(y, drag.y)}px`, width: `${Math.abs(x - drag.x)}px`, height: `${Math.abs(y - drag.y)}px`});
+        else Object.assign(box.style, {display: "block", left: `${Math.min(x, drag.x)}px`, top: `${Math.min(y, drag.y)}px`,
+            width: `${Math.abs(x - drag.x)}px`, height: `${Math.abs(y - drag.y)}px`});
         Object.assign(drag, {lastX: x, lastY: y});
         if (drag.does !== "box") stage.draw();
     });

@@ -6,7 +6,7 @@ precision highp float;
 uniform mat4 viewMatrix, projectionMatrix;
 uniform bool parallel;
 uniform float reach, size;
-in vec2 corner;
+in vec2 position;
 in vec3 place;
 in float diameter;
 in vec4 colour, cover;
@@ -21,14 +21,14 @@ void main() {
     across = diameter * size;
     float radius = across * reach;
     if (parallel) {
-        seen = middle + vec3(corner * radius, 0.0);
+        seen = middle + vec3(position * radius, 0.0);
         from = back * (seen - middle) / across;
         along = back * vec3(0.0, 0.0, -1.0) / across;
     } else {
         float far = length(middle);
         vec3 towards = middle / far, u = normalize(cross(towards, vec3(0.0, 1.0, 0.0))), v = cross(u, towards);
         float wide = radius * inversesqrt(max(0.01, 1.0 - radius * radius / (far * far)));
-        seen = middle + wide * (corner.x * u + corner.y * v);
+        seen = middle + wide * (position.x * u + position.y * v);
         from = back * -middle / across;
         along = back * seen / across;
     }
@@ -154,13 +154,13 @@ void main() {
     put_depth(t.y);
 }`;
 
-// Strokes are ribbons that face the eye. `part` says which corner: along (0, 1: where the head begins, 2: the tip), side, and its width.
+// Strokes are ribbons that face the eye. `position` is a corner: along (0, 1: where the head begins, 2: the tip), side, and its width.
 export const strokeVertex = `#version 300 es
 precision highp float;
 uniform mat4 viewMatrix, projectionMatrix;
 uniform bool parallel;
 uniform float pixel_at_one, head_part;
-in vec3 part, begin, end;
+in vec3 position, begin, end;
 in vec4 colour;
 out vec3 paint;
 out float side;
@@ -168,15 +168,15 @@ void main() {
     vec3 a = (viewMatrix * vec4(begin, 1.0)).xyz, b = (viewMatrix * vec4(end, 1.0)).xyz;
     float far = length(b - a), tip = head_part * min(0.32, 0.5 * far);
     vec3 way = (b - a) / max(far, 1e-6);
-    vec3 at = part.x < 0.5 ? a : part.x < 1.5 ? b - tip * way : b;
+    vec3 at = position.x < 0.5 ? a : position.x < 1.5 ? b - tip * way : b;
     vec3 eye = parallel ? vec3(0.0, 0.0, -1.0) : at;
     vec3 aside = cross(way, eye);
     float size = length(aside);
     aside = size > 1e-6 ? aside / size : vec3(1.0, 0.0, 0.0);
-    float wide = max(0.05, 0.8 * pixel_at_one * (parallel ? 1.0 : -at.z)) * part.z;
-    gl_Position = projectionMatrix * vec4(at + part.y * wide * aside, 1.0);
+    float wide = max(0.05, 0.8 * pixel_at_one * (parallel ? 1.0 : -at.z)) * position.z;
+    gl_Position = projectionMatrix * vec4(at + position.y * wide * aside, 1.0);
     paint = colour.rgb;
-    side = part.y;
+    side = position.y;
 }`;
 
 export const strokeFragment = `#version 300 es

@@ -21,7 +21,8 @@ export class ServerSource {
         return new Promise((done, fail) => {
             this.socket.onopen = done;
             this.socket.onclose = () => {
-                const lost = {message: "The server has ended or does not know this page", hint: "Start meldsim view again and open the link that it prints"};
+                const lost = {message: "The server has ended or does not know this page",
+                    hint: "Start meldsim view again and open the link that it prints"};
                 for (const {fail: refuse} of this.waiting.values()) refuse(lost);
                 this.waiting.clear();
                 fail(lost);

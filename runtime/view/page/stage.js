@@ -83,7 +83,8 @@ export class Stage {
         const {frame, cut} = this;
         let kept = [];
         for (let i = 0; i < frame.count; ++i)
-            if (!cut || (cut.above ? frame.positions[3 * i + cut.axis] >= cut.at : frame.positions[3 * i + cut.axis] <= cut.at)) kept.push(i);
+            if (!cut || (cut.above ? frame.positions[3 * i + cut.axis] >= cut.at
+                : frame.positions[3 * i + cut.axis] <= cut.at)) kept.push(i);
         kept = Uint32Array.from(kept);
         const whole = this.size === 1 && frame.diameters.every((diameter) => diameter === 1);
         const {drawn, cover} = coverOf(whole ? this.lattice : "", frame, kept, true);
@@ -103,7 +104,8 @@ export class Stage {
     }
 
     mark() {
-        const places = [...this.selected].map((id) => placeOf(this.frame, id)).filter((place) => place >= 0 && (!this.shown || this.shown.has(place)));
+        const places = [...this.selected].map((id) => placeOf(this.frame,
+            id)).filter((place) => place >= 0 && (!this.shown || this.shown.has(place)));
         if (this.drawsItself) this.catoms.select(this.frame, places);
         this.marked = places;
         this.draw();

@@ -8,7 +8,8 @@ const HEAD = [[1, -1, 3], [1, 1, 3], [2, 0, 0]];
 
 function geometryOf({count, ends, colours}, arrows, dark) {
     const out = new InstancedBufferGeometry();
-    out.setAttribute("part", new BufferAttribute(new Float32Array((arrows ? [...SHAFT, ...HEAD] : SHAFT).flat()), 3));
+    // three.js draws nothing without an attribute of this name.
+    out.setAttribute("position", new BufferAttribute(new Float32Array((arrows ? [...SHAFT, ...HEAD] : SHAFT).flat()), 3));
     out.setIndex(arrows ? [0, 1, 2, 1, 3, 2, 4, 5, 6] : [0, 1, 2, 1, 3, 2]);
     const begin = new Float32Array(3 * count), end = new Float32Array(3 * count), shades = new Uint8Array(colours);
     for (let i = 0; i < count; ++i) {

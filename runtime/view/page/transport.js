@@ -13,17 +13,21 @@ export class Transport {
         const button = (id, title, text, act) => h("button", {id, title, onclick: act}, text);
         this.tick = h("span", {id: "tick"});
         this.state = h("span", {id: "state", role: "status"});
-        this.speed = h("select", {id: "speed", "aria-label": "Speed"}, SPEEDS.map(([value, text]) => h("option", {value, selected: value === 5}, text)));
+        this.speed = h("select", {id: "speed", "aria-label": "Speed"}, SPEEDS.map(([value, text]) => h("option", {value,
+            selected: value === 5}, text)));
         this.playButton = button("play", "Play or pause (space)", "▶", () => this.toggle());
         this.goal = h("input", {type: "text", id: "until", spellcheck: "false", placeholder: "leader(A)", "aria-label": "A body in Meld"});
         this.mistake = h("span", {class: "mistake", id: "until-mistake"});
-        this.scrub = h("input", {type: "range", id: "scrub", step: "1", "aria-label": "Tick", oninput: () => actions.go(Number(this.scrub.value))});
+        this.scrub = h("input", {type: "range", id: "scrub", step: "1", "aria-label": "Tick",
+            oninput: () => actions.go(Number(this.scrub.value))});
         this.series = h("select", {id: "series", "aria-label": "What is plotted", onchange: () => this.plot()});
-        this.canvas = h("canvas", {id: "plot", onclick: (event) => actions.go(Math.round(this.first + event.offsetX / this.canvas.clientWidth * (this.last - this.first)))});
+        this.canvas = h("canvas", {id: "plot",
+            onclick: (event) => actions.go(Math.round(this.first + event.offsetX / this.canvas.clientWidth * (this.last - this.first)))});
         const live = info.live === false ? [] : [button("run", "To the end of the run", "Run to the end", actions.run), "until", this.goal,
             button("go-until", "Go on until it holds", "Go", () => actions.until(this.goal.value.trim())), this.mistake];
-        element.replaceChildren(h("div", {class: "row"}, button("start", "First tick (Home)", "⏮", () => actions.go(this.first)),
-            button("back", "One tick back (←)", "◀", () => actions.step(-1)), this.playButton, button("step", "One tick on (→)", "▶|", () => actions.step(1)),
+        element.replaceChildren(h("div", {class: "row"}, button("start", "First tick (Home)", "|◀", () => actions.go(this.first)),
+            button("back", "One tick back (←)", "◀", () => actions.step(-1)), this.playButton, button("step", "One tick on (→)", "▶|",
+                () => actions.step(1)),
             this.speed, this.tick, ...live, this.state, this.series), this.scrub, this.canvas);
         new ResizeObserver(() => this.plot()).observe(this.canvas);
     }

@@ -7,7 +7,8 @@ export function whyTree(answer, choose) {
 
     const node = (at, open) => {
         const {fact, is, tick, note, ways = [], more} = nodes[at];
-        const words = [h("span", {class: "fact"}, withCatoms(fact, choose)), h("span", {class: "is"}, [is, tick === undefined ? "" : `tick ${tick}`, note || ""].filter(Boolean).join(", "))];
+        const words = [h("span", {class: "fact"}, withCatoms(fact, choose)), h("span", {class: "is"}, [is,
+            tick === undefined ? "" : `tick ${tick}`, note || ""].filter(Boolean).join(", "))];
         if (ways.length === 0) return h("div", {class: "leaf"}, words);
         const out = h("details", {ontoggle: unfold}, h("summary", {}, words));
         function unfold() {
@@ -22,8 +23,10 @@ export function whyTree(answer, choose) {
     };
     const way = ({text, rule, file, line, note, catom, parts}) => h("div", {class: "way"},
         text || rule ? h("code", {title: file ? `${file}:${line}` : ""}, text || rule) : null,
-        note || catom !== undefined ? h("div", {class: "is"}, withCatoms([catom !== undefined ? `at @${catom}` : "", note || ""].filter(Boolean).join(", "), choose)) : null,
+        note || catom !== undefined ? h("div", {class: "is"}, withCatoms([catom !== undefined ? `at @${catom}` : "",
+            note || ""].filter(Boolean).join(", "), choose)) : null,
         (parts || []).map((part) => part.node !== undefined ? node(part.node, false)
-            : h("div", {class: "leaf"}, h("span", {class: "fact"}, withCatoms(part.text, choose)), h("span", {class: "is"}, [part.is, part.note || ""].filter(Boolean).join(", ")))));
+            : h("div", {class: "leaf"}, h("span", {class: "fact"}, withCatoms(part.text, choose)), h("span", {class: "is"}, [part.is,
+                part.note || ""].filter(Boolean).join(", ")))));
     return h("div", {class: "tree", id: "why-tree"}, roots.map((root) => node(root, true)));
 }

@@ -31,9 +31,10 @@ struct Shared {
 };
 
 // Goes on with the run from where it is, to the last tick, and writes the page. `drawing` gives that of the timeline's present run.
-// `frame_made` is called after each frame. Every process calls it; process 0 writes, and has the result. Errors: mistakes in a body; no such
-// predicate; the page would be too large; the run fails or is interrupted; those of the file. Cost: the run; of each frame that of looking
-// at all catoms and at all facts of the predicates, and of compressing what has changed. Memory: some 100 bytes a catom, and the page.
+// `frame_made` is called after each frame. Every process calls it; process 0 writes, and has the result. Errors: mistakes in a body; no
+// such predicate; the page would be too large; the run fails or is interrupted; those of the file. Cost: the run; of each frame that of
+// looking at all catoms and at all facts of the predicates, and of compressing what has changed. Memory: some 100 bytes a catom, and the
+// page.
 Result<Shared> write_share(timeline::Timeline& timeline, const world::World& world, const std::function<record::Drawing&()>& drawing,
                            const ShareOptions& options, const std::function<void(std::int64_t tick)>& frame_made = {});
 
