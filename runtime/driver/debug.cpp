@@ -24,7 +24,11 @@
 #include "runtime/driver/bisect.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/debug_state.h"
+#include "runtime/driver/export.h"
 #include "runtime/driver/looked_at.h"
+#include "runtime/driver/movie.h"
+#include "runtime/driver/onlooker.h"
+#include "runtime/driver/picture_options.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/run.h"
@@ -259,8 +263,8 @@ class Conversation {
 }  // namespace
 
 int debug_command(RunOptions options, std::string scratch, const ParseRun& parse) {
-    if (options.debug->shot)
-        if (const auto right = last_tick_of(*options.debug->shot); !right) return tell(right.error());
+    if (options.debug->picture)
+        if (const auto right = last_tick_of(*options.debug->picture); !right) return tell(right.error());
     if (const auto bytes = parse_bytes(options.debug->history); !bytes) return tell({"--history: " + bytes.error().problem});
     // The processes that are started here have pipes.
     const auto note = [&](bool& flag, bool is, const char* word) {
@@ -296,11 +300,12 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
     // A run from its start has these.
     if (options.resume.empty() && options.replay.empty() && !options.debug->inquiry) writers = {"printer", "watcher"};
     const timeline::Timeline::Make make = [&] {
+        drawing = nullptr;
         auto simulation = std::make_unique<sim::Simulation>(inputs.info(), inputs.world, inputs.target, comm, options.threads);
         if (check) simulation->add(check(), "check");
         // What catoms have drawn is known from where the run began, or from where it was recorded.
         const bool recorded = std::ranges::find(options.debug->writers, "recorder") != options.debug->writers.end();
-        if (options.debug->shot && (options.resume.empty() || recorded)) {
+        if (options.debug->picture && (options.resume.empty() || recorded)) {
             auto follows = std::make_unique<record::Drawing>();
             drawing = follows.get();
             simulation->add(std::move(follows), "recorder");
@@ -342,14 +347,22 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
     timeline::Timeline& timeline = **started;
     // What is done is ended between two ticks, and the session by whoever reads its commands.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
-    if (options.debug->shot && drawing == nullptr) {
-        // Its checkpoint has no such module; from here on it is followed.
-        auto follows = std::make_unique<record::Drawing>();
-        drawing = follows.get();
-        if (auto begun = drawing->start(timeline.simulation().subdomain()); !begun) return tl::unexpected<Error>(begun.error());
-        timeline.simulation().add(std::move(follows), "drawing");
+    if (options.debug->picture) {
+        const auto follow = [&]() -> Result<record::Drawing*> {
+            if (drawing != nullptr) return drawing;
+            // Its checkpoint has no such module; from here on it is followed.
+            auto follows = std::make_unique<record::Drawing>();
+            drawing = follows.get();
+            if (auto begun = drawing->start(timeline.simulation().subdomain()); !begun) return tl::unexpected<Error>(begun.error());
+            timeline.simulation().add(std::move(follows), "drawing");
+            return drawing;
+        };
+        Onlooker onlooker(options, comm, timeline, follow);
+        const auto& of = options.debug->picture->of;
+        if (std::holds_alternative<ShotOptions>(of)) return take_shot(options, inputs.world, onlooker);
+        if (std::holds_alternative<ExportOptions>(of)) return export_run(options, onlooker);
+        return make_movie(options, inputs.world, onlooker);
     }
-    if (options.debug->shot) return take_shot(options, inputs.world, comm, timeline, [&]() -> record::Drawing& { return *drawing; });
     DebuggedRun run(options, inputs, claims, comm);
     debug::Host host{
         .reload = [&] { return run.reload(timeline, make); },

@@ -18,6 +18,7 @@
 #include "runtime/driver/diff_command.h"
 #include "runtime/driver/fork.h"
 #include "runtime/driver/option_groups.h"
+#include "runtime/driver/picture_commands.h"
 #include "runtime/driver/profile_command.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
@@ -41,7 +42,7 @@ struct CommandLine {
     RunOptions debug = {};
     std::string debug_scratch = {};
     bool debug_served = false;
-    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {};
+    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {}, movie = {}, exported = {};
     ProfileOptions profile = {};
     std::string world = {};
     std::vector<std::string> world_extensions = {};
@@ -220,6 +221,8 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     add_messages(app, line.messages);
     add_depends(app, line.depends);
     add_shot(app, line.shot);
+    add_movie(app, line.movie);
+    add_export(app, line.exported);
     const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world, line.world_extensions);
     cli::add_common(app);
@@ -244,9 +247,10 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
         line.command = line.debug_served ? CommandLine::Command::Serve : CommandLine::Command::Debug;
         line.debug.arguments = line.run.arguments;
     }
-    if (*line.shot.command) note_flags(line.shot);
-    for (Asking* const asking :
-         {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends, &line.shot}) {
+    for (Asking* const asking : {&line.shot, &line.movie, &line.exported})
+        if (*asking->command) note_flags(*asking);
+    for (Asking* const asking : {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends,
+                                 &line.shot, &line.movie, &line.exported}) {
         if (!*asking->command) continue;
         line.command = CommandLine::Command::Inquire;
         line.debug = std::move(asking->run);

@@ -1,0 +1,34 @@
+#include "runtime/picture/film.h"
+
+#include <utility>
+
+namespace meld::picture {
+
+Film::Film(const Look& look, const SheetOptions& sheet, CameraPath path)
+    : sheet_(sheet),
+      path_(std::move(path)),
+      palette_(look),
+      outline_(path_.moves() ? render::Outline::from_all_sides()
+                             : render::Outline(path_.at(0, 0, 1), static_cast<float>(sheet.width) / static_cast<float>(sheet.height))) {}
+
+void Film::measure(const Frame& frame) {
+    palette_.include(frame);
+    outline_.include(frame.scene);
+}
+
+Result<void> Film::settle() {
+    Result<Layout> layout = Layout::make(1, palette_.settle(), sheet_);
+    if (!layout) return tl::unexpected<Error>(layout.error());
+    layout_ = std::move(*layout);
+    seen_ = outline_.scene();
+    return {};
+}
+
+Result<render::Image> Film::paint(const Frame& frame, std::size_t number, std::size_t count, Workers& workers) const {
+    render::Camera camera = layout_->camera(path_.at(frame.tick, number, count));
+    camera.include(seen_);
+    camera.fit();
+    return layout_->paint({&frame, 1}, camera, workers);
+}
+
+}  // namespace meld::picture
