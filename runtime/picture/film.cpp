@@ -1,5 +1,6 @@
 #include "runtime/picture/film.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace meld::picture {
@@ -14,6 +15,7 @@ Film::Film(const Look& look, const SheetOptions& sheet, CameraPath path)
 void Film::measure(const Frame& frame) {
     palette_.include(frame);
     outline_.include(frame.scene);
+    if (frame.scene.ground) ground_ = std::min(ground_.value_or(*frame.scene.ground), *frame.scene.ground);
 }
 
 Result<void> Film::settle() {
@@ -22,6 +24,11 @@ Result<void> Film::settle() {
     layout_ = std::move(*layout);
     seen_ = outline_.scene();
     return {};
+}
+
+void Film::colour(Frame& frame) const {
+    palette_.apply(frame);
+    frame.scene.ground = ground_;
 }
 
 Result<render::Image> Film::paint(const Frame& frame, std::size_t number, std::size_t count, Workers& workers) const {

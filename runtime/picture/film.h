@@ -23,8 +23,8 @@ class Film {
     void measure(const Frame& frame);
     // Then what all have in common is known. Errors: there is no room for them.
     Result<void> settle();
-    // Then frames that were measured get their colours,
-    void colour(Frame& frame) const { palette_.apply(frame); }
+    // Then frames that were measured get their colours, and one floor for all of them,
+    void colour(Frame& frame) const;
     // and are painted, as the frame of this number of so many. Any thread may call it, with workers of its own. Errors: there is not
     // enough memory (4).
     Result<render::Image> paint(const Frame& frame, std::size_t number, std::size_t count, Workers& workers) const;
@@ -37,6 +37,7 @@ class Film {
     render::Outline outline_;
     std::optional<Layout> layout_;
     render::Scene seen_;  // In place of all frames.
+    std::optional<float> ground_ = {};
 };
 
 }  // namespace meld::picture
