@@ -61,7 +61,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # mpirun starts more processes. Extern functions in C need the C library's headers, the Python package its libraries,
 # and extensions a compiler and the libraries that our headers include.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS openmpi-bin)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, python3-h5py, python3-numpy, python3-pandas")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, ffmpeg, python3-h5py, python3-numpy, python3-pandas")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-matplotlib, python3-networkx, g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)

@@ -12,10 +12,8 @@
 
 namespace meld::driver {
 
-namespace {
-
 // What is run, for all of them.
-void add_run(CLI::App& command, Asking& asking) {
+void add_looked_at(CLI::App& command, Asking& asking) {
     asking.command = &command;
     RunOptions& run = asking.run;
     add_inputs(command, run, "The world, a .toml file; the default is the .toml next to the program, or else a cube of 1,000 catoms");
@@ -26,6 +24,8 @@ void add_run(CLI::App& command, Asking& asking) {
     command.add_option("--scratch", asking.scratch)->group("");
 }
 
+namespace {
+
 // The options of those that print an answer about one tick.
 void add_inquiry(CLI::App& command, Asking& asking) {
     RunOptions& run = asking.run;
@@ -35,7 +35,7 @@ void add_inquiry(CLI::App& command, Asking& asking) {
                     "The tick after which it is asked; 0: before the first. Otherwise where the run ends, or where the checkpoint is")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
-    add_run(command, asking);
+    add_looked_at(command, asking);
     const bool explains = inquiry.command == "why" || inquiry.command == "why-not" || inquiry.command == "history";
     if (!explains)
         command.add_option("--limit", inquiry.limit, "Print no more than so many; all are counted")
@@ -132,66 +132,6 @@ void add_depends(CLI::App& app, Asking& asking) {
         ->check(cli::whole_number(1, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
     add_inquiry(*d, asking);
-}
-
-void add_view(CLI::App& command, ShotOptions& shot) {
-    CLI::App* const s = &command;
-    const auto add = [&](const char* name, auto& value, const char* type, const char* text) {
-        return s->add_option(name, value, text)->type_name(type)->group("Picture");
-    };
-    add("--form", shot.form, "FORM", "Draw sphere, cube, disc or hexagon; otherwise what fits the lattice");
-    add("--catom-size", shot.catom_size, "FACTOR", "Draw catoms so much smaller; otherwise 0.5 where lines are among them in space, or 1");
-    add("--size", shot.size, "WxH", "Pixels of the whole picture")->capture_default_str();
-    add("--azimuth", shot.azimuth, "DEGREES", "Where the camera stands, from the x axis towards the y axis");
-    add("--elevation", shot.elevation, "DEGREES", "How high the camera stands");
-    add("--angle", shot.angle, "DEGREES", "How much the camera sees; 0: parallel, without perspective");
-    add("--zoom", shot.zoom, "FACTOR", "Show the middle larger")->capture_default_str();
-    s->add_flag("--ground", shot.ground, "Show shadows on a floor")->group("Picture");
-    s->add_flag("--scale", shot.scale, "Draw a scale")->group("Picture");
-    s->add_flag("--bare", shot.bare, "Write neither ticks nor a legend")->group("Picture");
-    add("--title", shot.title, "TEXT", "Write this above");
-    add("--background", shot.background, "COLOUR", "As #RRGGBB, or white, black, grey or transparent")->capture_default_str();
-    add("--samples", shot.samples, "INT", "Rays through a pixel, along each side")->capture_default_str()->check(cli::whole_number(1, 16));
-}
-
-void add_shot(CLI::App& app, Asking& asking) {
-    RunOptions& run = asking.run;
-    run.debug = {.history = "0", .inquiry = Inquiry{.command = "shot", .words = {}}, .shot = ShotOptions{}};
-    ShotOptions& shot = *run.debug->shot;
-    CLI::App* s = app.add_subcommand(
-        "shot",
-        "Take a picture of a run, as a PNG file. A BODY is in Meld, and about its first variable that is a catom.\nExample: "
-        "meldsim shot examples/meld/gradient.meld -o gradient.png --colour 'dist(A, D)'");
-    s->add_option("TARGET", run.program, "A program, which is run; or a recording; or a folder of checkpoints")->required();
-    const auto add = [&](const char* name, auto& value, const char* type, const char* text) {
-        return s->add_option(name, value, text)->type_name(type)->group("Picture");
-    };
-    add("-o,--output", shot.file, "FILE", "The picture; - for standard output")->required();
-    add("--tick", shot.ticks, "T[,T...]", "Show the run after these ticks, side by side, as in 0,20,end; otherwise where it ends")
-        ->delimiter(',');
-    add("--colour,--color", shot.colour, "BODY",
-        "Colour catoms by the last variable, as in 'dist(A, D)'; with one variable, those for which it holds");
-    add("--map", shot.map, "NAME", "The colours of numbers: viridis, cividis, magma, coolwarm or grey")->capture_default_str();
-    add("--range", shot.range, "LOW:HIGH", "The numbers at the ends of the colours; otherwise the least and the greatest");
-    add("--only", shot.only, "BODY", "Show only catoms for which it holds");
-    add("--hide", shot.hide, "BODY", "Do not show catoms for which it holds");
-    add("--links", shot.links, "BODY", "Draw a line from a catom to the next variable that is a catom, or along a vec3");
-    add("--arrows", shot.arrows, "BODY", "The same with an arrow");
-    add("--labels", shot.labels, "BODY", "Write the value of the last variable at the catom");
-    add("--columns", shot.columns, "INT", "How many frames of several stand side by side; otherwise as they fit")
-        ->check(cli::whole_number(1, 1000));
-    add_view(*s, shot);
-    add_run(*s, asking);
-}
-
-void note_flags(Asking& asking) {
-    std::vector<std::string>& flags = asking.run.debug->inquiry->flags;
-    for (const CLI::Option* option : asking.command->get_options())
-        if (option->get_group() == "Picture" && option->count() > 0)
-            for (const std::string& value : option->results()) {
-                flags.push_back(option->get_name());
-                if (option->get_expected_max() > 0) flags.push_back(value);
-            }
 }
 
 }  // namespace meld::driver

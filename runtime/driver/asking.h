@@ -21,10 +21,7 @@ void add_why(CLI::App& app, Asking& asking, const std::string& name);
 void add_history(CLI::App& app, Asking& asking);
 void add_messages(CLI::App& app, Asking& asking);
 void add_depends(CLI::App& app, Asking& asking);
-void add_shot(CLI::App& app, Asking& asking);
-// How catoms and camera are chosen, for a picture of whatever.
-void add_view(CLI::App& command, ShotOptions& shot);
-// After the command line of add_shot() has been read: its options become flags of the inquiry, as processes get them.
-void note_flags(Asking& asking);
+// What is run, for all of them, and how it is printed.
+void add_looked_at(CLI::App& command, Asking& asking);
 
 }  // namespace meld::driver

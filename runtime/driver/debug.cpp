@@ -24,8 +24,12 @@
 #include "runtime/driver/bisect.h"
 #include "runtime/driver/checkpoints.h"
 #include "runtime/driver/debug_state.h"
+#include "runtime/driver/export.h"
 #include "runtime/driver/looked_at.h"
 #include "runtime/driver/looked_run.h"
+#include "runtime/driver/movie.h"
+#include "runtime/driver/onlooker.h"
+#include "runtime/driver/picture_options.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/run.h"
@@ -228,8 +232,8 @@ class Conversation {
 }  // namespace
 
 int debug_command(RunOptions options, std::string scratch, const ParseRun& parse) {
-    if (options.debug->shot)
-        if (const auto right = last_tick_of(*options.debug->shot); !right) return tell(right.error());
+    if (options.debug->picture)
+        if (const auto right = last_tick_of(*options.debug->picture); !right) return tell(right.error());
     if (const auto bytes = parse_bytes(options.debug->history); !bytes) return tell({"--history: " + bytes.error().problem});
     // The processes that are started here have pipes.
     const auto note = [&](bool& flag, bool is, const char* word) {
@@ -265,7 +269,7 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
 Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm) {
     if (options.debug->view) return view_run(options, inputs, claims, comm);
     Drawings drawings;
-    const bool draws = options.debug->shot.has_value();
+    const bool draws = options.debug->picture.has_value();
     const Result<timeline::Timeline::Make> made = make_simulations(options, inputs, comm, draws ? &drawings : nullptr);
     if (!made) return tl::unexpected<Error>(made.error());
     timeline::Timeline::Make make = *made;
@@ -300,7 +304,11 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
     if (draws) {
         Result<timeline::Timeline::Make> with = begin_drawing(options, inputs, comm, timeline, std::move(make), drawings);
         if (!with) return tl::unexpected<Error>(with.error());
-        return take_shot(options, inputs.world, comm, timeline, [&]() -> record::Drawing& { return drawings.of(timeline); });
+        Onlooker onlooker(options, comm, timeline, [&]() -> record::Drawing& { return drawings.of(timeline); });
+        const auto& of = options.debug->picture->of;
+        if (std::holds_alternative<ShotOptions>(of)) return take_shot(options, inputs.world, onlooker);
+        if (std::holds_alternative<ExportOptions>(of)) return export_run(options, onlooker);
+        return make_movie(options, inputs.world, onlooker);
     }
     DebuggedRun run(options, inputs, claims, comm);
     debug::Host host{

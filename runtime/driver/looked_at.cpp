@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "runtime/compare/compare.h"
+#include "runtime/driver/picture_options.h"
 #include "runtime/driver/replay.h"
-#include "runtime/driver/shot.h"
 #include "runtime/driver/silent.h"
 #include "runtime/driver/view.h"
 #include "runtime/sim/state/checkpoint_folder.h"
@@ -89,12 +89,13 @@ Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& p
     // What the run was limited to is no limit of what may be asked.
     if (inquiry && run->ticks >= 0) run->ticks = std::max(run->ticks, inquiry->tick);
     if (run->debug->view && run->ticks >= 0) run->ticks = std::max(run->ticks, run->debug->view->tick);
-    if (run->debug->shot && run->ticks >= 0) run->ticks = std::max(run->ticks, last_tick_of(*run->debug->shot).value_or(-1));
+    std::optional<PictureOptions>& picture = run->debug->picture;
+    if (picture && run->ticks >= 0) run->ticks = std::max(run->ticks, last_tick_of(*picture).value_or(-1));
     // And the picture stands where it was asked for.
-    if (run->debug->shot && run->debug->shot->file != "-") {
-        const std::string file = fs::absolute(run->debug->shot->file, error).string();
-        std::ranges::replace(run->debug->inquiry->flags, run->debug->shot->file, file);
-        run->debug->shot->file = file;
+    if (picture && picture->file != "-") {
+        const std::string file = fs::absolute(picture->file, error).string();
+        std::ranges::replace(run->debug->inquiry->flags, picture->file, file);
+        picture->file = file;
     }
     const std::optional<ViewOptions>& view = run->debug->view;
     run->arguments = {"meldsim", inquiry ? inquiry->command : view ? "view" : "debug", folder};

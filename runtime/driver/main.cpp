@@ -18,6 +18,7 @@
 #include "runtime/driver/diff_command.h"
 #include "runtime/driver/fork.h"
 #include "runtime/driver/option_groups.h"
+#include "runtime/driver/picture_commands.h"
 #include "runtime/driver/profile_command.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
@@ -42,7 +43,8 @@ struct CommandLine {
     RunOptions debug = {};
     std::string debug_scratch = {};
     bool debug_served = false;
-    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {}, view = {};
+    Asking query = {}, facts = {}, why = {}, why_not = {}, history = {}, messages = {}, depends = {}, shot = {}, movie = {}, exported = {},
+           view = {};
     ProfileOptions profile = {};
     WorldOptions world = {};
 };
@@ -201,10 +203,10 @@ CLI::App* add_world(CLI::App& app, WorldOptions& world) {
         ->type_name("FILE")
         ->take_all()
         ->allow_extra_args(false);
-    w->add_option("--shot", world.shot.file, "Take a picture of the catoms where they start, as a PNG file; - for standard output")
+    w->add_option("--shot", world.picture.file, "Take a picture of the catoms where they start, as a PNG file; - for standard output")
         ->type_name("FILE")
         ->group("Picture");
-    add_view(*w, world.shot);
+    add_start_view(*w, world.picture);
     return w;
 }
 
@@ -237,6 +239,8 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     add_depends(app, line.depends);
     add_shot(app, line.shot);
     add_view(app, line.view);
+    add_movie(app, line.movie);
+    add_export(app, line.exported);
     const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world);
     cli::add_common(app);
@@ -261,9 +265,10 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
         line.command = line.debug_served ? CommandLine::Command::Serve : CommandLine::Command::Debug;
         line.debug.arguments = line.run.arguments;
     }
-    if (*line.shot.command) note_flags(line.shot);
-    for (Asking* const asking :
-         {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends, &line.shot, &line.view}) {
+    for (Asking* const asking : {&line.shot, &line.movie, &line.exported})
+        if (*asking->command) note_flags(*asking);
+    for (Asking* const asking : {&line.query, &line.facts, &line.why, &line.why_not, &line.history, &line.messages, &line.depends,
+                                 &line.shot, &line.movie, &line.exported, &line.view}) {
         if (!*asking->command) continue;
         line.command = CommandLine::Command::Inquire;
         line.debug = std::move(asking->run);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace meld::driver {
@@ -38,11 +39,32 @@ struct Inquiry {
     bool dot = false;
 };
 
-// Of `meldsim shot`: what is in a picture, and from where it is seen.
+// Of `meldsim shot`. Ticks are numbers, or "end": where the run ends, or where a checkpoint is.
 struct ShotOptions {
+    std::vector<std::string> ticks = {};  // None: the end.
+    int columns = 0;                      // Of a sheet with several ticks; 0: as they fit.
+};
+
+// Of `meldsim movie`.
+struct MovieOptions {
+    std::string from = {}, to = {};          // Ticks; otherwise the first and the last.
+    std::optional<std::int64_t> every = {};  // Ticks from a frame to the next; otherwise as `seconds` needs it.
+    double fps = 30;                         // Frames a second.
+    double seconds = 10;                     // How long it takes, at most.
+    double hold = 0;                         // Of these, how long the last tick stays.
+    double turn = 0;                         // Degrees that the camera goes around.
+    std::vector<std::string> keys = {};      // "TICK,AZIMUTH,ELEVATION,ZOOM"
+};
+
+// Of `meldsim export`.
+struct ExportOptions {
+    std::vector<std::string> ticks = {};  // As of `meldsim shot`.
+};
+
+// Of those that make a picture of a run: what is in it, and from where it is seen.
+struct PictureOptions {
     std::string file = {};
-    std::vector<std::string> ticks = {};  // Numbers, or "end": where the run ends, or where a checkpoint is. None: there.
-    std::string size = "1280x720";        // In pixels.
+    std::string size = "1280x720";  // In pixels.
     // Bodies, in Meld; runtime/picture/frame.h says what of.
     std::string colour = {}, only = {}, hide = {}, links = {}, arrows = {}, labels = {};
     std::string map = "viridis";
@@ -55,8 +77,8 @@ struct ShotOptions {
     std::string title = {};
     std::string background = "white";  // Or "transparent".
     bool ground = false, scale = false, bare = false;
-    int columns = 0;  // Of a sheet with several ticks; 0: as they fit.
     int samples = 2;
+    std::variant<ShotOptions, MovieOptions, ExportOptions> of = ShotOptions{};
 };
 
 struct RunOptions;
@@ -89,20 +111,20 @@ struct WorldOptions {
     std::string file = {};
     std::vector<std::string> extensions = {};
     std::string import = {}, lattice = {}, output = {};  // A configuration of VisibleSim, its lattice, and the world to be written.
-    ShotOptions shot = {};                               // Of the start; without a file there is no picture.
+    PictureOptions picture = {};                         // Of the start; without a file there is none.
 };
 
 // Of `meldsim debug`: how the run is walked through.
 struct DebugOptions {
-    std::string history = "1GiB";          // Memory for snapshots, of each process.
-    std::string folder = {};               // Where paths in commands begin; empty: where the process is.
-    std::string commands = {};             // A file with commands; empty: standard input.
-    bool typed = false;                    // They are typed at a terminal, here or where the processes were started.
-    bool shown = false;                    // Answers are shown on one.
-    bool served = false;                   // Commands come from another program, which takes answers as JSON with their text.
-    std::optional<Inquiry> inquiry = {};   // Instead of commands that somebody gives.
-    std::optional<ShotOptions> shot = {};  // Of an inquiry that is a picture.
-    std::optional<ViewOptions> view = {};  // Instead: it is shown in a browser.
+    std::string history = "1GiB";                // Memory for snapshots, of each process.
+    std::string folder = {};                     // Where paths in commands begin; empty: where the process is.
+    std::string commands = {};                   // A file with commands; empty: standard input.
+    bool typed = false;                          // They are typed at a terminal, here or where the processes were started.
+    bool shown = false;                          // Answers are shown on one.
+    bool served = false;                         // Commands come from another program, which takes answers as JSON with their text.
+    std::optional<Inquiry> inquiry = {};         // Instead of commands that somebody gives.
+    std::optional<PictureOptions> picture = {};  // Of an inquiry that makes one.
+    std::optional<ViewOptions> view = {};        // Instead: it is shown in a browser.
     // Modules that wrote in the run of the checkpoint: the session writes nothing, but finds what they have kept.
     std::vector<std::string> writers = {};
 };

@@ -22,6 +22,7 @@
 #include "runtime/comm/communicator.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
+#include "runtime/driver/picture_options.h"
 #include "runtime/driver/shot.h"
 #include "runtime/model/visiblesim.h"
 #include "runtime/record/drawing.h"
@@ -58,9 +59,9 @@ std::string memory_text(const MemoryNeed& need, double seconds) {
 
 // Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
 // settings and components.
-Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry, const ShotOptions& shot) {
-    if (!shot.file.empty())
-        if (const auto fine = check_view(shot); !fine) return fine;
+Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry, const PictureOptions& picture) {
+    if (!picture.file.empty())
+        if (const auto fine = last_tick_of(picture); !fine) return tl::unexpected<Error>(fine.error());
     const auto begun = std::chrono::steady_clock::now();
     const auto alone = comm::make_single();
     auto counts = sim::count_beforehand(world, *alone);
@@ -77,9 +78,9 @@ Result<void> check_start(world::World world, const world::Target& target, const 
     simulation.add(std::move(drawn), "drawing");
     if (auto started = simulation.start(registry, std::move(*counts)); !started) return started;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
-    std::FILE* const talk = shot.file == "-" ? stderr : stdout;
+    std::FILE* const talk = picture.file == "-" ? stderr : stdout;
     if (auto printed = print(talk, memory_text(need, taken.count())); !printed) return printed;
-    return shot.file.empty() ? Result<void>() : shoot_start(shot, world, simulation.subdomain(), drawing);
+    return picture.file.empty() ? Result<void>() : shoot_start(picture, world, simulation.subdomain(), drawing);
 }
 
 Result<void> check_world(const WorldOptions& options) {
@@ -97,8 +98,8 @@ Result<void> check_world(const WorldOptions& options) {
     if (world->target)
         text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
     for (const std::string& each : world->warnings) log::warning("{}", each);
-    if (const auto printed = print(options.shot.file == "-" ? stderr : stdout, text); !printed) return printed;
-    return check_start(*world, *target, registry, options.shot);
+    if (const auto printed = print(options.picture.file == "-" ? stderr : stdout, text); !printed) return printed;
+    return check_start(*world, *target, registry, options.picture);
 }
 
 constexpr std::uint64_t kMaxImport_bytes = std::uint64_t{1} << 30;

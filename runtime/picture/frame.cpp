@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
-#include <set>
 #include <utility>
 
 #include "runtime/base/bytes.h"
 #include "runtime/comm/at_first.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/inspect/query.h"
+#include "runtime/picture/palette.h"
 #include "runtime/record/sorted_facts.h"
 
 namespace meld::picture {
@@ -22,9 +21,6 @@ using inspect::Table;
 using Kind = check::Type::Kind;
 using render::Vec;
 
-// Whole numbers up to so many are kinds, with a colour and a line in the legend for each.
-constexpr std::size_t kFewNumbers = 8;
-
 constexpr float kAbove = 0.62F;  // In the plane, lines are so much above the middles of catoms.
 constexpr float kSmall = 0.5F;   // In space, catoms are so much smaller where there are lines.
 // The part of the way between two catoms that an arrow takes.
@@ -34,6 +30,16 @@ Vec vec(const world::Vec3& at) { return {static_cast<float>(at[0]), static_cast<
 
 render::Rgb rgb(std::uint32_t c) {
     return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
+}
+
+// Of a lattice that fills space, from a catom to each of its neighbours.
+std::vector<Vec> ways_of(const sim::Subdomain& subdomain) {
+    const world::Lattice& lattice = subdomain.lattice;
+    std::vector<Vec> out;
+    if (subdomain.ensemble.is_free() || lattice.flat()) return out;
+    const world::Cell middle = {0, 0, 0};
+    for (int port = 0; port < lattice.ports(); ++port) out.push_back(vec(lattice.position(lattice.neighbour(middle, port))));
+    return out;
 }
 
 // Asks the bodies of a look, one after the other, and puts what they say into a frame.
@@ -164,7 +170,7 @@ Result<void> Looker::colour() {
         if (!at || has[*at]) continue;
         has[*at] = true;
         if (!said->value) {
-            frame_.words.emplace_back(*at, "holds");
+            frame_.words.emplace_back(*at, kHolds);
             continue;
         }
         const Value v = table.cell(row, *said->value);
@@ -242,6 +248,7 @@ Result<Frame> Looker::frame() {
     frame_.tick = subdomain_.tick();
     frame_.catoms = drawn_.ids.size();
     frame_.scene.form = look_.form.value_or(subdomain_.ensemble.is_free() ? render::Form::Sphere : form_of(subdomain_.lattice.kind()));
+    frame_.scene.ways = ways_of(subdomain_);
     if (auto done = choose(); !done) return tl::unexpected<Error>(done.error());
     if (auto done = colour(); !done) return tl::unexpected<Error>(done.error());
     add_drawn();
@@ -256,44 +263,6 @@ Result<Frame> Looker::frame() {
         scene.ground = lowest;
     }
     return std::move(frame_);
-}
-
-// The kinds of things that words stand for, in order, with their colours.
-render::Legend by_word(std::span<Frame> frames, const std::string& title) {
-    std::map<std::string, render::Rgb> kinds;
-    for (const Frame& frame : frames)
-        for (const auto& [at, word] : frame.words) kinds[word];
-    std::size_t i = 0;
-    for (auto& [word, colour] : kinds) colour = render::kind_colour(i++);
-    for (Frame& frame : frames)
-        for (const auto& [at, word] : frame.words) frame.scene.colours[at] = kinds[word];
-    render::Legend legend{.title = title};
-    if (kinds.size() == 1 && kinds.begin()->first == "holds")
-        legend = {.kinds = {{title, kinds.begin()->second}}};
-    else
-        legend.kinds.assign(kinds.begin(), kinds.end());
-    return legend;
-}
-
-render::Legend by_number(std::span<Frame> frames, const Look& look, const std::string& title, bool whole) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    std::set<double> few;
-    for (const Frame& frame : frames)
-        for (const auto& [at, number] : frame.numbers) {
-            low = std::min(low, number);
-            high = std::max(high, number);
-            if (few.size() <= kFewNumbers) few.insert(number);
-        }
-    if (look.range) std::tie(low, high) = *look.range;
-    const auto colour = [&](double number) { return look.map.at(high > low ? (number - low) / (high - low) : 0.5); };
-    for (Frame& frame : frames)
-        for (const auto& [at, number] : frame.numbers) frame.scene.colours[at] = colour(number);
-    render::Legend legend{.title = title};
-    if (whole && !look.range && few.size() <= kFewNumbers)
-        for (const double number : few) legend.kinds.emplace_back(fmt::format("{:.0f}", number), colour(number));
-    else
-        legend.scale = {.low = low, .high = high, .whole = whole, .map = look.map};
-    return legend;
 }
 
 }  // namespace
@@ -314,16 +283,10 @@ Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const
 }
 
 std::optional<render::Legend> colour(std::span<Frame> frames, const Look& look) {
-    if (look.colour.empty() || frames.empty()) return std::nullopt;
-    const auto any = [&](const auto& values) { return std::ranges::any_of(frames, [&](const Frame& f) { return !values(f).empty(); }); };
-    // Catoms without a value are grey, whatever they have given themselves.
-    for (Frame& frame : frames) std::ranges::fill(frame.scene.colours, render::Rgb{});
-    const std::string& title = frames.front().coloured_by;
-    const bool words = any([](const Frame& f) -> const auto& { return f.words; });
-    const bool numbers = any([](const Frame& f) -> const auto& { return f.numbers; });
-    std::optional<render::Legend> legend;
-    if (words) legend = by_word(frames, title);
-    if (numbers) legend = by_number(frames, look, title, frames.front().whole_numbers);
+    Palette palette(look);
+    for (const Frame& frame : frames) palette.include(frame);
+    std::optional<render::Legend> legend = palette.settle();
+    for (Frame& frame : frames) palette.apply(frame);
     return legend;
 }
 

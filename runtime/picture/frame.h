@@ -34,12 +34,15 @@ struct Look {
     bool ground = false;                                  // A floor below what is shown, for shadows.
 };
 
+// The word for catoms for which a body holds that has no value.
+inline constexpr const char* kHolds = "holds";
+
 // A moment of a run.
 struct Frame {
     std::int64_t tick = 0;
     std::uint64_t catoms = 0;             // All there are, also those that are not shown.
     render::Scene scene = {};             // In the colours that catoms have given themselves.
-    std::vector<std::uint64_t> ids = {};  // Of the catoms of the scene, by their places; in order.
+    std::vector<std::uint64_t> ids = {};  // Of the catoms that are shown, by their places in the scene; in order.
     std::string coloured_by = {};         // What colours are to mean.
     // Values of catoms that are shown, by their places in the scene: numbers, or words for anything else.
     std::vector<std::pair<std::size_t, double>> numbers = {};

@@ -10,6 +10,7 @@
 #include "runtime/base/parallel_for.h"
 #include "runtime/picture/frame.h"
 #include "runtime/render/camera.h"
+#include "runtime/render/caption.h"
 #include "runtime/render/image.h"
 #include "runtime/render/paint.h"
 
@@ -26,6 +27,32 @@ struct SheetOptions {
     bool words = true;  // Ticks, legend and scale; the title is written in any case.
     bool scale = false;
     std::optional<double> catom_metres = {};  // Its diameter, for the scale.
+};
+
+// Where frames and words are on a sheet.
+class Layout {
+  public:
+    // Of so many frames. Errors: there is no room for them.
+    static Result<Layout> make(std::size_t frames, const std::optional<render::Legend>& legend, const SheetOptions& options);
+
+    // For what is in the frames; nothing is included yet.
+    render::Camera camera(const render::View& view) const;
+    // Frames with their colours, as the camera sees them, which must fit. Any thread may call it, with workers of its own. Errors: there
+    // is not enough memory (4).
+    Result<render::Image> paint(std::span<const Frame> frames, const render::Camera& camera, Workers& workers) const;
+
+  private:
+    // In pixels.
+    struct Panels {
+        std::size_t left = 0, top = 0, width = 0, height = 0;  // Of the first one.
+        std::size_t columns = 1;
+    };
+    static Panels panels_of(std::size_t frames, const SheetOptions& options, const render::Margins& margins);
+
+    SheetOptions options_;
+    render::Caption around_, within_;
+    Panels panels_;
+    render::Margins margins_;  // In a panel.
 };
 
 // Gives the catoms of the frames their colours. Errors: there is not enough memory (4).

@@ -40,8 +40,6 @@ void Camera::include(const Scene& scene) {
     const Eigen::Array2f low_slope = Eigen::Array2f(left_ * aspect_, bottom_) * tangent_;
     const Eigen::Array2f high_slope = Eigen::Array2f(right_edge_ * aspect_, top_) * tangent_;
     const Eigen::Array2f low_length = (1 + low_slope.square()).sqrt(), high_length = (1 + high_slope.square()).sqrt();
-    // Cubes reach further than balls.
-    const float reach = scene.form == Form::Cube ? std::sqrt(3.0F) / 2 : scene.form == Form::Hexagon ? 1 / std::sqrt(3.0F) : 0.5F;
     const auto take = [&](const Vec& place, float radius) {
         const Eigen::Array3f at(place.dot(right_), place.dot(up_), place.dot(forward_));
         low_ = low_.min(at - radius);
@@ -50,7 +48,7 @@ void Camera::include(const Scene& scene) {
         least_ = least_.min(at.head<2>() + low_slope * at.z() - low_length * radius);
         any_ = true;
     };
-    for (std::size_t i = 0; i < scene.places.size(); ++i) take(scene.places[i], reach * scene.diameter(i));
+    for (std::size_t i = 0; i < scene.places.size(); ++i) take(scene.places[i], scene.reach(i));
     for (const Stroke& stroke : scene.strokes)
         for (const Vec* end : {&stroke.from, &stroke.to}) take(*end, stroke.radius);
 }

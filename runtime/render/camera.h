@@ -51,6 +51,7 @@ class Camera {
     // Pixels to a catom diameter, in the middle of what is seen.
     float scale() const { return static_cast<float>(height_) / (2 * half_height_); }
     bool parallel() const { return tangent_ == 0; }
+    float tangent() const { return tangent_; }  // Of half the angle across the height.
     const Vec& right() const { return right_; }
     const Vec& forward() const { return forward_; }
     // Of what was included, across.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/base/assert.h"
+#include "runtime/render/cells.h"
 
 namespace meld::render {
 
@@ -22,47 +23,54 @@ constexpr unsigned kCatoms = 0, kStrokes = 1;
 // Beyond this share of half a cube its faces bend towards its edges, so that cubes that touch can be told apart.
 constexpr float kEdge = 0.86F;
 
+// From so many balls on, those that no ray is likely to meet are left out.
+constexpr std::size_t kMany = 50'000;
+// Layers of balls that are drawn as they are. Fewer rays than one in a thousand get through so many.
+constexpr int kLayers = 3;
+
 // Faces of all cubes that are not against another one, four corners each.
 struct Faces {
     std::vector<Vec> corners;
     std::vector<std::uint32_t> cubes;  // The cube of each.
 };
 
-// Where places are whole numbers, the keys of all of them, in order.
-class Grid {
-  public:
-    explicit Grid(const Scene& scene) {
-        if (!scene.diameters.empty()) return;
-        const auto whole = [](float x) { return std::abs(x - std::round(x)) < 1e-4F && std::abs(x) < (1 << 20) - 1; };
-        if (!std::ranges::all_of(scene.places, [&](const Vec& at) { return whole(at.x()) && whole(at.y()) && whole(at.z()); })) return;
-        keys_.reserve(scene.places.size());
-        for (const Vec& at : scene.places) keys_.push_back(key(at));
-        std::ranges::sort(keys_);
-    }
-    bool has(const Vec& at) const { return !keys_.empty() && std::ranges::binary_search(keys_, key(at)); }
-
-  private:
-    static std::uint64_t key(const Vec& at) {
-        const auto part = [](float x) { return static_cast<std::uint64_t>(std::lround(x) + (1 << 20)); };
-        return part(at.z()) << 42 | part(at.y()) << 21 | part(at.x());
-    }
-    std::vector<std::uint64_t> keys_;
-};
-
 Faces faces_of(const Scene& scene) {
-    const Grid grid(scene);
+    const std::optional<Cells> cells = scene.diameters.empty() ? Cells::of(scene, kAxes) : std::nullopt;
     Faces out;
     for (std::size_t i = 0; i < scene.places.size(); ++i)
         for (int axis = 0; axis < 3; ++axis)
-            for (const float side : {-1.0F, 1.0F}) {
-                const Vec out_of = Vec::Unit(axis) * side;
-                if (grid.has(scene.places[i] + out_of)) continue;
+            for (const int side : {0, 1}) {
+                const auto way = static_cast<std::size_t>(2 * axis + side);
+                if (cells && cells->has_next(i, way)) continue;
+                const Vec& out_of = kAxes[way];
                 const Vec u = Vec::Unit((axis + 1) % 3), v = Vec::Unit((axis + 2) % 3);
                 for (const auto& [a, b] : {std::pair(-1, -1), std::pair(1, -1), std::pair(1, 1), std::pair(-1, 1)})
                     out.corners.push_back(scene.places[i] +
                                           scene.diameter(i) / 2 * (out_of + static_cast<float>(a) * u + static_cast<float>(b) * v));
                 out.cubes.push_back(static_cast<std::uint32_t>(i));
             }
+    return out;
+}
+
+// The balls that rays can meet, and how large they are drawn.
+struct Balls {
+    std::vector<std::uint32_t> catoms;
+    std::vector<float> radii;
+};
+
+// Of many catoms on a lattice only those near the surface; behind them, balls so large that no ray gets through between them.
+Balls balls_of(const Scene& scene) {
+    Balls out;
+    const bool touch = scene.form == Form::Sphere && scene.diameters.empty() && scene.places.size() >= kMany;
+    const std::optional<Cells> cells = touch ? Cells::of(scene, scene.ways) : std::nullopt;
+    const std::vector<std::uint8_t> depths = cells ? cells->depths(kLayers + 1) : std::vector<std::uint8_t>(scene.places.size());
+    // The gap in the middle of a cube of balls, or of six of them that touch, is no further away.
+    const float tight = scene.ways.size() > 6 ? 0.7072F : 0.8661F;
+    for (std::size_t i = 0; i < scene.places.size(); ++i) {
+        if (depths[i] > kLayers) continue;
+        out.catoms.push_back(static_cast<std::uint32_t>(i));
+        out.radii.push_back(depths[i] == kLayers ? tight : scene.diameter(i) / 2);
+    }
     return out;
 }
 
@@ -118,15 +126,17 @@ struct Geometry::Parts {
     bool add_points() {
         const bool discs = scene.form == Form::Disc;
         RTCGeometry points = rtcNewGeometry(device, discs ? RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT : RTC_GEOMETRY_TYPE_SPHERE_POINT);
-        const std::size_t count = scene.places.size();
+        Balls seen = balls_of(scene);
+        const std::size_t count = seen.catoms.size();
         auto* const balls = room<std::array<float, 4>>(points, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, count);
         auto* const normals = discs ? room<std::array<float, 3>>(points, RTC_BUFFER_TYPE_NORMAL, RTC_FORMAT_FLOAT3, count) : nullptr;
         const bool enough = balls != nullptr && (!discs || normals != nullptr);
         for (std::size_t i = 0; enough && i < count; ++i) {
-            const Vec& at = scene.places[i];
-            balls[i] = {at.x(), at.y(), at.z(), scene.diameter(i) / 2};
+            const Vec& at = scene.places[seen.catoms[i]];
+            balls[i] = {at.x(), at.y(), at.z(), seen.radii[i]};
             if (discs) normals[i] = {0, 0, 1};
         }
+        if (count < scene.places.size()) owners = std::move(seen.catoms);
         return add(points, kCatoms) && enough;
     }
     bool add_faces(Faces faces) {
@@ -139,7 +149,7 @@ struct Geometry::Parts {
             corners[i] = {faces.corners[i].x(), faces.corners[i].y(), faces.corners[i].z()};
             indices[i / 4][i % 4] = static_cast<std::uint32_t>(i);
         }
-        face_owners = std::move(faces.cubes);
+        owners = std::move(faces.cubes);
         return add(quads, kCatoms) && enough;
     }
     // A stroke is one tube; an arrow is a tube and a cone.
@@ -185,7 +195,7 @@ struct Geometry::Parts {
     const Scene& scene;
     RTCDevice device = nullptr;
     RTCScene rays = nullptr;
-    std::vector<std::uint32_t> face_owners;  // Of cubes and hexagons.
+    std::vector<std::uint32_t> owners;  // The catoms of faces and balls; empty: each has the number of its own.
     std::vector<std::uint32_t> tube_owners;
 };
 
@@ -229,7 +239,7 @@ std::optional<Geometry::Hit> Geometry::hit(const Vec& from, const Vec& along) co
         const std::uint32_t stroke = parts_->tube_owners[ray.hit.primID];
         return Hit{ray.ray.tfar, normal, scene.strokes[stroke].colour, static_cast<std::uint32_t>(scene.places.size()) + stroke};
     }
-    const std::uint32_t catom = parts_->face_owners.empty() ? ray.hit.primID : parts_->face_owners[ray.hit.primID];
+    const std::uint32_t catom = parts_->owners.empty() ? ray.hit.primID : parts_->owners[ray.hit.primID];
     if (scene.form == Form::Cube) normal = bent(normal, from + ray.ray.tfar * along - scene.places[catom], scene.diameter(catom) / 2);
     return Hit{ray.ray.tfar, normal, scene.colours[catom], catom};
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,9 +43,15 @@ struct Scene {
     std::vector<Rgb> colours = {};      // One for each place.
     std::vector<Stroke> strokes = {};
     std::vector<Note> notes = {};
+    std::vector<Vec> ways = {};        // From a catom to its neighbours on a lattice that fills space; of no use: empty.
     std::optional<float> ground = {};  // The height of a floor, which shows shadows only.
 
     float diameter(std::size_t i) const { return diameters.empty() ? 1.0F : diameters[i]; }
+    // The radius of the ball around a catom: cubes and hexagons reach further than what they hold.
+    float reach(std::size_t i) const {
+        constexpr float kCube = std::numbers::sqrt3_v<float> / 2, kHexagon = std::numbers::inv_sqrt3_v<float>;
+        return diameter(i) * (form == Form::Cube ? kCube : form == Form::Hexagon ? kHexagon : 0.5F);
+    }
 };
 
 }  // namespace meld::render

@@ -36,6 +36,10 @@ add_executable(bench_mechanics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_mechanics
 target_link_libraries(bench_mechanics PRIVATE physics_scene)
 add_test(NAME bench_mechanics COMMAND bench_mechanics)
 
+add_executable(bench_picture ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_picture.cpp)
+target_link_libraries(bench_picture PRIVATE runtime_render runtime_world)
+add_test(NAME bench_picture_small COMMAND bench_picture 12 fcc)
+
 add_executable(bench_front_end ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_front_end.cpp)
 target_link_libraries(bench_front_end PRIVATE compiler_driver)
 add_test(NAME bench_front_end_small COMMAND bench_front_end 60)

@@ -2,3 +2,8 @@
 add_test(NAME pictures_shot COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/shot_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(pictures_shot PROPERTIES TIMEOUT 120 PROCESSORS 2)
+add_test(NAME pictures_movie COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/movie_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+add_test(NAME pictures_export COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/export_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(pictures_movie pictures_export PROPERTIES TIMEOUT 120 PROCESSORS 2)

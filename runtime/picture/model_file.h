@@ -1,0 +1,36 @@
+// Files for other programs, of what is shown of a run: tables and points with values, and solids with colours.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "runtime/base/error.h"
+#include "runtime/base/output_file.h"
+#include "runtime/picture/frame.h"
+
+namespace meld::picture {
+
+class ModelFile {
+  public:
+    // Whether a file of this name can hold so many ticks. Errors: the name ends with nothing that is known; it holds one tick only.
+    static Result<void> check(const std::string& path, std::size_t ticks);
+    // Errors: those of check(), and of the file, which is seen when it is whole only.
+    static Result<std::unique_ptr<ModelFile>> open(const std::string& path, std::size_t ticks);
+    virtual ~ModelFile() = default;
+    ModelFile(const ModelFile&) = delete;
+    ModelFile& operator=(const ModelFile&) = delete;
+
+    // A frame with its colours. Errors: it is too large for the format (4).
+    virtual Result<void> add(const Frame& frame) = 0;
+    Result<void> commit() { return file_.commit(); }
+
+  protected:
+    explicit ModelFile(OutputFile file) : file_(std::move(file)) {}
+    void write(std::string_view bytes) { file_.write(bytes); }
+
+  private:
+    OutputFile file_;
+};
+
+}  // namespace meld::picture
