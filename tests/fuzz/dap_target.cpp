@@ -63,7 +63,7 @@ class Answering : public Run {
 })j");
         if (name == "break" || name == "watch")
             return parsed(R"j({"breaks":[{"number":4,"kind":"break","what":"w","rules":[]}],"text":"t"})j");
-        if (name == "run" || name == "until")
+        if (name == "run" || name == "until" || name == "reverse")
             return parsed(
                 R"j({"from":3,"tick":4,"ended":null,"stops":[{"number":4,"what":"a.meld:9","ways":["A = @1, B = @2, D = [1, \"x\"]",
                 "A = @2"],"more":3}],"text":"tick 4\n"})j");
