@@ -15,10 +15,12 @@ SECONDS = {"": 1.0, "ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "
 def events(world: Mapping[str, Any], last: int) -> pandas.DataFrame:
     """Those up to a last tick; see `Recording.events`."""
     tables = world.get("event", [])
-    rows: list[tuple[Optional[int], str, str, Any]] = []
+    rows: list[tuple[Optional[int], str, Optional[str], Any]] = []
     for event in [tables] if isinstance(tables, Mapping) else tables:
         first = event["tick"] if "tick" in event else _tick_of(event["time"], world)
-        whole = [(kind, name, what) for kind in ("take", "give") for name, what in event.get(kind, {}).items()]
+        # In the order in which they happen.
+        whole: list[tuple[str, Optional[str], Any]] = [("kill", None, event["kill"])] if "kill" in event else []
+        whole += [(kind, name, what) for kind in ("take", "give") for name, what in event.get(kind, {}).items()]
         if first is None:
             rows += [(None, *row) for row in whole]
             continue
@@ -28,7 +30,7 @@ def events(world: Mapping[str, Any], last: int) -> pandas.DataFrame:
     return pandas.DataFrame(rows, columns=["tick", "kind", "predicate", "what"]).astype({"tick": "Int64"})
 
 
-def _place(row: tuple[Optional[int], str, str, Any]) -> float:
+def _place(row: tuple[Optional[int], str, Optional[str], Any]) -> float:
     return math.inf if row[0] is None else row[0]
 
 

@@ -155,6 +155,9 @@ class Reads(Recorded):
         self.assertEqual(events({**bodies, "motion": {"kind": "bodies", "step": 0.1, "steps": 2}}, 9)["tick"].tolist(), [5])
         self.assertEqual([seconds(time) for time in ("2", "1.5 min", "3h", 7)], [2, 90, 10800, 7])
         self.assertRaises(ValueError, seconds, "soon")
+        dying = {"event": [{"tick": 2, "every": 3, "times": 2, "kill": [4, "x > 1"], "take": {"mark": "all"}}]}
+        self.assertEqual(events(dying, 9).values.tolist(), [[2, "kill", None, [4, "x > 1"]], [2, "take", "mark", "all"],
+                                                            [5, "kill", None, [4, "x > 1"]], [5, "take", "mark", "all"]])
 
     def test_a_recording_that_is_being_written_is_read(self):
         self.write("w.toml", 'lattice = "square"\n[[body]]\nshape = "box(3, 3, 1)"\n[record]\nevery = 100\npredicates = ["p"]\n')
@@ -163,7 +166,9 @@ class Reads(Recorded):
         for _ in range(10):
             with claymeld.open(self.folder / "live.vtkhdf") as live:
                 last = int(live.ticks[-1])
-                self.assertEqual((live.facts("p", last)["arg1"].tolist(), len(live.metrics())), ([last] * 9, len(live)))
+                # Nothing is derived before the first tick.
+                said = [last] * 9 if last > 0 else []
+                self.assertEqual((live.facts("p", last)["arg1"].tolist(), len(live.metrics())), (said, len(live)))
         run.kill()
         run.wait()
         with claymeld.open(self.folder / "live.vtkhdf") as killed:
