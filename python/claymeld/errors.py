@@ -68,11 +68,14 @@ class InternalError(MeldsimError):
 
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C, or the stop button of a notebook, while meldsim was at work (exit code 130). It has ended after a tick; `run` has what there
-    is of the run, with its recording."""
+    is of the run, with its recording; `command` the words of the command."""
 
-    def __init__(self, run: Optional[Run] = None) -> None:
+    exit_code = 130
+
+    def __init__(self, run: Optional[Run] = None, command: Sequence[str] = ()) -> None:
         super().__init__("interrupted" if run is None else f"interrupted after tick {run.summary.get('ticks', '?')}")
         self.run = run
+        self.command = list(command)
 
 
 class MeldWarning(UserWarning):

@@ -217,7 +217,7 @@ class Call:
         said = done.said.replace(f"{self.scratch.folder}{os.sep}", "")
         made = Run(self.scratch, self.command, self.outputs, json.loads(out[at:]) if summary else {}, (out[:at] if summary else out) + said)
         if done.interrupted:
-            raise Interrupted(made)
+            raise Interrupted(made, self.command)
         if done.code == 3:
             failures = self._failures()
             if failures == []:

@@ -176,7 +176,7 @@ def call(words: Sequence[Any], *, meldsim: Optional[Path] = None, codes: Sequenc
     command = [find(meldsim), *map(os.fspath, words)]
     done = Child(command).wait()
     if done.interrupted:
-        raise Interrupted()
+        raise Interrupted(command=command)
     if done.code not in codes:
         # What it warns of has been told when the run was.
         raise error(done.code, done.said.rpartition("\nmeldsim: ")[2], command)

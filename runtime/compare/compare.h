@@ -31,6 +31,9 @@ Result<Report> compare_facts(const std::string& a, Kind kind_a, const std::strin
 
 // The first step that differs, of those of the same tick, and the least catom in it, or only the digest of the whole state if nothing that
 // is recorded differs. Floats differ where their bits do.
+// Whether a file begins as recordings and tables in HDF5 do, also one that is damaged behind that.
+bool begins_as_hdf5(const std::string& path);
+
 Result<Report> compare_recordings(const std::string& a, const std::string& b, Progress& progress);
 
 // The state in a checkpoint, loaded.

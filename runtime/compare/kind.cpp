@@ -34,6 +34,15 @@ Result<Kind> kind_of_folder(const std::string& path) {
 
 }  // namespace
 
+bool begins_as_hdf5(const std::string& path) {
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) return false;
+    std::ifstream in(path, std::ios::binary);
+    std::array<char, kHdf5.size()> bytes{};
+    in.read(bytes.data(), bytes.size());
+    return in && std::string_view(bytes.data(), bytes.size()) == kHdf5;
+}
+
 Result<Kind> kind_of(const std::string& path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);

@@ -7,6 +7,7 @@
 
 #include "runtime/compare/compare.h"
 #include "runtime/compare/recorded_step.h"
+#include "runtime/record/load_map.h"
 
 namespace meld::compare {
 
@@ -129,11 +130,19 @@ class Comparison {
                 covered_by_tables.insert(p.name + ".facts");
                 for (const DescribedPredicate::Argument& argument : p.arguments) covered_by_tables.insert(argument.array);
             }
+        const auto is_counted = [](RecordingReader* reader) {
+            return std::ranges::any_of(reader->arrays(), [&](SeriesIndex index) {
+                return reader->series()[index].name.starts_with(record::kLoadArrays);
+            });
+        };
+        const bool counted = is_counted(&a()) && is_counted(&b());
         Named arrays;
         std::map<std::string, std::array<const record::SeriesTable*, 2>> tables;
         for (std::size_t side : {0u, 1u}) {
             for (const SeriesIndex index : readers_[side]->arrays()) {
                 const std::string& name = readers_[side]->series()[index].name;
+                // A run is the same whether it is counted or not.
+                if (name.starts_with(record::kLoadArrays) && !counted) continue;
                 if (!covered_by_tables.contains(name)) arrays[name][side] = index;
             }
             for (const record::SeriesTable& table : readers_[side]->tables()) tables[table.name][side] = &table;

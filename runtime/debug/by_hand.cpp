@@ -38,7 +38,13 @@ Result<void> exists(sim::Subdomain& subdomain, std::uint64_t id) {
 // The catoms for which a body holds: those that its first variable that is a catom can be. The same on every process.
 Result<std::vector<std::uint64_t>> catoms_of(sim::Subdomain& subdomain, const std::string& body) {
     const Result<inspect::Table> table = inspect::query(subdomain, body);
-    if (!table) return tl::unexpected<Error>(table.error());
+    if (!table) {
+        Error error = table.error();
+        // Regions are for worlds.
+        if (body.find('(') == std::string::npos)
+            error.suggestion = "Write a catom, as in kill @5, or a body, as in kill cell(A, X, Y, Z), X = 0";
+        return tl::unexpected<Error>(error);
+    }
     std::vector<std::uint64_t> ids;
     Result<void> fits;
     ByteWriter mine;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/base/bytes.h"
+#include "runtime/comm/outcome.h"
 #include "runtime/debug/depends.h"
 #include "runtime/debug/facts.h"
 #include "runtime/inspect/messages.h"
@@ -49,7 +50,7 @@ Result<Answer> Session::execute(const Command& command) {
                    [&](const Change& asked) { return change(asked); },
                    [&](const Kill& asked) { return kill(asked); },
                    [&](const Events&) -> Result<Answer> { return by_hand_.all(now); },
-                   [&](const SaveEvents& asked) { return by_hand_.write(path_of(asked.path), timeline_.simulation().subdomain().comm); },
+                   [&](const SaveEvents& asked) { return save_events(path_of(asked.path)); },
                    [&](const Fork& asked) { return fork(asked.name); },
                    [&](const BranchList&) -> Result<Answer> { return branches_.all(timeline_, by_hand_); },
                    [&](const Switch& asked) { return go_to(asked.name); },
@@ -166,7 +167,8 @@ Result<void> Session::changeable() const {
         return fail("a recording says itself what happens in its run, so nothing can be done by hand",
                     "Debug the program of the run, or a checkpoint of it");
     if (const auto ended = timeline_.ended(); ended && *ended != sim::Ending::Quiet && *ended != sim::Ending::Interrupted)
-        return fail(fmt::format("the run ends with tick {}, so nothing comes after it", timeline_.tick()), "Go back, and then do it");
+        return fail(fmt::format("the run ends with tick {}, so nothing comes after it", timeline_.tick()),
+                    *ended == sim::Ending::Ticks ? "Begin with a larger --ticks, or go back, and then do it" : "Go back, and then do it");
     return {};
 }
 
@@ -193,6 +195,15 @@ Result<Answer> Session::go_to(const std::string& branch) {
     breaks_.forget();
     if (there) came_from_ = from;
     return there;
+}
+
+Result<Answer> Session::save_events(const std::string& path) {
+    comm::Communicator& comm = timeline_.simulation().subdomain().comm;
+    std::vector<NamedPath> paths = options_.inputs;
+    paths.push_back({"save-events", path, NamedPath::Written});
+    const Result<void> mine = comm.process() == 0 ? check_distinct(paths) : Result<void>{};
+    if (auto all = comm::outcome_of_first(comm, mine); !all) return tl::unexpected<Error>(all.error());
+    return by_hand_.write(path, comm);
 }
 
 Result<Answer> Session::reload() {

@@ -5,8 +5,10 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/output_paths.h"
 #include "runtime/debug/answer.h"
 #include "runtime/debug/branches.h"
 #include "runtime/debug/breaks.h"
@@ -29,6 +31,7 @@ struct SessionOptions {
     std::uint64_t most_lines = 0;  // Beyond these, facts are only counted.
     std::string folder = {};       // Where paths in commands begin; empty: where the process is.
     bool recorded = false;         // What happens in the run is recorded, so nobody can change it.
+    std::vector<NamedPath> inputs = {};  // What the run was read from, which no command may write over.
     Host host = {};
 };
 
@@ -66,6 +69,7 @@ class Session {
     Result<Answer> kill(const Kill& asked);
     Result<Answer> fork(const std::string& name);
     Result<Answer> go_to(const std::string& branch);
+    Result<Answer> save_events(const std::string& path);
     Result<Answer> reload();
     Result<Answer> save(const Save& asked);
     std::string path_of(const std::string& path) const;

@@ -29,6 +29,7 @@
 #include "runtime/driver/looked_run.h"
 #include "runtime/driver/movie.h"
 #include "runtime/driver/onlooker.h"
+#include "runtime/driver/outputs.h"
 #include "runtime/driver/picture_options.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
@@ -99,6 +100,7 @@ class Conversation {
                    {.most_lines = most_lines(options),
                     .folder = options.debug->folder,
                     .recorded = !options.replay.empty(),
+                    .inputs = inputs_of(options, world_path(options)),
                     .host = std::move(host)}) {
         if (input_) input_->complete_by([this](std::string_view line) { return debug::complete(line, session_.vocabulary()); });
     }
@@ -232,8 +234,17 @@ class Conversation {
 }  // namespace
 
 int debug_command(RunOptions options, std::string scratch, const ParseRun& parse) {
-    if (options.debug->picture)
+    if (options.debug->picture) {
         if (const auto right = last_tick_of(*options.debug->picture); !right) return tell(right.error());
+        if (const auto distinct = check_output(options, world_path(options), "--output", options.debug->picture->file); !distinct)
+            return tell(distinct.error());
+    }
+    if (options.debug->view && !options.debug->view->share.file.empty()) {
+        if (const auto distinct = check_output(options, world_path(options), "--share", options.debug->view->share.file); !distinct)
+            return tell(distinct.error());
+        if (!options.debug->view->other.empty())
+            return tell({"--share: a page shows one run", fmt::format("Leave out {}", options.debug->view->other)});
+    }
     if (const auto bytes = parse_bytes(options.debug->history); !bytes) return tell({"--history: " + bytes.error().problem});
     // The processes that are started here have pipes.
     const auto note = [&](bool& flag, bool is, const char* word) {

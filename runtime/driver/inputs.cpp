@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -28,17 +30,63 @@ namespace {
 
 constexpr std::uint64_t kMostEvents_bytes = std::uint64_t{1} << 30;
 
+// Several files as one text, whose places are those of the first file.
+class Joined {
+  public:
+    Joined(std::string text, std::string path) : path_(std::move(path)), text_(std::move(text)) {}
+
+    void add(const std::string& text, const std::string& path) {
+        text_ += "\n";
+        begins_.push_back({static_cast<std::uint64_t>(std::ranges::count(text_, '\n')), path});
+        text_ += text;
+    }
+    const std::string& text() const { return text_; }
+
+    // A message or a place with each place as that of the file in which it is.
+    std::string placed(const std::string& said) const {
+        std::string out;
+        std::size_t done = 0;
+        for (std::size_t at = 0; (at = said.find(path_ + ":", at)) != std::string::npos; at = done) {
+            const char* const digits = said.data() + at + path_.size() + 1;
+            std::uint64_t line = 0;
+            const char* const end = std::from_chars(digits, said.data() + said.size(), line).ptr;
+            const auto file = std::ranges::find_if(begins_.rbegin(), begins_.rend(), [&](const Begin& b) { return line > b.lines; });
+            out.append(said, done, at - done);
+            done = static_cast<std::size_t>(end - said.data());
+            if (end == digits || file == begins_.rend())
+                out.append(said, at, done - at);
+            else
+                out += fmt::format("{}:{}", file->path, line - file->lines);
+        }
+        return out + said.substr(done);
+    }
+
+  private:
+    struct Begin {
+        std::uint64_t lines;  // Before it.
+        std::string path;
+    };
+    std::string path_, text_;
+    std::vector<Begin> begins_;
+};
+
 // The same world with the events of these files after its own.
 Result<world::World> with_events(const world::World& world, const std::vector<std::string>& files) {
-    std::string text = world.text;
+    Joined all(world.text, world.path);
     for (const std::string& file : files) {
         const Result<std::string> events = read_input(file, kMostEvents_bytes, InputKind::FileOrPipe);
         if (!events) return tl::unexpected<Error>(events.error());
-        text += "\n" + *events;
+        all.add(*events, file);
     }
     const std::string names = fmt::format("{}", fmt::join(files, ", "));
-    Result<world::World> with = world::parse_world(text, world.path);
-    if (!with) return fail(fmt::format("--events {}: behind the world, {}", names, with.error().problem), with.error().suggestion);
+    Result<world::World> with = world::parse_world(all.text(), world.path);
+    if (!with) return fail(fmt::format("--events: {}", all.placed(with.error().problem)), with.error().suggestion);
+    for (std::string& warning : with->warnings) warning = all.placed(warning);
+    for (world::Event& event : with->events) {
+        for (auto* facts : {&event.give, &event.take})
+            for (world::GivenFact& fact : *facts) fact.place = all.placed(fact.place);
+        for (world::Killing& killing : event.kill) killing.place = all.placed(killing.place);
+    }
     const auto rest = [](std::map<std::string, std::uint64_t> parts) {
         parts.erase("event");
         return parts;

@@ -46,7 +46,9 @@ Target target_of(const std::string& path) {
     std::error_code error;
     if (fs::is_directory(path, error)) return Target::Checkpoints;
     const Result<compare::Kind> kind = compare::kind_of(path);
-    return kind && *kind == compare::Kind::Recording ? Target::Recording : Target::Program;
+    if (kind) return *kind == compare::Kind::Recording ? Target::Recording : Target::Program;
+    // A damaged recording is none that can be compared, and no program either.
+    return compare::begins_as_hdf5(path) ? Target::Recording : Target::Program;
 }
 
 Result<RunOptions> from_recording(const RunOptions& options, const std::string& scratch, Scratch& own) {

@@ -27,12 +27,24 @@ bool lies_in(const std::string& path, const std::string& folder) {
 
 }  // namespace
 
-Result<void> check_outputs(const RunOptions& options, const std::string& world) {
+std::vector<NamedPath> inputs_of(const RunOptions& options, const std::string& world) {
     std::vector<NamedPath> paths = {{"the program", options.program}, {"the world", world}, {"the recording", options.replay}};
+    for (const std::string& file : options.events) paths.push_back({"--events", file});
     for (const std::string& file : options.link) paths.push_back({"--link", file});
     for (const std::string& file : options.extensions) paths.push_back({"--extension", file});
     for (const std::string& text : options.watch)
         if (names_watch_file(text)) paths.push_back({"--watch", text});
+    return paths;
+}
+
+Result<void> check_output(const RunOptions& options, const std::string& world, const std::string& option, const std::string& path) {
+    std::vector<NamedPath> paths = inputs_of(options, world);
+    paths.push_back({option, path, NamedPath::Written});
+    return check_distinct(paths);
+}
+
+Result<void> check_outputs(const RunOptions& options, const std::string& world) {
+    std::vector<NamedPath> paths = inputs_of(options, world);
     for (const OutputOption& output : kOutputs) paths.push_back({output.name, options.*output.path, NamedPath::Written});
     paths.push_back({"--json", options.json ? "-" : "", NamedPath::Written});
     if (!options.record.empty())

@@ -4,14 +4,22 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "runtime/base/output_file.h"
+#include "runtime/base/output_paths.h"
 #include "runtime/driver/options.h"
 #include "runtime/record/facts_file.h"
 
 namespace meld::driver {
 
-// `world` is the path of the world, empty if there is none. Errors: two options name one file or one stream; the name of a file promises
+// The files from which a run is made; `world` is the path of the world, empty if there is none.
+std::vector<NamedPath> inputs_of(const RunOptions& options, const std::string& world);
+
+// Of a command that writes one file beside a run. Errors: it is one from which the run is made.
+Result<void> check_output(const RunOptions& options, const std::string& world, const std::string& option, const std::string& path);
+
+// Errors: two options name one file or one stream; the name of a file promises
 // a format in which it is not written.
 Result<void> check_outputs(const RunOptions& options, const std::string& world);
 

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -212,6 +214,10 @@ Result<picture::SheetOptions> sheet_of(const PictureOptions& options, const worl
 Result<std::int64_t> last_tick_of(const PictureOptions& options) {
     Result<std::int64_t> last = kEnd;
     if (const ShotOptions* const shot = std::get_if<ShotOptions>(&options.of)) {
+        std::string form = std::filesystem::path(options.file).extension().string();
+        std::ranges::transform(form, form.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        if (options.file != "-" && !form.empty() && form != ".png")
+            return fail(fmt::format("{}: a picture is a .png file", options.file), "Write another name, as in picture.png");
         last = ticks_of(shot->ticks).map([](const auto& ticks) { return std::ranges::max(ticks); });
     } else if (const ExportOptions* const exported = std::get_if<ExportOptions>(&options.of)) {
         const Result<std::vector<std::int64_t>> ticks = ticks_of(exported->ticks);

@@ -19,6 +19,7 @@
 #include "runtime/driver/looked_run.h"
 #include "runtime/driver/open_link.h"
 #include "runtime/driver/option_groups.h"
+#include "runtime/driver/outputs.h"
 #include "runtime/driver/program_files.h"
 #include "runtime/driver/report.h"
 #include "runtime/driver/run.h"
@@ -84,6 +85,7 @@ Result<void> begin(const RunOptions& options, Inputs& inputs, const std::vector<
         .session = {.most_lines = kMostLines,
                     .folder = options.debug->folder,
                     .recorded = !options.replay.empty(),
+                    .inputs = inputs_of(options, world_path(options)),
                     .host = {.reload = [&shown] { return shown.run->reload(*shown.timeline, shown.make); },
                              .save =
                                  [&shown](const std::string& folder, const std::string& events) {

@@ -16,6 +16,7 @@
 #include "runtime/base/input_file.h"
 #include "runtime/base/log.h"
 #include "runtime/base/output_file.h"
+#include "runtime/base/output_paths.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
@@ -85,6 +86,8 @@ Result<void> check_start(world::World world, const world::Target& target, const 
 
 Result<void> check_world(const WorldOptions& options) {
     if (options.file.empty()) return fail("no world is named", "Write meldsim world FILE.toml");
+    const NamedPath paths[] = {{"the world", options.file}, {"--shot", options.picture.file, NamedPath::Written}};
+    if (const auto distinct = check_distinct(paths); !distinct) return distinct;
     const Result<world::World> world = world::read_world(options.file);
     if (!world) return tl::unexpected<Error>(world.error());
     const Result<world::WorldSize> size = world::measure(*world);
@@ -111,6 +114,8 @@ Result<void> import_world(const WorldOptions& options) {
                                             : fmt::format("--lattice: there is no lattice '{}'", options.lattice),
                     fmt::format("Write --lattice with one of {}", fmt::join(lattices, ", ")));
     if (options.output.empty()) return fail("--import: the world has no name", "Write -o world.toml");
+    const NamedPath paths[] = {{"--import", options.import}, {"--output", options.output, NamedPath::Written}};
+    if (const auto distinct = check_distinct(paths); !distinct) return distinct;
     const Result<std::string> xml = read_input(options.import, kMaxImport_bytes, InputKind::FileOrPipe);
     if (!xml) return tl::unexpected<Error>(xml.error());
     const Result<model::ImportedWorld> made = model::import_visiblesim(*xml, options.import, options.lattice);

@@ -16,8 +16,9 @@ struct Comings {
     struct Change {
         // Derived: by views, also as one of many that are combined. Made: by linear rules. Given, Sensed: from outside.
         // Replaced: by another value of its group. Lost: what it was derived from does not hold any more; the rules are those by which it
-        // held. Consumed: by linear rules. Taken: from outside. Unknown: nothing that there was before the tick says it.
-        enum class How { Derived, Made, Given, Sensed, Replaced, Lost, Consumed, Taken, Unknown } how = How::Unknown;
+        // held. Consumed: by linear rules. Taken: from outside. Gone: with its
+        // catom. Unknown: nothing that there was before the tick says it.
+        enum class How { Derived, Made, Given, Sensed, Replaced, Lost, Consumed, Taken, Gone, Unknown } how = How::Unknown;
         bool came = true;
         std::string fact = {};
         std::string by = {};  // Of Replaced: the fact in its place.

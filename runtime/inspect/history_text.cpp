@@ -32,6 +32,8 @@ const char* name_of(How how) {
             return "consumed";
         case How::Taken:
             return "taken";
+        case How::Gone:
+            return "gone";
         case How::Unknown:
             return "unknown";
     }
@@ -66,6 +68,8 @@ std::string cause(const Change& change) {
             return "no longer by " + rules_text(change);
         case How::Consumed:
             return "consumed by " + rules_text(change);
+        case How::Gone:
+            return "gone with its catom";
         case How::Unknown:
             return "";
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -10,6 +11,9 @@
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::record {
+
+// Their names begin so.
+inline constexpr std::string_view kLoadArrays = "load.";
 
 class LoadMap {
   public:

@@ -23,7 +23,8 @@ void Kills::each(const world::Killing& killing, const Visit& visit) const {
 void Kills::look_at_events() const {
     // Catoms that move may come to be where an event looks for them.
     if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty()) return;
-    for (const world::Event& event : subdomain_.world.events)
+    for (const world::Event& event : subdomain_.world.events) {
+        if (event.last() <= subdomain_.tick()) continue;
         for (const world::Killing& killing : event.kill) {
             std::uint64_t matched = 0;
             each(killing, [&](Catom) { ++matched; });
@@ -37,6 +38,7 @@ void Kills::look_at_events() const {
             else
                 log::warning("{}: `{}` matches no catom, so nothing is killed", killing.place, killing.where.text());
         }
+    }
 }
 
 std::vector<Killed> Kills::of_this_tick() const {

@@ -17,7 +17,7 @@ function painter(head) {
     if (head.colours === "words") {
         const kinds = new Map(head.legend.kinds.map(([name, colour]) => [name, rgb(colour)]));
         const only = head.legend.kinds.length === 1 && rgb(head.legend.kinds[0][1]);
-        return (word) => word === 0 ? grey : kinds.get(head.words[word - 1]) || only || grey;
+        return (word) => word === 0 || word > head.words.length ? grey : kinds.get(head.words[word - 1]) || only || grey;
     }
     if (head.legend && head.legend.kinds) {
         const kinds = new Map(head.legend.kinds.map(([name, colour]) => [Number(name), rgb(colour)]));

@@ -22,9 +22,9 @@ void put_ids(std::string& out, const std::vector<std::uint64_t>& ids) {
     for (const std::uint64_t id : ids) put(out, static_cast<std::uint32_t>(id >> 32));
 }
 
-// What a catom's colour says if it has no value.
+// What a catom's colour says if it has no value. While nobody has any, it is not known of what kind values will be: no word has this place.
 std::uint32_t none(Changes::Colours colours) {
-    return colours == Changes::Colours::Numbers ? std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN()) : 0;
+    return colours == Changes::Colours::Words ? 0 : std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN());
 }
 
 std::string facts_json(const FactsOfCatoms& before, const FactsOfCatoms& now) {

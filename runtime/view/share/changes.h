@@ -22,7 +22,7 @@ using FactsOfCatoms = std::map<std::uint64_t, std::string>;
 class Changes {
   public:
     // What stands for a catom's colour: red, green, blue and 255; its number as a float, NaN: none; or the place of its word, from 1;
-    // 0: none.
+    // 0: none. In frames before the first value NaN stands for none, whatever values are.
     enum class Colours { Own, Numbers, Words };
 
     // The record of the next frame. `key`: with all of it.
