@@ -101,6 +101,27 @@ Vec bent(const Vec& normal, const Vec& from_middle, float half) {
     return out.normalized();
 }
 
+constexpr std::size_t kTogether = 16;  // Rays that Embree follows at a time.
+
+void set_out(std::span<const Geometry::Ray> rays, float within, RTCRay16& out, std::array<int, kTogether>& valid) {
+    for (std::size_t i = 0; i < kTogether; ++i) {
+        valid[i] = i < rays.size() ? -1 : 0;
+        const Geometry::Ray& ray = rays[std::min(i, rays.size() - 1)];
+        out.org_x[i] = ray.from.x();
+        out.org_y[i] = ray.from.y();
+        out.org_z[i] = ray.from.z();
+        out.tnear[i] = 0;
+        out.dir_x[i] = ray.along.x();
+        out.dir_y[i] = ray.along.y();
+        out.dir_z[i] = ray.along.z();
+        out.time[i] = 0;
+        out.tfar[i] = within;
+        out.mask[i] = ~0U;
+        out.id[i] = 0;
+        out.flags[i] = 0;
+    }
+}
+
 }  // namespace
 
 struct Geometry::Parts {
@@ -213,54 +234,50 @@ Result<Geometry> Geometry::build(const Scene& scene, int threads) {
     return Geometry(std::move(parts));
 }
 
-std::optional<Geometry::Hit> Geometry::hit(const Vec& from, const Vec& along) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit ray{};
-    ray.ray = {.org_x = from.x(),
-               .org_y = from.y(),
-               .org_z = from.z(),
-               .tnear = 0,
-               .dir_x = along.x(),
-               .dir_y = along.y(),
-               .dir_z = along.z(),
-               .time = 0,
-               .tfar = std::numeric_limits<float>::infinity(),
-               .mask = ~0U,
-               .id = 0,
-               .flags = 0};
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(parts_->rays, &context, &ray);
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+Geometry::Hit Geometry::seen_by(const Ray& ray, float distance, Vec normal, std::uint32_t geometry, std::uint32_t primitive) const {
     const Scene& scene = parts_->scene;
-    Vec normal = Vec(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).normalized();
-    if (normal.dot(along) > 0) normal = -normal;
-    if (ray.hit.geomID == kStrokes) {
-        const std::uint32_t stroke = parts_->tube_owners[ray.hit.primID];
-        return Hit{ray.ray.tfar, normal, scene.strokes[stroke].colour, static_cast<std::uint32_t>(scene.places.size()) + stroke};
+    normal.normalize();
+    if (normal.dot(ray.along) > 0) normal = -normal;
+    if (geometry == kStrokes) {
+        const std::uint32_t stroke = parts_->tube_owners[primitive];
+        return {distance, normal, scene.strokes[stroke].colour, static_cast<std::uint32_t>(scene.places.size()) + stroke};
     }
-    const std::uint32_t catom = parts_->owners.empty() ? ray.hit.primID : parts_->owners[ray.hit.primID];
-    if (scene.form == Form::Cube) normal = bent(normal, from + ray.ray.tfar * along - scene.places[catom], scene.diameter(catom) / 2);
-    return Hit{ray.ray.tfar, normal, scene.colours[catom], catom};
+    const std::uint32_t catom = parts_->owners.empty() ? primitive : parts_->owners[primitive];
+    if (scene.form == Form::Cube) normal = bent(normal, ray.from + distance * ray.along - scene.places[catom], scene.diameter(catom) / 2);
+    return {distance, normal, scene.colours[catom], catom};
 }
 
-bool Geometry::meets(const Vec& from, const Vec& along, float within) const {
+void Geometry::hits(std::span<const Ray> rays, std::vector<std::optional<Hit>>& out) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    RTCRay ray{.org_x = from.x(),
-               .org_y = from.y(),
-               .org_z = from.z(),
-               .tnear = 0,
-               .dir_x = along.x(),
-               .dir_y = along.y(),
-               .dir_z = along.z(),
-               .time = 0,
-               .tfar = within,
-               .mask = ~0U,
-               .id = 0,
-               .flags = 0};
-    rtcOccluded1(parts_->rays, &context, &ray);
-    return ray.tfar < 0;
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    out.assign(rays.size(), std::nullopt);
+    for (std::size_t first = 0; first < rays.size(); first += kTogether) {
+        const std::span<const Ray> these = rays.subspan(first, std::min(kTogether, rays.size() - first));
+        alignas(64) std::array<int, kTogether> valid{};
+        RTCRayHit16 all;
+        set_out(these, std::numeric_limits<float>::infinity(), all.ray, valid);
+        std::ranges::fill(all.hit.geomID, RTC_INVALID_GEOMETRY_ID);
+        rtcIntersect16(valid.data(), parts_->rays, &context, &all);
+        for (std::size_t i = 0; i < these.size(); ++i)
+            if (all.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+                out[first + i] = seen_by(these[i], all.ray.tfar[i], Vec(all.hit.Ng_x[i], all.hit.Ng_y[i], all.hit.Ng_z[i]),
+                                         all.hit.geomID[i], all.hit.primID[i]);
+    }
+}
+
+void Geometry::meets(std::span<const Ray> rays, float within, std::vector<std::uint8_t>& out) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    out.resize(rays.size());
+    for (std::size_t first = 0; first < rays.size(); first += kTogether) {
+        const std::span<const Ray> these = rays.subspan(first, std::min(kTogether, rays.size() - first));
+        alignas(64) std::array<int, kTogether> valid{};
+        RTCRay16 all;
+        set_out(these, within, all, valid);
+        rtcOccluded16(valid.data(), parts_->rays, &context, &all);
+        for (std::size_t i = 0; i < these.size(); ++i) out[first + i] = all.tfar[i] < 0 ? 1 : 0;
+    }
 }
 
 }  // namespace meld::render

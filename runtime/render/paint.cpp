@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace meld::render {
 
@@ -20,7 +22,8 @@ constexpr float kSky = 0.66F, kSun = 0.48F;
 constexpr float kLeast = 0.3F;
 // Pixels to a catom from which on flat ones that touch have a line between them.
 constexpr float kOutlined = 8;
-constexpr float kSunWidth = 0.05F;  // Half of it, as a slope.
+constexpr std::size_t kLeastSky = 4;  // Rays to the sky for each pixel, at least; also where one ray goes through it.
+constexpr float kSunWidth = 0.05F;    // Half of it, as a slope.
 // Rays begin this far from what they leave, in catom diameters.
 constexpr float kOff = 2e-3F;
 
@@ -87,6 +90,8 @@ class Painter {
           geometry_(geometry),
           camera_(camera),
           quality_(quality),
+          count_(quality.samples * quality.samples),
+          sky_(std::max(quality.sky, kLeastSky / count_)),
           sun_((Vec::UnitZ() * 0.9F - camera.right() * 0.5F - camera.forward() * 0.45F).normalized()),
           reach_(std::max(4.0F, 0.2F * camera.extent())) {
         across_sun_ = beside(sun_);
@@ -97,66 +102,124 @@ class Painter {
         float distance = std::numeric_limits<float>::infinity();
         std::uint32_t thing = 0;  // At that distance.
     };
-    Seen pixel(std::size_t x, std::size_t y) const {
-        const std::size_t side = quality_.samples, count = side * side;
-        const Spread spread(x, y, count * quality_.sky);
-        Seen out;
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto within = [&](std::size_t at, std::size_t step) {
-                return static_cast<float>(at) + (static_cast<float>(step) + 0.5F) / static_cast<float>(side);
-            };
-            const Camera::Ray ray = camera_.ray(within(x, i % side), within(y, i / side));
-            const auto hit = geometry_.hit(ray.from, ray.along);
-            if (hit) {
-                if (hit->distance < out.distance) std::tie(out.distance, out.thing) = std::pair(hit->distance, hit->thing);
-                const Vec at = ray.from + hit->distance * ray.along + kOff * hit->normal;
-                out.light.head<3>() += linear(hit->colour) * light(at, hit->normal, spread, i);
-                out.light.w() += 1;
-            } else if (scene_.ground) {
-                out.light.w() += shade_of_floor(ray, spread, i);
+    // What light falls on: where a ray met something, or the floor.
+    struct Place {
+        Vec at = Vec::Zero(), normal = Vec::UnitZ();
+        std::uint32_t pixel = 0, sample = 0;
+        std::optional<Rgb> colour = {};  // None: the floor.
+    };
+    // Room for the rays of a tile, so that they can be followed together.
+    struct Room {
+        std::vector<Geometry::Ray> rays;
+        std::vector<std::optional<Geometry::Hit>> hits;
+        std::vector<Spread> spreads;  // Of each pixel.
+        std::vector<Place> places;
+        std::vector<std::uint32_t> askers;  // The place that each ray leaves.
+        std::vector<std::uint8_t> met;
+        std::vector<float> sky, sun;  // How much of each reaches each place.
+    };
+    // The pixels from `left` and `top` on, in rows, `width` of them each.
+    void tile(std::size_t left, std::size_t top, std::size_t width, std::span<Seen> out, Room& room) const {
+        find_places(left, top, width, out, room);
+        look_at_sun(room);
+        look_at_sky(room);
+        for (std::size_t i = 0; i < room.places.size(); ++i) {
+            const Place& place = room.places[i];
+            Seen& seen = out[place.pixel];
+            if (place.colour) {
+                seen.light.head<3>() += linear(*place.colour) * light(place.normal, room.sky[i], room.sun[i]);
+                seen.light.w() += 1;
+            } else {
+                seen.light.w() += shade_of_floor(room.sky[i], room.sun[i]);
             }
         }
-        out.light /= static_cast<float>(count);
-        return out;
+        for (Seen& seen : out) seen.light /= static_cast<float>(count_);
     }
 
   private:
-    // The share of the sky that a place sees.
-    float sky(const Vec& at, const Vec& normal, const Spread& spread, std::size_t sample) const {
-        const auto [u, v] = beside(normal);
-        std::size_t free = 0;
-        for (std::size_t i = 0; i < quality_.sky; ++i) {
-            const Spread::Pair pair = spread.at(sample * quality_.sky + i);
-            const float radius = std::sqrt(pair.u), angle = 2 * std::numbers::pi_v<float> * pair.v;
-            const Vec along = radius * std::cos(angle) * u + radius * std::sin(angle) * v + std::sqrt(1 - pair.u) * normal;
-            free += geometry_.meets(at, along, reach_) ? 0 : 1;
+    void find_places(std::size_t left, std::size_t top, std::size_t width, std::span<Seen> out, Room& room) const {
+        const std::size_t side = quality_.samples;
+        room.rays.clear();
+        room.spreads.clear();
+        for (std::size_t pixel = 0; pixel < out.size(); ++pixel) {
+            const std::size_t x = left + pixel % width, y = top + pixel / width;
+            room.spreads.emplace_back(x, y, count_ * sky_);
+            for (std::size_t i = 0; i < count_; ++i) {
+                const auto within = [&](std::size_t at, std::size_t step) {
+                    return static_cast<float>(at) + (static_cast<float>(step) + 0.5F) / static_cast<float>(side);
+                };
+                const Camera::Ray ray = camera_.ray(within(x, i % side), within(y, i / side));
+                room.rays.push_back({ray.from, ray.along});
+            }
         }
-        return static_cast<float>(free) / static_cast<float>(quality_.sky);
+        geometry_.hits(room.rays, room.hits);
+        room.places.clear();
+        for (std::size_t i = 0; i < room.rays.size(); ++i) {
+            const Geometry::Ray& ray = room.rays[i];
+            Place place;
+            place.pixel = static_cast<std::uint32_t>(i / count_);
+            place.sample = static_cast<std::uint32_t>(i % count_);
+            if (const auto& hit = room.hits[i]) {
+                Seen& seen = out[place.pixel];
+                if (hit->distance < seen.distance) std::tie(seen.distance, seen.thing) = std::pair(hit->distance, hit->thing);
+                place.at = ray.from + hit->distance * ray.along + kOff * hit->normal;
+                place.normal = hit->normal;
+                place.colour = hit->colour;
+            } else {
+                const float way = scene_.ground ? (*scene_.ground - ray.from.z()) / ray.along.z() : -1;
+                if (!(way > 0) || !std::isfinite(way)) continue;
+                place.at = ray.from + way * ray.along + kOff * place.normal;
+            }
+            room.places.push_back(place);
+        }
     }
-    bool sees_sun(const Vec& at, const Spread& spread, std::size_t sample) const {
-        const Spread::Pair pair = spread.at(sample * quality_.sky);
-        const Vec along = sun_ + kSunWidth * ((2 * pair.v - 1) * across_sun_[0] + (2 * pair.u - 1) * across_sun_[1]);
-        return !geometry_.meets(at, along.normalized(), std::numeric_limits<float>::infinity());
+    void look_at_sun(Room& room) const {
+        room.rays.clear();
+        room.askers.clear();
+        for (std::size_t i = 0; i < room.places.size(); ++i) {
+            const Place& place = room.places[i];
+            if (place.normal.dot(sun_) <= 0) continue;
+            const Spread::Pair pair = room.spreads[place.pixel].at(place.sample * sky_);
+            const Vec along = sun_ + kSunWidth * ((2 * pair.v - 1) * across_sun_[0] + (2 * pair.u - 1) * across_sun_[1]);
+            room.rays.push_back({place.at, along.normalized()});
+            room.askers.push_back(static_cast<std::uint32_t>(i));
+        }
+        geometry_.meets(room.rays, std::numeric_limits<float>::infinity(), room.met);
+        room.sun.assign(room.places.size(), 0);
+        for (std::size_t i = 0; i < room.met.size(); ++i) room.sun[room.askers[i]] = room.met[i] != 0 ? 0.0F : 1.0F;
     }
-    float light(const Vec& at, const Vec& normal, const Spread& spread, std::size_t sample) const {
-        const float above = kSky * (kLeast + (1 - kLeast) * sky(at, normal, spread, sample)) * (0.85F + 0.15F * normal.z());
-        const float facing = normal.dot(sun_);
-        return above + (facing > 0 && sees_sun(at, spread, sample) ? kSun * facing : 0);
+    // The share of the sky that a place sees.
+    void look_at_sky(Room& room) const {
+        room.rays.clear();
+        for (const Place& place : room.places) {
+            const auto [u, v] = beside(place.normal);
+            const Spread& numbers = room.spreads[place.pixel];
+            for (std::size_t i = 0; i < sky_; ++i) {
+                const Spread::Pair pair = numbers.at(place.sample * sky_ + i);
+                const float radius = std::sqrt(pair.u), angle = 2 * std::numbers::pi_v<float> * pair.v;
+                room.rays.push_back(
+                    {place.at, radius * std::cos(angle) * u + radius * std::sin(angle) * v + std::sqrt(1 - pair.u) * place.normal});
+            }
+        }
+        geometry_.meets(room.rays, reach_, room.met);
+        room.sky.assign(room.places.size(), 0);
+        for (std::size_t i = 0; i < room.met.size(); ++i) room.sky[i / sky_] += room.met[i] != 0 ? 0.0F : 1.0F / static_cast<float>(sky_);
+    }
+    float light(const Vec& normal, float sky, float sun) const {
+        const float above = kSky * (kLeast + (1 - kLeast) * sky) * (0.85F + 0.15F * normal.z());
+        return above + sun * kSun * std::max(normal.dot(sun_), 0.0F);
     }
     // How dark a floor is that is seen only where it is in the shade.
-    float shade_of_floor(const Camera::Ray& ray, const Spread& spread, std::size_t sample) const {
-        const float way = (*scene_.ground - ray.from.z()) / ray.along.z();
-        if (!(way > 0) || !std::isfinite(way)) return 0;
-        const Vec at = ray.from + way * ray.along + kOff * Vec::UnitZ();
+    float shade_of_floor(float sky, float sun) const {
         const float whole = kSky + kSun * sun_.z();
-        const float here = kSky * sky(at, Vec::UnitZ(), spread, sample) + (sees_sun(at, spread, sample) ? kSun * sun_.z() : 0);
-        return 0.75F * (1 - here / whole);
+        return 0.75F * (1 - (kSky * sky + sun * kSun * sun_.z()) / whole);
     }
 
     const Scene& scene_;
     const Geometry& geometry_;
     const Camera& camera_;
     const Quality& quality_;
+    std::size_t count_, sky_;  // Of rays through a pixel, and of those to the sky from where each of them ends.
     Vec sun_;
     std::array<Vec, 2> across_sun_;
     float reach_;  // How far away what darkens a place may be.
@@ -200,13 +263,22 @@ Painted paint(const Scene& scene, const Geometry& geometry, const Camera& camera
     std::vector<Painter::Seen> seen(width * height);
     Painted out{.image = {.width = width, .height = height}, .distances = std::vector<float>(width * height)};
     const std::size_t across = (width + kTile - 1) / kTile, tiles = across * ((height + kTile - 1) / kTile);
-    workers.run(tiles, [&](int, std::size_t tile) {
+    struct Worker {
+        Painter::Room room;
+        std::vector<Painter::Seen> seen;
+    };
+    std::vector<Worker> rooms(static_cast<std::size_t>(workers.threads()));
+    workers.run(tiles, [&](int worker, std::size_t tile) {
+        Worker& own = rooms[static_cast<std::size_t>(worker)];
         const std::size_t left = tile % across * kTile, top = tile / across * kTile;
-        for (std::size_t y = top; y < std::min(top + kTile, height); ++y)
-            for (std::size_t x = left; x < std::min(left + kTile, width); ++x) {
-                seen[y * width + x] = painter.pixel(x, y);
-                out.distances[y * width + x] = seen[y * width + x].distance;
-            }
+        const std::size_t row = std::min(kTile, width - left), rows = std::min(kTile, height - top);
+        own.seen.assign(row * rows, {});
+        painter.tile(left, top, row, own.seen, own.room);
+        for (std::size_t i = 0; i < own.seen.size(); ++i) {
+            const std::size_t pixel = (top + i / row) * width + left + i % row;
+            seen[pixel] = own.seen[i];
+            out.distances[pixel] = own.seen[i].distance;
+        }
     });
     const bool flat = (scene.form == Form::Hexagon || scene.form == Form::Cube) && camera.scale() >= kOutlined;
     const Edges edges(seen, width, height, flat);

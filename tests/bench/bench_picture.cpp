@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <string_view>
 
 #include "runtime/render/colours.h"
@@ -18,6 +19,7 @@ namespace {
 namespace world = meld::world;
 using namespace meld::render;
 
+double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }  // Of all threads.
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 Scene ball(double diameter, world::LatticeKind kind, Form form) {
@@ -56,19 +58,20 @@ int main(int argc, char** argv) {
     camera.fit();
     const int threads = static_cast<int>(std::thread::hardware_concurrency());
     meld::Workers workers(threads);
-    std::vector<double> built, painted;
+    std::vector<double> built, painted, worked;
     for (int i = 0; i < (scene.places.size() > 4'000'000 ? 1 : 5); ++i) {
         const double before = wall_s();
         const meld::Result<Geometry> geometry = Geometry::build(scene, threads);
         if (!geometry) return std::fprintf(stderr, "%s\n", geometry.error().message().c_str()), 4;
-        const double between = wall_s();
+        const double between = wall_s(), used_before = cpu_s();
         const Painted picture = paint(scene, *geometry, camera, kWidth, kHeight, Rgb{255, 255, 255}, {}, workers);
         painted.push_back(wall_s() - between);
+        worked.push_back(cpu_s() - used_before);
         built.push_back(between - before);
     }
     rusage used{};
     getrusage(RUSAGE_SELF, &used);
-    std::printf("%zu catoms, %s, %s: build %.3f s, paint %.3f s, peak %.2f GB\n", scene.places.size(), fcc ? "fcc" : "cubic",
-                cubes ? "cubes" : "spheres", meld::bench::median(built), meld::bench::median(painted),
-                static_cast<double>(used.ru_maxrss) / 1e6);
+    std::printf("%zu catoms, %s, %s: build %.3f s, paint %.3f s (%.3f s of CPU), peak %.2f GB\n", scene.places.size(),
+                fcc ? "fcc" : "cubic", cubes ? "cubes" : "spheres", meld::bench::median(built), meld::bench::median(painted),
+                meld::bench::median(worked), static_cast<double>(used.ru_maxrss) / 1e6);
 }
