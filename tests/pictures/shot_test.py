@@ -168,6 +168,27 @@ class Shots(Case):
                     self.assertEqual(self.read("old.png"), b"as it was")
         self.refused("meldsim", "shot", "corner.meld", "-o", "/dev/full", *SMALL, code=4, says="cannot write /dev/full")
         self.refused("meldsim", "shot", "corner.meld", "-o", "no/where.png", *SMALL, code=2, says="cannot write no/where.png")
+        self.refused("meldsim", "shot", "corner.meld", "-o", "a.jpg", *SMALL, code=2, says="a.jpg: a picture is a .png file")
+
+    def test_what_it_is_made_from_stays(self):
+        self.call("meldsim", "run", "corner.meld", "--record", "run.png", "--quiet")
+        self.call("meldsim", "run", "corner.meld", "--record", "run.csv", "--quiet")
+        self.write("w.png", self.read("corner.toml"))
+        before = {name: self.read(name) for name in self.files()}
+        for words in (("shot", "run.png", "-o", "./run.png"), ("shot", "corner.meld", "--world", "w.png", "-o", "w.png"),
+                      ("export", "run.csv", "-o", "run.csv"), ("movie", "run.png", "-o", "run.png"), ("world", "w.png", "--shot", "w.png"),
+                      ("view", "corner.meld", "--share", "corner.meld"), ("view", "run.png", "--share", "run.png")):
+            with self.subTest(words=words):
+                err = self.call("meldsim", *words, code=2)[1]
+                self.assertTrue("are the same file" in err or words[0] == "movie", err)
+                self.assertEqual({name: self.read(name) for name in self.files()}, before)
+
+    def test_a_damaged_recording_is_said_to_be_one(self):
+        self.call("meldsim", "run", "corner.meld", "--record", "run.vtkhdf", "--quiet")
+        self.write("cut.vtkhdf", self.read("run.vtkhdf")[:20000])
+        for words in (("shot", "cut.vtkhdf", "-o", "a.png"), ("query", "cut.vtkhdf", "dist(A, D)")):
+            err = self.call("meldsim", *words, code=6)[1]
+            self.assertNotIn("UTF-8", err)
 
 
 if __name__ == "__main__":

@@ -89,6 +89,13 @@ class ByHand(DebugTest):
             self.assertEqual(len(answers[3]["facts"]), 3)
             self.assertIn(b"tick = 7", self.read("e.toml"))
 
+    def test_what_the_run_is_made_from_stays(self):
+        for command in ("save-events notes.meld", "save-events notes.toml", "save-events ./notes.toml"):
+            before = self.files(), self.read("notes.meld"), self.read("notes.toml")
+            err = self.session(["give wall(@2)", command], "notes.meld", "-n", 2, code=2)[1]
+            self.assertIn("and save-events are the same file", err)
+            self.assertEqual((self.files(), self.read("notes.meld"), self.read("notes.toml")), before)
+
     def test_what_cannot_be_done(self):
         for command, says in (("give heard(@1, \"a\")", "facts of heard are derived by rules"),
                               ("give wall(@99)", "there is no catom @99 in tick 0"),

@@ -142,6 +142,24 @@ class Dying(DebugTest):
         digests = self.run_of(GRADIENT, "w.toml", "--ticks", 140)[1].decode()
         self.assertIn(first[5]["digest"], digests.splitlines()[-1])
 
+    def test_history_of_what_went_with_its_catom(self):
+        """No rule is named that has not fired, and no event that has taken nothing."""
+        self.write("k.meld", "type linear token(node, int).\ntype linear done(node, int).\ntype base(node).\ntype view(node).\n"
+                   "token(@2, 0).\ntoken(A, N), N > 4 -o done(A, N).\nview(A) :- base(A).\n")
+        self.write("k.toml", 'lattice = "square"\n[[body]]\nshape = "box(5, 1, 1)"\n[facts]\nbase = "all"\n[[event]]\ntick = 6\nkill = 2\n')
+        for processes in (1, 2):
+            for fact in ("token(@2, _)", "base(@2)", "view(@2)"):
+                out = self.call("meldsim", "history", "k.meld", fact, "-n", processes, "--quiet")[0]
+                self.assertRegex(out, r"tick 6 +-\S+ *\S* +gone with its catom\n")
+                self.assertNotRegex(out, "consumed|taken|no longer")
+
+    def test_a_branch_after_the_events(self):
+        """What has happened is not looked for again."""
+        self.write("dist.meld", DIST)
+        self.write("w.toml", square(6) + '[facts]\nsource = "id == 0"\n[[event]]\ntick = 3\nkill = ["x > 1", 4]\n')
+        self.call("meldsim", "run", "dist.meld", "--world", "w.toml", "--ticks", 8, "--quiet", "--checkpoint", "kept")
+        self.assertNotIn("nothing is killed", self.call("meldsim", "fork", "kept", "--ticks", 12, "--quiet")[1])
+
     def test_what_is_wrong(self):
         self.write("dist.meld", DIST)
         for kill, says in (("true", "kill is true or false, not a region"), ('"x >"', "w.toml:6"), ("-1", "there is no catom @-1"),
@@ -154,7 +172,8 @@ class Dying(DebugTest):
         self.assertIn("`x > 9` matches no catom, so nothing is killed", err)
         self.assertIn("there is no catom @77, so nothing is killed", err)
         for command, says in (("kill @99", "there is no catom @99 in tick 0"), ("kill", "the catom is missing"),
-                              ("kill 1 < 2", "no variable is a catom"), ("kill dist(A, 99)", "holds for no catom in tick 0")):
+                              ("kill 1 < 2", "no variable is a catom"), ("kill x == 0", "or a body, as in kill cell(A, X, Y, Z), X = 0"),
+                              ("kill dist(A, 99)", "holds for no catom in tick 0")):
             out, err = self.session([command], "dist.meld", "--world", "w.toml", code=2)
             self.assertIn(says, err)
             self.assertEqual(out, "")

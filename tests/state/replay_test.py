@@ -110,6 +110,13 @@ class Replay(Case):
         self.assertIn("replayed 19 ticks: all", self.replay("run.vtkhdf"))
         self.assertEqual([name for name in self.files("passing") if name.startswith("claymeld-replay")], [])
 
+    def test_a_run_that_was_counted(self):
+        """It is the same run whether it is counted or not."""
+        self.write_all(FILES)
+        self.call("meldsim", "run", "main.meld", "--world", "worlds/here.toml", "-I", "../library", "--quiet", "--ticks", 9, "--stats",
+                  "--record", self.folder / "run.vtkhdf", cwd=self.folder / "work")
+        self.assertIn("the same", self.replay("run.vtkhdf"))
+
     def test_code_is_named_by_its_hash(self):
         self.write_all(EXTERN)
         self.call("meldsim", "run", "main.meld", "--quiet", "--link", "twice.c", "--record", "run.vtkhdf")
