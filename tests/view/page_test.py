@@ -131,7 +131,118 @@ class Pages(Viewing):
         fact.send_keys("dist(@0, 0)")
         self.browser.find_element(By.ID, "why").click()
         self.wait(lambda: "source(@0)" in self.text("why-tree"))
+        # What is being written by hand stays while the run moves.
+        fact.clear()
+        fact.send_keys("source(@23)")
+        self.browser.find_element(By.ID, "give").click()
+        self.wait(lambda: "give source(@23)" in self.text("panel"))
+        self.command("run")
+        self.assertEqual(self.browser.find_element(By.ID, "fact").get_attribute("value"), "source(@23)")
+        fact.clear()
+        fact.send_keys("sorce(@23)")
+        self.browser.find_element(By.ID, "give").click()
+        self.wait(lambda: "did you mean `source`?" in self.text("panel"))
         self.interrupt()
+
+    def enter(self, name, text):
+        field = self.browser.find_element(By.ID, name)
+        field.clear()
+        field.send_keys(text, Keys.ENTER)
+
+    def command(self, line):
+        self.assertIsNone(self.browser.execute_script("return viewer.command(arguments[0])", line))
+
+    def test_what_a_box_selects_is_killed_and_the_wave_goes_around_it(self):
+        self.open(self.view("plate.meld"))
+        self.enter("look-colour", "dist(A, D)")
+        self.enter("until", "dist(A, 5)")
+        self.wait(lambda: "dist(A, 5)" in self.text("state"))
+        self.enter("until", "dsit(A)")
+        self.wait(lambda: "did you mean `dist`?" in self.text("until-mistake"))
+        self.command("run")
+        # The column x = 1 but for its last catom.
+        x0, y0, x1, y1 = self.run_js("""const s = viewer.stage, at = (x, y) => s.view.project(s.bounds.low[0] + x, s.bounds.low[1] + y, 0);
+            const a = at(0.6, 2.5), b = at(1.4, -0.5);
+            return [a.x, a.y, b.x, b.y].map((v, i) => Math.round(v - (i % 2 ? s.view.pixels : s.view.width) / 2));""")
+        stage = self.browser.find_element(By.ID, "stage")
+        ActionChains(self.browser, 0).key_down(Keys.CONTROL).move_to_element_with_offset(stage, x0, y0).click_and_hold() \
+            .move_by_offset(x1 - x0, 0).move_by_offset(0, y1 - y0).release().key_up(Keys.CONTROL).perform()
+        self.wait(lambda: "and 2 more" in self.text("catom"))
+        self.browser.find_element(By.ID, "kill").click()
+        self.wait(lambda: "They die in tick" in self.text("panel"))
+        self.command("run")
+        self.wait(lambda: self.text("about").startswith("21 catoms"))
+        # The catom at (2, 0), once 2 steps from the source, is reached over the last catom of the column.
+        far = self.run_js("const s = viewer.stage, f = s.frame, b = s.bounds.low;"
+                          "return [...f.ids].find((id, i) => f.positions[3 * i] === b[0] + 2 && f.positions[3 * i + 1] === b[1])")
+        self.enter("find", str(far))
+        self.wait(lambda: f"dist(@{far}, 8)" in self.text("panel"))
+        self.enter("find", "dist(A, 8)")
+        self.wait(lambda: "catom" in self.text("found"))
+
+    def test_a_server_draws_where_the_browser_cannot(self):
+        self.open(self.view("plate.meld") + "#images")
+        self.command("run")
+        self.enter("look-colour", "dist(A, D)")
+        self.wait(lambda: self.text("legend"))
+        self.wait(lambda: np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max() < 60)
+        self.assertLess(np.abs(self.cell(self.pixels(), WIDTH - 1, HEIGHT - 1) - YELLOW).max(), 60)
+
+    def test_the_program_is_read_again_and_a_long_run_ends(self):
+        self.open(self.view("forever.meld"))
+        program = self.read("forever.meld").decode()
+        self.write("forever.meld", program + "nonsense\n")
+        self.wait(lambda: "goes on under its old rules" in self.text("notice"))
+        self.assertIn("forever.meld:3:", self.text("notice"))
+        self.write("forever.meld", program + "type new(node).\n")
+        self.wait(lambda: "was read again" in self.text("notice"))
+        self.wait(lambda: "new(A)" in self.run_js("return document.getElementById('bodies').innerHTML"))
+        self.browser.find_element(By.ID, "run").click()
+        stop = self.browser.find_element(By.ID, "interrupt")
+        self.wait(stop.is_displayed)
+        self.wait(lambda: "awake" in self.text("state"))
+        stop.click()
+        self.wait(lambda: self.text("state") == "interrupted")
+        self.assertFalse(stop.is_displayed())
+
+    def test_a_world_is_edited_seen_and_saved(self):
+        self.open(self.view("plate.meld", "--world", "plate.toml"))
+        self.browser.find_element(By.ID, "edit-world").click()
+        self.wait(lambda: "24" in self.text("world-said"))
+        area = self.browser.find_element(By.ID, "world-toml")
+        self.assertEqual(area.get_attribute("value"), PLATE)
+        save = self.browser.find_element(By.ID, "world-save")
+
+        def write(toml):
+            area.clear()
+            area.send_keys(toml)
+
+        write('lattice = "hex"\n[[body]]\nshape = "bax(5,5,1)"\n')
+        self.wait(lambda: "Line 3, column 10" in self.text("world-said"))
+        self.assertIn("did you mean 'box'?", self.text("world-said"))
+        self.assertFalse(save.is_enabled())
+        write(PLATE.replace("box(6,4,1)", "box(7,5,1)"))
+        self.wait(lambda: "35" in self.text("world-said"))
+        self.assertEqual(self.run_js("return viewer.stage.frame.count"), 35)
+        save.click()
+        self.wait(lambda: "is written" in self.text("world-saved"))
+        self.assertIn("box(7,5,1)", self.read("plate.toml").decode())
+        self.write("plate.toml", PLATE)
+        self.browser.find_element(By.ID, "edit-world").click()
+        self.wait(lambda: self.run_js("return viewer.stage.frame.count") == 24)
+
+    def test_two_runs_are_side_by_side(self):
+        self.write("half.meld", CORNER.replace("D + 1", "D + 2"))
+        self.write("half.toml", PLATE)
+        self.open(self.view("plate.meld", "half.meld"))
+        self.enter("look-colour", "dist(A, D)")
+        self.command("run")
+        legend = "return viewer.sides[arguments[0]].element.querySelector('.legend').innerText"
+        self.wait(lambda: "8" in self.run_js(legend, 0) and "16" in self.run_js(legend, 1))
+        self.browser.find_element(By.ID, "stage-beside").click()
+        self.wait(lambda: self.run_js("return viewer.active === viewer.sides[1] && viewer.sides[0].stage.selected.size === 0"))
+        self.to(1)
+        self.assertEqual(self.run_js("return viewer.sides.map((side) => side.words.tick)"), [1, 1])
 
 
 if __name__ == "__main__":

@@ -37,6 +37,27 @@ export function seldom(f, milliseconds) {
     };
 }
 
+// What is wrong in a few words: of a compiler's report its first line and its help, of others all.
+export function briefly({message, hint}) {
+    const report = String(message).match(/^error(?:\[\w+\])?: (.*)/);
+    const words = report ? [report[1], ...[...message.matchAll(/help: (.*)/g)].map((help) => help[1])] : [String(message)];
+    return [...words, hint || ""].filter(Boolean);
+}
+
+// The same as an element, with the whole report as its title.
+export function mistakeOf(error) {
+    const [first, ...more] = briefly(error);
+    return h("div", {class: "mistake", title: error.message}, first, more.map((words) => h("small", {}, words)));
+}
+
+// 1536 -> "1.5 KiB".
+export function bytes(count) {
+    const units = ["B", "KiB", "MiB", "GiB", "TiB"];
+    const power = Math.min(units.length - 1, Math.max(0, Math.floor(Math.log2(Math.max(1, count)) / 10)));
+    const value = count / 1024 ** power;
+    return `${value < 10 && power ? value.toFixed(1) : Math.round(value)} ${units[power]}`;
+}
+
 export const grouped = (number) => Math.round(number).toLocaleString("en-US");
 
 export function number(value) {

@@ -21,7 +21,7 @@ export function listenToKeys(actions, dialog) {
     dialog.append(h("table", {}, KEYS.map(([key, , text]) => row(key, text)), POINTER.map(([key, text]) => row(key, text))),
         h("form", {method: "dialog"}, h("button", {}, "Close")));
     addEventListener("keydown", (event) => {
-        const typing = event.target.matches("input[type='text'], input[type='search'], select");
+        const typing = event.target.matches("input[type='text'], input[type='search'], select, textarea");
         if (typing && event.key !== "Escape") return;
         if (event.ctrlKey || event.metaKey || event.altKey || dialog.open) return;
         if (event.key === " " && event.target.matches("button, summary")) return;

@@ -1,5 +1,5 @@
 // The left panel: what is shown and how. Bodies are Meld; what is wrong with one stands at its field.
-import {h} from "./dom.js";
+import {h, mistakeOf} from "./dom.js";
 
 const BODIES = [["colour", "Colour by", "dist(A, D)"], ["only", "Show only", "leader(A)"], ["hide", "Hide", "dist(A, D), D > 9"],
     ["links", "Links", "parent(A, B)"], ["arrows", "Arrows", "parent(A, B)"], ["labels", "Labels", "dist(A, D)"]];
@@ -23,12 +23,15 @@ export class LookPanel {
         this.fields = {};
         this.cut = {axis: -1, part: 1, above: false};
         this.size = 1;
-        const list = h("datalist", {id: "bodies"}, suggestions(info.predicates || []).map((body) => h("option", {value: body})));
-        const parts = [list, h("h2", {}, "What is shown")];
+        this.bodies = h("datalist", {id: "bodies"});
+        this.suggest(info.predicates);
+        const parts = [this.bodies, h("h2", {}, "What is shown")];
         if (given) parts.push(...this.fixed(given));
         else parts.push(...BODIES.map((body) => this.field(...body)), ...this.mapping(info.maps), this.exposed());
         element.replaceChildren(...parts, h("h2", {}, "View"), ...this.cutting(info.flat), this.sizing());
     }
+
+    suggest(predicates) { this.bodies.replaceChildren(...suggestions(predicates || []).map((body) => h("option", {value: body}))); }
 
     // Of a shared run: it was decided when it was shared.
     fixed(look) {
@@ -40,7 +43,7 @@ export class LookPanel {
     field(name, title, example) {
         const input = h("input", {type: "text", id: `look-${name}`, list: "bodies", spellcheck: "false", autocomplete: "off",
             placeholder: example, onchange: () => this.changed(name)});
-        const mistake = h("div", {class: "mistake"});
+        const mistake = h("div", {id: `look-${name}-mistake`});
         this.fields[name] = {input, mistake};
         return h("label", {class: "field"}, h("span", {}, title), input, mistake);
     }
@@ -99,11 +102,11 @@ export class LookPanel {
 
     // The error of the field that was changed last, or of the one that the message names; none: all are right.
     mistaken(error, name) {
-        const named = error && BODIES.map(([body]) => body).find((body) => error.message.includes(`--${body}`));
+        const named = error && BODIES.map(([body]) => body).find((body) => error.message.startsWith(`${body}: `));
         for (const [body, {input, mistake}] of Object.entries(this.fields)) {
             const mine = error && body === (named || name);
             input.classList.toggle("wrong", Boolean(mine));
-            mistake.replaceChildren(...(mine ? [error.message.replace(`--${body}: `, ""), h("small", {}, error.hint || "")] : []));
+            mistake.replaceChildren(...(mine ? [mistakeOf({...error, message: error.message.replace(`${body}: `, "")})] : []));
         }
         return Boolean(named || name);
     }

@@ -1,5 +1,5 @@
 // The viewer: shows a run that a server holds, or one that is in the page.
-import {byId, grouped, h, seldom} from "./dom.js";
+import {briefly, byId, grouped, h, mistakeOf, seldom} from "./dom.js";
 import {placeOf} from "./block.js";
 import {listenToKeys} from "./keys.js";
 import {showLegend} from "./legend.js";
@@ -8,29 +8,44 @@ import {Panel} from "./panel.js";
 import {listen} from "./pointer.js";
 import {ServerSource} from "./source_server.js";
 import {ShareSource, isShared} from "./source_share.js";
-import {Stage} from "./stage.js";
+import {Side} from "./side.js";
 import {Transport} from "./transport.js";
+import {WorldTab} from "./world.js";
 
 class Viewer {
     constructor(source) {
-        this.source = source;
+        this.first = source;
         this.selected = new Set();
         this.primary = null;  // The catom that the panel is about.
         this.asked = null;    // The next frame to ask for, while one is on its way.
+        this.sides = [];
+        this.active = null;   // The side that was clicked last.
     }
 
+    get source() { return this.active.source; }
+    get stage() { return this.active.stage; }
+    get words() { return this.active.words; }
+
     async start() {
-        if (this.source.open) await this.source.open();
-        const {source} = this, info = this.info = await source.hello();
-        byId("title").textContent = info.program || "Claymeld";
-        document.title = info.program ? `${info.program} - Claymeld` : "Claymeld";
-        this.stage = new Stage(byId("stage"), source.image && ((camera, size) => source.image(this.look.look(), camera, size)));
+        const source = this.first;
+        if (source.open) await source.open();
+        const info = this.info = await source.hello(), look = () => this.look ? this.look.look() : {};
+        this.active = new Side(byId("stage"), source, info, look, null);
+        this.sides.push(this.active);
+        const other = source.beside && await source.beside();
+        if (other) this.sides.push(Side.beside(this.active, other, other.info, look));
+        const title = this.sides.map((side) => side.title).filter(Boolean).join(" beside ") || "Claymeld";
+        byId("title").textContent = title;
+        byId("title").title = this.sides.map((side) => side.info.program).join(" beside ");
+        document.title = title === "Claymeld" ? title : `${title} - Claymeld`;
         this.look = new LookPanel(byId("look"), info, source.asks ? null : info.look, {changed: (field) => this.refresh(undefined,
             field), arranged: () => this.arrange()});
         this.panel = new Panel(byId("panel"), source, {choose: (id) => this.choose(id), did: () => this.refresh()});
-        this.transport = new Transport(byId("transport"), {...info, live: source.live}, this.moves());
-        listen(this.stage, byId("box"), {picked: (id, more) => this.select(id === null ? [] : [id], more), boxed: (ids,
-            more) => this.select(ids, more)});
+        const last = Math.max(...this.sides.map((side) => side.info.last ?? side.info.tick ?? 0));
+        this.transport = new Transport(byId("transport"), {...info, last, live: source.live}, this.moves());
+        for (const side of this.sides)
+            listen(side.stage, side.box, {picked: (id, more) => this.selectIn(side, id === null ? [] : [id], more),
+                boxed: (ids, more) => this.selectIn(side, ids, more)});
         listenToKeys(this.keys(), byId("keys"));
         this.wire();
         this.refreshMetrics = seldom(() => this.plot(), 400);
@@ -49,8 +64,30 @@ class Viewer {
             this.search(byId("find").value.trim());
         });
         if (matchMedia("(prefers-color-scheme: dark)").matches) this.darken(true);
-        this.source.onevent = (event) => this.told(event);
-        this.source.onclosed = (lost) => this.complain(lost);
+        this.first.onevent = (event) => this.told(event);
+        this.first.onclosed = (lost) => this.complain(lost);
+        if (!this.first.world) return;
+        this.world = new WorldTab(byId("world"), this.first, (frame, said) => this.preview(frame, said));
+        byId("edit-world").hidden = false;
+        byId("edit-world").addEventListener("click", () => this.editWorld(!this.world.isOpen));
+    }
+
+    // The world instead of the run, or the run again.
+    async editWorld(open) {
+        document.body.classList.toggle("world", open);
+        byId("edit-world").classList.toggle("on", open);
+        await this.world.show(open);
+        if (!open) await this.refresh();
+        this.active.stage.home();
+    }
+
+    preview(frame, said) {
+        if (!this.world.isOpen) return;
+        const {stage} = this.active, flat = said.lattice === "square" || said.lattice === "hex", turned = flat !== stage.flat;
+        stage.show(frame, {lattice: said.lattice, flat});
+        if (turned) stage.home();
+        else stage.fit();
+        showLegend(byId("legend"), null);
     }
 
     // One request at a time; of those that come meanwhile only the last is made. `field` is the one whose change asks for it.
@@ -59,18 +96,23 @@ class Viewer {
             this.asked = [tick === undefined && this.asked ? this.asked[0] : tick, field];
             return;
         }
+        if (this.world && this.world.isOpen) return;
         this.busy = true;
-        try {
-            const {words, frame} = await this.source.frame(this.look.look(), tick);
-            this.look.mistaken(null);
-            this.complain(null);
-            this.show(words, frame);
-        } catch (error) {
-            if (!error.message || error instanceof Error) console.error(error);
-            if (!this.look.mistaken(error, field)) this.complain(error);
-        } finally {
-            this.busy = false;
+        let wrong = null;
+        for (const side of this.sides) {
+            try {
+                const {words, frame} = await side.source.frame(this.look.look(), tick);
+                side.complain(null);
+                side.show(words, frame);
+            } catch (error) {
+                if (!error.message || error instanceof Error) console.error(error);
+                wrong = wrong || error;
+                if (!this.look.mistaken(error, field)) side.complain(error);
+            }
         }
+        if (!wrong) this.look.mistaken(null);
+        if (this.words) this.showWords();
+        this.busy = false;
         if (this.asked) {
             const [next, of] = this.asked;
             this.asked = null;
@@ -78,25 +120,24 @@ class Viewer {
         }
     }
 
-    show(words, frame) {
-        this.words = words;
-        this.stage.flat = this.info.flat;
-        this.stage.show(frame, this.info);
+    showWords() {
+        const {words, info: {lattice}} = this.active;
         if (this.look.cut.axis >= 0) this.arrange();
-        showLegend(byId("legend"), words.legend);
-        const {lattice} = this.info;
         const some = words.shown === words.catoms ? "" : `${grouped(words.shown)} of `;
         byId("about").textContent = `${some}${grouped(words.catoms)} catoms, ${lattice}`;
-        this.transport.at(words.tick, words.last || this.info.last, this.ended || "");
+        if (this.ended && this.ended.tick !== words.tick) this.ended = null;
+        this.transport.at(words.tick, words.last || this.info.last, this.ended ? this.ended.words : "");
         this.panel.show(this.primary, this.selected);
         if (this.refreshMetrics) this.refreshMetrics();
         document.body.dataset.tick = words.tick;
     }
 
     arrange() {
-        this.stage.cut = this.look.cutIn(this.stage.bounds);
-        this.stage.size = this.look.size;
-        this.stage.arrange();
+        for (const {stage} of this.sides) {
+            stage.cut = this.look.cutIn(stage.bounds);
+            stage.size = this.look.size;
+            stage.arrange();
+        }
     }
 
     async plot() {
@@ -112,7 +153,7 @@ class Viewer {
     }
 
     moves() {
-        const {source} = this;
+        const source = this.first, each = (act) => Promise.all(this.sides.map((side) => act(side.source)));
         const step = (ticks) => {
             if (!source.asks) return this.refresh(this.beside(ticks));
             return this.command(ticks < 0 ? `back ${-ticks}` : `step ${ticks}`);
@@ -123,8 +164,9 @@ class Viewer {
             run: () => this.command("run"),
             until: async (body) => this.transport.mistaken(body ? await this.command(`until ${body}`,
                 true) : {message: "Write what it is to wait for", hint: "As in leader(A)"}),
-            play: (speed) => source.asks ? source.play(speed).catch((error) => this.complain(error)) : this.playShared(speed),
-            pause: () => source.asks ? source.pause().catch((error) => this.complain(error)) : clearTimeout(this.timer),
+            play: (speed) => source.asks ? each((one) => one.play(speed)).catch((error) => this.complain(error)) : this.playShared(speed),
+            interrupt: () => source.interrupt(),
+            pause: () => source.asks ? each((one) => one.pause()).catch((error) => this.complain(error)) : clearTimeout(this.timer),
         };
     }
 
@@ -142,17 +184,22 @@ class Viewer {
         else this.timer = setTimeout(() => this.playShared(speed), speed ? 1000 / speed : 0);
     }
 
-    // Goes somewhere; the error, if there is one.
+    // Goes somewhere, all sides; the error, if there is one.
     async command(line, quiet = false) {
-        try {
-            const {answer} = await this.source.command(line);
-            this.ended = this.endOf(answer);
-            await this.refresh();
-            return null;
-        } catch (error) {
-            if (!quiet) this.complain(error);
-            return error;
+        this.transport.setBusy(true);
+        let wrong = null;
+        for (const side of this.sides) {
+            try {
+                const {answer, tick} = await side.source.command(line);
+                if (side === this.active) this.ended = {tick, words: this.endOf(answer)};
+            } catch (error) {
+                wrong = wrong || error;
+            }
         }
+        this.transport.setBusy(false);
+        await this.refresh();
+        if (wrong && !quiet) this.complain(wrong);
+        return wrong;
     }
 
     endOf(answer) {
@@ -165,15 +212,46 @@ class Viewer {
 
     told(event) {
         if (event.event === "progress") this.transport.says(event.text || "");
-        if (event.event === "moved" || event.event === "reloaded") {
-            this.ended = this.endOf(event);
+        if (event.event === "moved") {
+            if (event.ended && !event.run) this.ended = {tick: event.tick, words: this.endOf(event)};
             this.info.last = event.last || event.latest || this.info.last;
             this.refresh();
         }
-        if (event.event === "stopped") {
+        if (event.event === "reloaded") this.reloaded(event);
+        if (event.event === "stopped" && !event.run) {
             this.transport.setPlaying(false);
-            if (event.message) this.transport.says(event.message);
+            const words = event.why === "error" ? briefly(event.error)[0] : event.why === "stop" ? (event.stops || []).join(", ")
+                : {end: "the run has ended", interrupted: "interrupted"}[event.why];
+            if (words) this.ended = {tick: event.tick, words};
+            this.refresh();
         }
+    }
+
+    // The program has changed while it runs.
+    async reloaded({ok, text, error}) {
+        this.notice(ok ? "The program was read again" : "The program has a mistake; the run goes on under its old rules", ok ? text
+            : `${error.message}\n${error.hint || ""}`, !ok);
+        if (!ok) return;
+        this.look.suggest((await this.first.hello()).predicates);
+        await this.refresh();
+    }
+
+    notice(title, text, wrong) {
+        const element = byId("notice");
+        element.hidden = false;
+        element.classList.toggle("wrong", wrong);
+        element.replaceChildren(h("button", {class: "small", title: "Close", onclick: () => {
+            element.hidden = true;
+        }}, "×"), h("b", {}, title), h("pre", {}, (text || "").trim()));
+    }
+
+    // A click or a box in one of two pictures.
+    selectIn(side, ids, more) {
+        const stays = side === this.active;
+        if (!stays) this.stage.select(new Set());
+        this.active = side;
+        this.panel.source = side.source;
+        this.select(ids, more && stays);
     }
 
     select(ids, more = false) {
@@ -212,7 +290,7 @@ class Viewer {
             this.says(ids.length === 1 ? "1 catom" : `${grouped(ids.length)} catoms`);
         } catch (error) {
             byId("find").classList.add("wrong");
-            this.says(`${error.message}${error.hint ? `. ${error.hint}` : ""}`);
+            this.says(briefly(error).join("; "));
         }
     }
 
@@ -224,21 +302,20 @@ class Viewer {
     }
 
     complain(error) {
-        const element = byId("message");
-        element.classList.toggle("shown", Boolean(error));
-        element.replaceChildren(...(error ? [String(error.message), error.hint ? h("div", {class: "quiet"}, error.hint) : ""] : []));
+        if (this.active) this.active.complain(error);
+        else byId("stage").append(mistakeOf(error));
     }
 
     darken(dark) {
-        this.stage.dark = dark;
+        for (const {stage} of this.sides) stage.dark = dark;
         document.documentElement.classList.toggle("dark", dark);
         byId("theme").textContent = dark ? "Light" : "Dark";
-        this.stage.arrange();
+        this.arrange();
         this.transport.plot();
     }
 
     keys() {
-        const {stage} = this, {view} = stage, moves = this.moves();
+        const {stage} = this.sides[0], {view} = stage, moves = this.moves();
         const from = (azimuth, elevation) => () => {
             Object.assign(view, {azimuth, elevation});
             view.update();
@@ -248,7 +325,7 @@ class Viewer {
             toggle: () => this.transport.toggle(), on: () => moves.step(1), back: () => moves.step(-1),
                 start: () => moves.go(this.info.first),
             end: () => moves.go(this.transport.last), fit: () => stage.fit(),
-                centre: () => this.primary !== null && stage.lookTo(this.primary),
+                centre: () => this.primary !== null && this.stage.lookTo(this.primary),
             front: from(-90, 0), side: from(0, 0), top: from(-90, 90),
             projection: () => {
                 view.angle = view.parallel ? 25 : 0;
@@ -260,9 +337,9 @@ class Viewer {
                 view.zoom(key === "-" ? 0.8 : 1.25, view.width / 2, view.pixels / 2);
                 stage.draw();
             },
-            box: () => stage.element.classList.toggle("boxing"),
+            box: () => this.sides.forEach((side) => side.element.classList.toggle("boxing")),
             labels: () => {
-                stage.labels.shown = !stage.labels.shown;
+                for (const side of this.sides) side.stage.labels.shown = !side.stage.labels.shown;
                 stage.draw();
             },
             theme: () => this.darken(!stage.dark), search: () => byId("find").focus(), nothing: () => this.select([]),

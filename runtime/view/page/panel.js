@@ -1,5 +1,5 @@
 // The right panel: everything about the selected catom at this tick, and why it is so.
-import {h, grouped, withCatoms} from "./dom.js";
+import {h, grouped, mistakeOf, withCatoms} from "./dom.js";
 import {whyTree} from "./why.js";
 
 export class Panel {
@@ -44,7 +44,15 @@ export class Panel {
             const told = await this.ask(`messages @${id}`);
             messages.append(told.error || h("pre", {class: "fact"}, withCatoms(told.text, this.choose)));
         }}, h("summary", {}, "Messages of this tick"));
-        this.element.replaceChildren(head, this.facts, messages, ...this.hands(id, selected), this.more);
+        // What is being written stays.
+        if (!this.byHand) this.byHand = this.hands();
+        this.field.placeholder = `dist(@${id}, 0)`;
+        this.selected = selected;
+        if (this.byHand.parentNode !== this.element)
+            this.element.replaceChildren(h("h2"), this.facts, h("details"), this.byHand, this.more);
+        this.element.children[0].replaceWith(head);
+        if (this.element.children[2].dataset.of !== `${id} ${about.tick}`) this.element.children[2].replaceWith(messages);
+        messages.dataset.of = `${id} ${about.tick}`;
     }
 
     whereIs(catom) {
@@ -74,17 +82,29 @@ export class Panel {
             h("li", {}, h("span", {class: "fact"}, withCatoms(fact, this.choose)), h("span", {class: "is"}, `tick ${tick}`))))];
     }
 
-    hands(id, selected) {
-        const fact = h("input", {type: "text", id: "fact", spellcheck: "false", placeholder: `dist(@${id}, 0)`, "aria-label": "A fact"});
+    hands() {
+        const fact = this.field = h("input", {type: "text", id: "fact", spellcheck: "false", autocomplete: "off", "aria-label": "A fact"});
         const button = (verb, title) => h("button", {id: verb, title, onclick: () => fact.value.trim() && this.do(verb,
             fact.value.trim())}, verb);
-        const kill = h("button", {id: "kill", title: "Kill what is selected", onclick: async () => {
-            for (const one of selected) if (!await this.do("kill", `@${one}`)) return;
-        }}, "kill");
-        return [h("h2", {}, "By hand"), h("div", {class: "row"}, fact),
+        const kill = h("button", {id: "kill", title: "Kill what is selected, or all catoms of the body in the field", onclick: () =>
+            fact.value.trim() ? this.do("kill", fact.value.trim()) : this.killSelected()}, "kill");
+        const save = h("button", {id: "save-events", title: "Write a file with all that was done by hand", onclick: () => {
+            const name = fact.value.trim() || "events.toml";
+            this.do("save-events", /\.toml$/.test(name) ? name : "events.toml");
+        }}, "save events");
+        return h("div", {}, h("h2", {}, "By hand"), h("div", {class: "row"}, fact),
             h("div", {class: "row"}, button("give", "Give it this fact"), button("take", "Take this fact"), button("why",
                 "Why does it hold?"),
-                button("why-not", "Why does it not hold?"), kill)];
+                button("why-not", "Why does it not hold?"), kill), h("div", {class: "row"}, save));
+    }
+
+    async killSelected() {
+        const all = [...this.selected];
+        this.more.replaceChildren(h("h2", {}, "kill ", all.length === 1 ? `@${all[0]}` : `${grouped(all.length)} catoms`));
+        const told = await Promise.all(all.map((one) => this.ask(`kill @${one}`)));
+        const wrong = told.find(({error}) => error);
+        this.more.append(wrong ? wrong.error : h("p", {class: "quiet"}, `They die in tick ${grouped(told[0].tick + 1)}.`));
+        await this.did();
     }
 
     // Whether it could be done.
@@ -107,7 +127,7 @@ export class Panel {
         try {
             return await this.source.command(line);
         } catch (error) {
-            return {error: h("div", {class: "mistake"}, error.message, h("small", {}, error.hint || ""))};
+            return {error: mistakeOf(error)};
         }
     }
 }

@@ -4,7 +4,8 @@ import {parseBlock} from "./block.js";
 export class ServerSource {
     constructor() {
         this.waiting = new Map();
-        this.next = 1;
+        this.ids = {next: 1};
+        this.others = {};  // Of requests about the other run: which one.
         this.awaits = null;  // A response whose bytes come with the next message.
         this.onevent = () => {};
         this.onclosed = () => {};
@@ -53,10 +54,21 @@ export class ServerSource {
                 fail({message: "The server has ended", hint: "Start meldsim view again"});
                 return;
             }
-            const id = this.next++;
+            const id = this.ids.next++;
             this.waiting.set(id, {done, fail});
-            this.socket.send(JSON.stringify({id, do: what, ...parameters}));
+            this.socket.send(JSON.stringify({id, do: what, ...this.others, ...parameters}));
         });
+    }
+
+    // The run beside this one, over the same socket; null: there is none.
+    async beside() {
+        const other = Object.assign(Object.create(this), {others: {run: 1}});
+        try {
+            other.info = await other.hello();
+            return other;
+        } catch {
+            return null;
+        }
     }
 
     async hello() {
@@ -73,6 +85,16 @@ export class ServerSource {
     command(line) { return this.request("command", {line}); }
     metrics() { return this.request("metrics"); }
     play(speed) { return this.request("play", {speed}); }
+    world() { return this.worldOf(this.request("world")); }
+    checkWorld(toml) { return this.worldOf(this.request("world-check", {toml})); }
+    saveWorld(toml) { return this.worldOf(this.request("world-save", {toml})); }
+    // With its catoms, if they are few enough to be shown.
+    async worldOf(asked) {
+        const said = await asked;
+        return {...said, frame: said.bytes ? parseBlock(said.bytes) : null};
+    }
+    // Ends what the server is doing; that says so itself.
+    interrupt() { this.socket.send(JSON.stringify({do: "interrupt"})); }
     pause() { return this.request("pause"); }
     async image(look, camera, size) { return (await this.request("image", {look, camera, size})).bytes; }
 }

@@ -8,15 +8,18 @@ import {coverOf} from "./cover.js";
 import {Labels} from "./labels.js";
 import {Strokes} from "./strokes.js";
 
-const FAST = 60;  // Milliseconds that a picture may take while something moves.
+const FAST = 60;   // Milliseconds that a picture may take while something moves.
+const SLOW = 600;  // With more it is drawn with fewer pixels also when nothing moves.
 
 export class Stage {
     // `paint` asks the server for a picture, where there is no WebGL: (camera, size) -> bytes of a PNG.
-    constructor(element, paint) {
+    // `view` is shared by stages that are seen from the same place.
+    constructor(element, paint, view = null) {
         this.element = element;
         this.canvas = element.querySelector("canvas");
         this.picture = element.querySelector("img");
-        this.view = new View();
+        this.view = view || new View();
+        this.partner = null;  // Draws when this one does.
         this.frame = emptyFrame();
         this.drawn = new Uint32Array(0);
         this.lattice = "";
@@ -27,6 +30,7 @@ export class Stage {
         this.paint = paint;
         this.labels = new Labels(element.querySelector(".labels"));
         this.scale = 1;  // Of the canvas's own pixels while it moves.
+        this.well = 0;  // How long the last good picture took.
         this.wanted = false;
         this.start();
         new ResizeObserver(() => this.resize()).observe(element);
@@ -34,7 +38,7 @@ export class Stage {
     }
 
     start() {
-        const context = new URLSearchParams(location.search).has("images") ? null
+        const context = location.hash === "#images" ? null
             : this.canvas.getContext("webgl2", {antialias: false, alpha: false, preserveDrawingBuffer: true});
         this.drawsItself = context !== null;
         this.element.classList.toggle("images", !this.drawsItself);
@@ -62,8 +66,15 @@ export class Stage {
         this.flat = info.flat;
         this.bounds = boundsOf(frame);
         if (first) this.home();
-        else if (this.bounds) this.view.note(this.bounds);
+        else if (this.bounds) this.view.note(this.around());
         this.arrange();
+    }
+
+    // The bounds of what is seen here and beside it.
+    around() {
+        const other = this.partner && this.partner.bounds, {bounds} = this;
+        if (!other || !bounds) return bounds || other;
+        return {low: bounds.low.map((x, i) => Math.min(x, other.low[i])), high: bounds.high.map((x, i) => Math.max(x, other.high[i]))};
     }
 
     // From above where all is in a plane.
@@ -74,7 +85,7 @@ export class Stage {
     }
 
     fit() {
-        this.view.fit(this.bounds, this.flat);
+        this.view.fit(this.around(), this.flat);
         this.draw();
     }
 
@@ -112,6 +123,11 @@ export class Stage {
     }
 
     draw() {
+        this.drawOwn();
+        if (this.partner) this.partner.drawOwn();
+    }
+
+    drawOwn() {
         if (this.wanted) return;
         this.wanted = true;
         requestAnimationFrame(() => {
@@ -145,14 +161,15 @@ export class Stage {
         const most = window.devicePixelRatio || 1;
         this.took = this.render(Math.min(most, this.scale * most));
         this.element.dataset.took = Math.round(this.took);
-        if (this.took > 1.5 * FAST) this.scale = Math.max(0.3, this.scale * 0.75);
+        if (this.took > 1.5 * FAST) this.scale = Math.max(0.5, this.scale * 0.75);
         else if (this.took < FAST / 2) this.scale = Math.min(1, this.scale * 1.2);
     }
 
     // Nothing has moved for a while: with more pixels than are shown, and with labels only where their catoms are seen.
     drawWell() {
         const most = window.devicePixelRatio || 1;
-        if (this.drawsItself && this.took < 600) this.render(most < 2 ? 2 * most : most);
+        // As good as the last good one was fast.
+        if (this.drawsItself) this.well = this.render(this.well < SLOW && most < 2 ? 2 * most : most);
         this.labels.place(this, !this.drawsItself, true);
         this.element.dataset.pictures = Number(this.element.dataset.pictures || 0) + 1;
     }

@@ -1,5 +1,5 @@
 // The bar below: where in its ticks the run is, and how it moves. The plot of a number by ticks lies under the slider.
-import {grouped, h, number} from "./dom.js";
+import {grouped, h, mistakeOf, number} from "./dom.js";
 
 const SPEEDS = [[1, "1 tick/s"], [5, "5 ticks/s"], [20, "20 ticks/s"], [0, "as fast as it goes"]];
 
@@ -17,18 +17,21 @@ export class Transport {
             selected: value === 5}, text)));
         this.playButton = button("play", "Play or pause (space)", "▶", () => this.toggle());
         this.goal = h("input", {type: "text", id: "until", spellcheck: "false", placeholder: "leader(A)", "aria-label": "A body in Meld"});
-        this.mistake = h("span", {class: "mistake", id: "until-mistake"});
+        this.mistake = h("div", {id: "until-mistake"});
+        this.stop = button("interrupt", "End what is being done", "Stop", () => actions.interrupt());
+        this.stop.hidden = true;
         this.scrub = h("input", {type: "range", id: "scrub", step: "1", "aria-label": "Tick",
             oninput: () => actions.go(Number(this.scrub.value))});
         this.series = h("select", {id: "series", "aria-label": "What is plotted", onchange: () => this.plot()});
         this.canvas = h("canvas", {id: "plot",
             onclick: (event) => actions.go(Math.round(this.first + event.offsetX / this.canvas.clientWidth * (this.last - this.first)))});
         const live = info.live === false ? [] : [button("run", "To the end of the run", "Run to the end", actions.run), "until", this.goal,
-            button("go-until", "Go on until it holds", "Go", () => actions.until(this.goal.value.trim())), this.mistake];
+            button("go-until", "Go on until it holds", "Go", () => actions.until(this.goal.value.trim()))];
         element.replaceChildren(h("div", {class: "row"}, button("start", "First tick (Home)", "|◀", () => actions.go(this.first)),
-            button("back", "One tick back (←)", "◀", () => actions.step(-1)), this.playButton, button("step", "One tick on (→)", "▶|",
-                () => actions.step(1)),
-            this.speed, this.tick, ...live, this.state, this.series), this.scrub, this.canvas);
+            button("back", "One tick back (←)", "◀", () => actions.step(-1)), this.playButton,
+            button("step", "One tick on (→)", "▶|", () => actions.step(1)),
+            this.speed, this.tick, ...live, this.stop, this.state, this.series), this.mistake, this.scrub, this.canvas);
+        this.goal.addEventListener("keydown", (event) => event.key === "Enter" && actions.until(this.goal.value.trim()));
         new ResizeObserver(() => this.plot()).observe(this.canvas);
     }
 
@@ -54,11 +57,18 @@ export class Transport {
         this.plot();
     }
 
+    // Something is being done that may take long: it can be ended.
+    setBusy(busy) {
+        clearTimeout(this.waits);
+        this.stop.hidden = true;
+        if (busy) this.waits = setTimeout(() => { this.stop.hidden = false; }, 300);
+    }
+
     says(words) { this.state.textContent = words; }
 
     mistaken(error) {
         this.goal.classList.toggle("wrong", Boolean(error));
-        this.mistake.textContent = error ? `${error.message}. ${error.hint || ""}` : "";
+        this.mistake.replaceChildren(...(error ? [mistakeOf(error)] : []));
     }
 
     // {ticks, series: {name: [numbers]}}
@@ -85,7 +95,10 @@ export class Transport {
         const x = (tick) => 8 + (tick - this.first) / Math.max(1, this.last - this.first) * (width - 16);
         const values = known && known.series[this.series.value];
         if (values && values.length) {
-            const most = Math.max(...values.slice(-100000), 1e-9), y = (value) => height - 3 - value / most * (height - 12);
+            const most = Math.max(...values.slice(-100000), 1e-9), middle = [...values].sort((a, b) => a - b)[values.length >> 1];
+            // One tick that is far above all others would leave nothing of them to see.
+            const steep = most > 20 * Math.max(1, middle), part = (value) => steep ? Math.log1p(value) / Math.log1p(most) : value / most;
+            const y = (value) => height - 3 - part(value) * (height - 12);
             pen.beginPath();
             pen.moveTo(x(known.ticks[0]), height);
             values.forEach((value, i) => pen.lineTo(x(known.ticks[i]), y(value)));
@@ -97,7 +110,7 @@ export class Transport {
             pen.stroke();
             pen.fillStyle = ink("--faint");
             pen.font = "11px system-ui, sans-serif";
-            pen.fillText(number(most), 10, 10);
+            pen.fillText(steep ? `${number(most)}, logarithmic` : number(most), 10, 10);
             const at = known.ticks.indexOf(this.now);
             if (at >= 0) pen.fillText(number(values[at]), Math.min(x(this.now) + 5, width - 50), 22);
         }
