@@ -131,9 +131,8 @@ class Comparison {
                 for (const DescribedPredicate::Argument& argument : p.arguments) covered_by_tables.insert(argument.array);
             }
         const auto is_counted = [](RecordingReader* reader) {
-            return std::ranges::any_of(reader->arrays(), [&](SeriesIndex index) {
-                return reader->series()[index].name.starts_with(record::kLoadArrays);
-            });
+            return std::ranges::any_of(reader->arrays(),
+                                       [&](SeriesIndex index) { return reader->series()[index].name.starts_with(record::kLoadArrays); });
         };
         const bool counted = is_counted(&a()) && is_counted(&b());
         Named arrays;

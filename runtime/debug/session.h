@@ -28,9 +28,9 @@ struct Host {
 };
 
 struct SessionOptions {
-    std::uint64_t most_lines = 0;  // Beyond these, facts are only counted.
-    std::string folder = {};       // Where paths in commands begin; empty: where the process is.
-    bool recorded = false;         // What happens in the run is recorded, so nobody can change it.
+    std::uint64_t most_lines = 0;        // Beyond these, facts are only counted.
+    std::string folder = {};             // Where paths in commands begin; empty: where the process is.
+    bool recorded = false;               // What happens in the run is recorded, so nobody can change it.
     std::vector<NamedPath> inputs = {};  // What the run was read from, which no command may write over.
     Host host = {};
 };

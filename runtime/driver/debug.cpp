@@ -266,14 +266,14 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
         note(options.debug->shown, !options.debug->served && ::isatty(STDOUT_FILENO) != 0, "--shown");
     }
     Scratch own, beside;
-    std::vector<RunOptions> others;
+    std::shared_ptr<const RunOptions> other_run;
     if (options.debug->view && !options.debug->view->other.empty()) {
         Result<RunOptions> other = looked_at_beside(options, beside);
         if (!other) return tell(other.error());
-        others.push_back(std::move(*other));
+        other_run = std::make_shared<const RunOptions>(std::move(*other));
     }
     Result<RunOptions> run = looked_at(std::move(options), scratch, own, parse);
-    if (run && run->debug->view) run->debug->view->beside = std::move(others);
+    if (run && run->debug->view) run->debug->view->beside = other_run;
     return run ? run_command(std::move(*run)) : tell(run.error());
 }
 

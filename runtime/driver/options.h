@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -97,13 +98,13 @@ struct ShareOrder {
 
 // Of `meldsim view`.
 struct ViewOptions {
-    ShareOrder share = {};                // Without a file: none.
-    std::string other = {};               // Another program or recording, as it was named.
-    std::vector<RunOptions> beside = {};  // The run of that.
-    int port = 0;                         // 0: one that is free.
-    bool opens = true;                    // In a browser, if there is a screen.
-    std::int64_t tick = -1;               // -1: before the first, or where a checkpoint is.
-    std::optional<double> seconds = {};   // It ends by itself after so long.
+    ShareOrder share = {};                          // Without a file: none.
+    std::string other = {};                         // Another program or recording, as it was named.
+    std::shared_ptr<const RunOptions> beside = {};  // The run of that.
+    int port = 0;                                   // 0: one that is free.
+    bool opens = true;                              // In a browser, if there is a screen.
+    std::int64_t tick = -1;                         // -1: before the first, or where a checkpoint is.
+    std::optional<double> seconds = {};             // It ends by itself after so long.
 };
 
 // Of `meldsim world`.

@@ -121,7 +121,7 @@ Result<void> begin_beside(const RunOptions& options, comm::Communicator& comm, B
 
 Result<void> announce(const view::Server& server, const RunOptions& options) {
     std::string names = visible(name_of(options));
-    for (const RunOptions& other : options.debug->view->beside) names += " beside " + visible(name_of(other));
+    if (const auto& other = options.debug->view->beside) names += " beside " + visible(name_of(*other));
     const std::string text = options.json ? nlohmann::ordered_json{{"link", server.link()}, {"port", server.port()}}.dump() + "\n"
                                           : fmt::format("{} is shown at {}\n", names, server.link());
     if (auto printed = print(stdout, text); !printed) return printed;
@@ -144,8 +144,8 @@ Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vecto
                          [&]() -> record::Drawing& { return shown.drawings.of(*shown.timeline); });
     Beside beside;
     std::vector<view::Viewer*> viewers = {shown.viewer.get()};
-    for (const RunOptions& other : asked.beside) {
-        if (auto begun = begin_beside(other, comm, beside); !begun) return tl::unexpected<Error>(begun.error());
+    if (asked.beside) {
+        if (auto begun = begin_beside(*asked.beside, comm, beside); !begun) return tl::unexpected<Error>(begun.error());
         viewers.push_back(beside.shown.viewer.get());
     }
 

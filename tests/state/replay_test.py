@@ -112,9 +112,9 @@ class Replay(Case):
 
     def test_a_run_that_was_counted(self):
         """It is the same run whether it is counted or not."""
-        self.write_all(FILES)
-        self.call("meldsim", "run", "main.meld", "--world", "worlds/here.toml", "-I", "../library", "--quiet", "--ticks", 9, "--stats",
-                  "--record", self.folder / "run.vtkhdf", cwd=self.folder / "work")
+        what = self.record()
+        self.call("meldsim", "run", *what, "--quiet", "--ticks", 9, "--stats", "--record", self.folder / "run.vtkhdf",
+                  cwd=self.folder / "work")
         self.assertIn("the same", self.replay("run.vtkhdf"))
 
     def test_code_is_named_by_its_hash(self):
