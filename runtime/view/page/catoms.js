@@ -5,8 +5,8 @@ import {emptyFrame} from "./block.js";
 import {cornersOf} from "./corners.js";
 import {catomFragment, catomVertex, haloFragment, reaches} from "./shaders.js";
 
-// Of the square in front of a catom: two triangles.
-const CORNERS = 6;
+// Of the triangle in front of a catom.
+const CORNERS = 3;
 
 // The catoms at these places of a frame.
 function gathered(frame, places, cover) {

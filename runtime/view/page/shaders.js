@@ -1,4 +1,4 @@
-// What the graphics processor does: a square is put in front of each catom, and each of its pixels sends a ray at the catom's true form.
+// What the graphics processor does: a triangle is put in front of each catom, and each of its pixels sends a ray at the catom's true form.
 // Units: within a catom its diameter. The light is that of runtime/render/paint.cpp, but for shadows: neighbours darken instead.
 
 export const catomVertex = `#version 300 es
@@ -13,9 +13,9 @@ out vec3 seen;         // The same along the axes of the view.
 flat out vec3 paint;
 flat out vec4 covered;
 flat out float across;
-const vec2 corners[6] = vec2[6](vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0));
+const vec2 corners[3] = vec2[3](vec2(-1.7321, -1.0), vec2(1.7321, -1.0), vec2(0.0, 2.0));
 void main() {
-    vec2 corner = corners[gl_VertexID % 6];
+    vec2 corner = corners[gl_VertexID % 3];
     vec3 middle = (viewMatrix * vec4(position.xyz, 1.0)).xyz;
     mat3 back = transpose(mat3(viewMatrix));
     across = position.w * size;
