@@ -1,36 +1,30 @@
 // Catoms as the graphics processor draws them, and which of them a ray meets.
-import {BufferAttribute, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, RawShaderMaterial, Vector3} from "three";
+import {Mesh, RawShaderMaterial, Vector3} from "three";
 
+import {emptyFrame} from "./block.js";
+import {cornersOf} from "./corners.js";
 import {catomFragment, catomVertex, haloFragment, reaches} from "./shaders.js";
 
-const CORNERS = new Float32Array([-1, -1, 1, -1, 1, 1, -1, 1]);
-
-function geometryOf(count, arrays) {
-    const out = new InstancedBufferGeometry();
-    // three.js draws nothing without an attribute of this name.
-    out.setAttribute("position", new BufferAttribute(CORNERS, 2));
-    out.setIndex([0, 1, 2, 0, 2, 3]);
-    for (const [name, [array, size, normalized]] of Object.entries(arrays)) out.setAttribute(name, new InstancedBufferAttribute(array,
-        size, normalized));
-    out.maxInstancedCount = count;
-    return out;
-}
+// Of the triangle in front of a catom.
+const CORNERS = 3;
 
 // The catoms at these places of a frame.
 function gathered(frame, places, cover) {
-    const count = places.length, at = new Float32Array(3 * count), diameters = new Float32Array(count), colours = new Uint8Array(4 * count);
+    const count = places.length, at = new Float32Array(4 * count), colours = new Uint8Array(4 * count), shade = new Int8Array(4 * count);
     for (let i = 0; i < count; ++i) {
         const from = places[i];
-        at[3 * i] = frame.positions[3 * from];
-        at[3 * i + 1] = frame.positions[3 * from + 1];
-        at[3 * i + 2] = frame.positions[3 * from + 2];
-        diameters[i] = frame.diameters[from];
+        at[4 * i] = frame.positions[3 * from];
+        at[4 * i + 1] = frame.positions[3 * from + 1];
+        at[4 * i + 2] = frame.positions[3 * from + 2];
+        at[4 * i + 3] = frame.diameters[from];
         colours[4 * i] = frame.colours[4 * from];
         colours[4 * i + 1] = frame.colours[4 * from + 1];
         colours[4 * i + 2] = frame.colours[4 * from + 2];
         colours[4 * i + 3] = 255;
     }
-    return {place: [at, 3, false], diameter: [diameters, 1, false], colour: [colours, 4, true], cover: [cover, 4, false]};
+    // It lies between -1 and 1.
+    for (let i = 0; i < 4 * count; ++i) shade[i] = Math.round(127 * cover[i]);
+    return cornersOf(CORNERS, {position: [at, 4, false], colour: [colours, 4, true], cover: [shade, 4, true]});
 }
 
 export class Catoms {
@@ -48,7 +42,7 @@ export class Catoms {
     mesh(order, fragment, more, options) {
         const material = new RawShaderMaterial({vertexShader: catomVertex, fragmentShader: fragment(this.form),
             uniforms: this.uniforms(more), ...options});
-        const mesh = new Mesh(geometryOf(0, {}), material);
+        const mesh = new Mesh(gathered(emptyFrame(), [], []), material);
         mesh.frustumCulled = false;
         mesh.renderOrder = order;
         this.scene.add(mesh);
@@ -74,14 +68,14 @@ export class Catoms {
     show(frame, drawn, cover) {
         this.shape(frame.form);
         this.solid.geometry.dispose();
-        this.solid.geometry = geometryOf(drawn.length, gathered(frame, drawn, cover));
+        this.solid.geometry = gathered(frame, drawn, cover);
     }
 
     select(frame, places) {
-        const arrays = gathered(frame, places, new Float32Array(4 * places.length));
+        const geometry = gathered(frame, places, new Float32Array(4 * places.length));
+        this.halo.geometry.dispose();
         for (const mesh of [this.halo, this.veil]) {
-            mesh.geometry.dispose();
-            mesh.geometry = geometryOf(places.length, arrays);
+            mesh.geometry = geometry;
             mesh.visible = places.length > 0;
         }
     }

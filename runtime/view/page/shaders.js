@@ -1,4 +1,4 @@
-// What the graphics processor does: a square is put in front of each catom, and each of its pixels sends a ray at the catom's true form.
+// What the graphics processor does: a triangle is put in front of each catom, and each of its pixels sends a ray at the catom's true form.
 // Units: within a catom its diameter. The light is that of runtime/render/paint.cpp, but for shadows: neighbours darken instead.
 
 export const catomVertex = `#version 300 es
@@ -6,29 +6,29 @@ precision highp float;
 uniform mat4 viewMatrix, projectionMatrix;
 uniform bool parallel;
 uniform float reach, size;
-in vec2 position;
-in vec3 place;
-in float diameter;
+in vec4 position;  // Of the middle; and the diameter.
 in vec4 colour, cover;
 out vec3 from, along;  // The ray, from the catom's middle, along the axes of the world.
 out vec3 seen;         // The same along the axes of the view.
 flat out vec3 paint;
 flat out vec4 covered;
 flat out float across;
+const vec2 corners[3] = vec2[3](vec2(-1.7321, -1.0), vec2(1.7321, -1.0), vec2(0.0, 2.0));
 void main() {
-    vec3 middle = (viewMatrix * vec4(place, 1.0)).xyz;
+    vec2 corner = corners[gl_VertexID % 3];
+    vec3 middle = (viewMatrix * vec4(position.xyz, 1.0)).xyz;
     mat3 back = transpose(mat3(viewMatrix));
-    across = diameter * size;
+    across = position.w * size;
     float radius = across * reach;
     if (parallel) {
-        seen = middle + vec3(position * radius, 0.0);
+        seen = middle + vec3(corner * radius, 0.0);
         from = back * (seen - middle) / across;
         along = back * vec3(0.0, 0.0, -1.0) / across;
     } else {
         float far = length(middle);
         vec3 towards = middle / far, u = normalize(cross(towards, vec3(0.0, 1.0, 0.0))), v = cross(u, towards);
         float wide = radius * inversesqrt(max(0.01, 1.0 - radius * radius / (far * far)));
-        seen = middle + wide * (position.x * u + position.y * v);
+        seen = middle + wide * (corner.x * u + corner.y * v);
         from = back * -middle / across;
         along = back * seen / across;
     }
@@ -154,29 +154,34 @@ void main() {
     put_depth(t.y);
 }`;
 
-// Strokes are ribbons that face the eye. `position` is a corner: along (0, 1: where the head begins, 2: the tip), side, and its width.
+// Strokes are ribbons that face the eye, from `position` to `end`: of 6 corners lines, of 9 arrows with heads.
 export const strokeVertex = `#version 300 es
 precision highp float;
 uniform mat4 viewMatrix, projectionMatrix;
 uniform bool parallel;
-uniform float pixel_at_one, head_part;
-in vec3 position, begin, end;
+uniform float pixel_at_one;
+uniform int corners;
+in vec3 position, end;
 in vec4 colour;
 out vec3 paint;
 out float side;
+// How far along it is (0, 1: where the head begins, 2: the tip), its side, and its width.
+const vec3 shape[9] = vec3[9](vec3(0.0, -1.0, 1.0), vec3(0.0, 1.0, 1.0), vec3(1.0, -1.0, 1.0),
+    vec3(0.0, 1.0, 1.0), vec3(1.0, 1.0, 1.0), vec3(1.0, -1.0, 1.0), vec3(1.0, -1.0, 3.0), vec3(1.0, 1.0, 3.0), vec3(2.0, 0.0, 0.0));
 void main() {
-    vec3 a = (viewMatrix * vec4(begin, 1.0)).xyz, b = (viewMatrix * vec4(end, 1.0)).xyz;
-    float far = length(b - a), tip = head_part * min(0.32, 0.5 * far);
+    vec3 corner = shape[gl_VertexID % corners];
+    vec3 a = (viewMatrix * vec4(position, 1.0)).xyz, b = (viewMatrix * vec4(end, 1.0)).xyz;
+    float far = length(b - a), tip = corners == 9 ? min(0.32, 0.5 * far) : 0.0;
     vec3 way = (b - a) / max(far, 1e-6);
-    vec3 at = position.x < 0.5 ? a : position.x < 1.5 ? b - tip * way : b;
+    vec3 at = corner.x < 0.5 ? a : corner.x < 1.5 ? b - tip * way : b;
     vec3 eye = parallel ? vec3(0.0, 0.0, -1.0) : at;
     vec3 aside = cross(way, eye);
     float size = length(aside);
     aside = size > 1e-6 ? aside / size : vec3(1.0, 0.0, 0.0);
-    float wide = max(0.05, 0.8 * pixel_at_one * (parallel ? 1.0 : -at.z)) * position.z;
-    gl_Position = projectionMatrix * vec4(at + position.y * wide * aside, 1.0);
+    float wide = max(0.05, 0.8 * pixel_at_one * (parallel ? 1.0 : -at.z)) * corner.z;
+    gl_Position = projectionMatrix * vec4(at + corner.y * wide * aside, 1.0);
     paint = colour.rgb;
-    side = position.y;
+    side = corner.y;
 }`;
 
 export const strokeFragment = `#version 300 es

@@ -1,16 +1,13 @@
 // Lines and arrows between catoms.
-import {BufferAttribute, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, RawShaderMaterial} from "three";
+import {BufferGeometry, Mesh, RawShaderMaterial} from "three";
 
+import {cornersOf} from "./corners.js";
 import {strokeFragment, strokeVertex} from "./shaders.js";
 
-const SHAFT = [[0, -1, 1], [0, 1, 1], [1, -1, 1], [1, 1, 1]];
-const HEAD = [[1, -1, 3], [1, 1, 3], [2, 0, 0]];
+// Of a line two triangles; of an arrow also its head.
+const LINE_CORNERS = 6, ARROW_CORNERS = 9;
 
-function geometryOf({count, ends, colours}, arrows, dark) {
-    const out = new InstancedBufferGeometry();
-    // three.js draws nothing without an attribute of this name.
-    out.setAttribute("position", new BufferAttribute(new Float32Array((arrows ? [...SHAFT, ...HEAD] : SHAFT).flat()), 3));
-    out.setIndex(arrows ? [0, 1, 2, 1, 3, 2, 4, 5, 6] : [0, 1, 2, 1, 3, 2]);
+function geometryOf({count, ends, colours}, corners, dark) {
     const begin = new Float32Array(3 * count), end = new Float32Array(3 * count), shades = new Uint8Array(colours);
     for (let i = 0; i < count; ++i) {
         begin.set(ends.subarray(6 * i, 6 * i + 3), 3 * i);
@@ -18,18 +15,15 @@ function geometryOf({count, ends, colours}, arrows, dark) {
         // Dark grey on a dark ground is not seen.
         if (dark && shades[4 * i] + shades[4 * i + 1] + shades[4 * i + 2] < 240) shades.set([215, 215, 220], 4 * i);
     }
-    for (const [name, array, size, normalized] of [["begin", begin, 3, false], ["end", end, 3, false], ["colour", shades, 4, true]])
-        out.setAttribute(name, new InstancedBufferAttribute(array, size, normalized));
-    out.maxInstancedCount = count;
-    return out;
+    return cornersOf(corners, {position: [begin, 3, false], end: [end, 3, false], colour: [shades, 4, true]});
 }
 
 export class Strokes {
     constructor(scene) {
-        this.meshes = [false, true].map((arrows) => {
-            const uniforms = {parallel: {value: false}, pixel_at_one: {value: 0.01}, head_part: {value: arrows ? 1 : 0}};
+        this.meshes = [LINE_CORNERS, ARROW_CORNERS].map((corners) => {
+            const uniforms = {parallel: {value: false}, pixel_at_one: {value: 0.01}, corners: {value: corners}};
             const material = new RawShaderMaterial({vertexShader: strokeVertex, fragmentShader: strokeFragment, uniforms, side: 2});
-            const mesh = new Mesh(new InstancedBufferGeometry(), material);
+            const mesh = new Mesh(new BufferGeometry(), material);
             mesh.frustumCulled = false;
             mesh.visible = false;
             scene.add(mesh);
@@ -42,7 +36,7 @@ export class Strokes {
             const mesh = this.meshes[i];
             mesh.geometry.dispose();
             mesh.visible = strokes.count > 0;
-            if (mesh.visible) mesh.geometry = geometryOf(strokes, i === 1, dark);
+            if (mesh.visible) mesh.geometry = geometryOf(strokes, mesh.material.uniforms.corners.value, dark);
         });
     }
 
