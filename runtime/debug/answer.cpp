@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/units.h"
+#include "runtime/sim/ending_name.h"
 
 namespace meld::debug {
 
@@ -16,30 +17,26 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct EndingWords {
-    const char *name, *text;
-};
-
-EndingWords words_of(sim::Ending ending) {
+const char* text_of(sim::Ending ending) {
     switch (ending) {
         case sim::Ending::Quiet:
-            return {"quiet", "nothing is left to do"};
+            return "nothing is left to do";
         case sim::Ending::Ticks:
-            return {"ticks", "the last tick by the limits of the run"};
+            return "the last tick by the limits of the run";
         case sim::Ending::Finished:
-            return {"finished", "a catom has ended the program"};
+            return "a catom has ended the program";
         case sim::Ending::Watched:
-            return {"watched", "the end by what is watched"};
+            return "the end by what is watched";
         case sim::Ending::Interrupted:
-            return {"interrupted", "interrupted"};
+            return "interrupted";
         case sim::Ending::Failed:
-            return {"failed", "the program has failed"};
+            return "the program has failed";
     }
-    return {"", ""};
+    return "";
 }
 
 std::string tick_text(std::int64_t tick, const std::optional<sim::Ending>& ended) {
-    return ended ? fmt::format("tick {}: {}\n", tick, words_of(*ended).text) : fmt::format("tick {}\n", tick);
+    return ended ? fmt::format("tick {}: {}\n", tick, text_of(*ended)) : fmt::format("tick {}\n", tick);
 }
 
 template <class T>
@@ -47,7 +44,7 @@ Json or_null(const std::optional<T>& value) {
     return value ? Json(*value) : Json();
 }
 
-Json ending_json(const std::optional<sim::Ending>& ended) { return ended ? Json(words_of(*ended).name) : Json(); }
+Json ending_json(const std::optional<sim::Ending>& ended) { return ended ? Json(sim::name_of(*ended)) : Json(); }
 
 // As comments of Meld, before its facts.
 std::string catom_text(const inspect::CatomState& at) {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "runtime/base/nearest.h"
+#include "runtime/debug/rule_text.h"
 #include "runtime/inspect/program.h"
 
 namespace meld::debug {
@@ -22,20 +23,12 @@ using Verb = front::WatchRule::Verb;
 
 // What stands between the arrow and the full stop of a rule as Meld prints it; nothing: it has no body.
 std::optional<std::string> body_of(std::string_view text) {
-    bool quoted = false;
-    for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-        if (quoted && text[i] == '\\')
-            ++i;
-        else if (text[i] == '"')
-            quoted = !quoted;
-        else if (!quoted && text.substr(i, 2) == ":-") {
-            std::string_view body = text.substr(i + 2);
-            if (body.ends_with('.')) body.remove_suffix(1);
-            body.remove_prefix(std::min(body.find_first_not_of(' '), body.size()));
-            return std::string(body);
-        }
-    }
-    return std::nullopt;
+    const std::size_t arrow = find_outside_strings(text, ":-");
+    if (arrow == std::string_view::npos) return std::nullopt;
+    std::string_view body = text.substr(arrow + 2);
+    if (body.ends_with('.')) body.remove_suffix(1);
+    body.remove_prefix(std::min(body.find_first_not_of(' '), body.size()));
+    return std::string(body);
 }
 
 // A rule that somebody has written, and its lines.

@@ -9,6 +9,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/comm/at_first.h"
+#include "runtime/debug/rule_text.h"
 #include "runtime/inspect/all_facts.h"
 #include "runtime/inspect/program.h"
 #include "runtime/inspect/solver.h"
@@ -23,16 +24,9 @@ using inspect::Program;
 
 // What stands before the arrow of a linear rule as Meld prints it.
 std::string body_of(std::string_view text) {
-    bool quoted = false;
-    for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-        if (quoted && text[i] == '\\')
-            ++i;
-        else if (text[i] == '"')
-            quoted = !quoted;
-        else if (!quoted && text.substr(i, 3) == "-o ")
-            return std::string(text.substr(0, text.find_last_not_of(' ', i - 1) + 1));
-    }
-    return std::string(text);
+    const std::size_t arrow = find_outside_strings(text, "-o ");
+    if (arrow == std::string_view::npos) return std::string(text);
+    return std::string(text.substr(0, text.find_last_not_of(' ', arrow - 1) + 1));
 }
 
 // Those parts of a question that stand behind the body of the rule.

@@ -9,28 +9,11 @@
 #include "runtime/abi/actions.h"
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
+#include "runtime/sim/ending_name.h"
 
 namespace meld::driver {
 
 namespace {
-
-const char* ending_name(sim::Ending ending) {
-    switch (ending) {
-        case sim::Ending::Quiet:
-            return "quiet";
-        case sim::Ending::Ticks:
-            return "ticks";
-        case sim::Ending::Finished:
-            return "finished";
-        case sim::Ending::Watched:
-            return "watched";
-        case sim::Ending::Interrupted:
-            return "interrupted";
-        case sim::Ending::Failed:
-            return "failed";
-    }
-    return "";
-}
 
 const char* ending_text(sim::Ending ending) {
     switch (ending) {
@@ -170,7 +153,7 @@ std::vector<std::string> warnings(const sim::Summary& s, const world::World& wor
 }
 
 nlohmann::ordered_json run_json(const sim::Summary& s, const std::string& world, int processes, int threads, const std::string& program) {
-    return {{"program", program},     {"world", world},     {"ended", ending_name(s.ending)},   {"catoms", s.catoms},
+    return {{"program", program},     {"world", world},     {"ended", sim::name_of(s.ending)},  {"catoms", s.catoms},
             {"processes", processes}, {"threads", threads}, {"setup_seconds", s.setup_seconds}, {"run_seconds", s.run_seconds}};
 }
 
@@ -185,7 +168,7 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"default_world", about.default_world},
         {"world_catoms", about.world_catoms},
         {"never_given", about.never_given},
-        {"ended", ending_name(s.ending)},
+        {"ended", sim::name_of(s.ending)},
         {"ticks", s.ticks},
         {"catoms", s.catoms},
         {"killed", s.killed},

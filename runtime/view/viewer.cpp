@@ -16,6 +16,7 @@
 #include "runtime/picture/frame.h"
 #include "runtime/picture/sheet.h"
 #include "runtime/render/image.h"
+#include "runtime/sim/ending_name.h"
 #include "runtime/view/looks.h"
 #include "runtime/view/scene/block.h"
 
@@ -26,24 +27,6 @@ namespace {
 constexpr std::int64_t kMostTick = std::numeric_limits<std::int64_t>::max() - 1;
 constexpr double kLeastPixels = 16, kMostPixels = 2000;  // Along each side of a picture.
 constexpr std::int64_t kMostPoints = 100'000;
-
-const char* name_of(sim::Ending ending) {
-    switch (ending) {
-        case sim::Ending::Quiet:
-            return "quiet";
-        case sim::Ending::Ticks:
-            return "ticks";
-        case sim::Ending::Finished:
-            return "finished";
-        case sim::Ending::Watched:
-            return "watched";
-        case sim::Ending::Interrupted:
-            return "interrupted";
-        case sim::Ending::Failed:
-            return "failed";
-    }
-    return "";
-}
 
 // What every request may have besides its own keys.
 Fields fields_of(const Json& request) {
@@ -137,7 +120,7 @@ Json Viewer::where() const {
                 {"last", nullptr},
                 {"ended", nullptr}};
     const std::optional<sim::Ending> ended = timeline_.ended();
-    if (ended) out["ended"] = name_of(*ended);
+    if (ended) out["ended"] = sim::name_of(*ended);
     if (options_.last_tick)
         out["last"] = *options_.last_tick;
     else if (ended && *ended != sim::Ending::Interrupted && timeline_.tick() >= latest_)
