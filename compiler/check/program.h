@@ -220,6 +220,8 @@ struct Program {
     // Bodies that somebody asks about a run: they run nowhere, have no heads, and may join any catoms and read any facts.
     std::vector<Rule> questions;
     std::vector<Stratum> strata;  // In the order of evaluation.
+    // It is compiled in the links form: neighbours are found in a table, and there may be any number of them (runtime/abi/geometry_abi.h).
+    bool by_links = false;
 };
 
 // The word for the aggregate of a predicate; for a function of the program its name.

@@ -190,6 +190,7 @@ int run_program(int argc, char** argv) {
         ->allow_extra_args(false);
     compile->add_flag("--counters", options.compile.plan.counts,
                       "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
+    compile->add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for graphs, and for networks that are not ideal");
     compile->add_flag("--places", options.compile.plan.places,
                       "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");

@@ -42,7 +42,12 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.open("static void evaluate_catom(Self& s, u64 todo) {");
     w.raw("Eval& e = *s.e;");
     w.raw("s.site = s.g->catom_site[s.catom];");
-    w.raw("for (i32 port = 0; port < s.g->ports; ++port) s.neighbour[port] = catom_towards(*s.g, s.site, port);");
+    if (plan.program.by_links) {
+        w.raw("s.neighbour = s.g->link_read + s.g->link_first[s.catom];");
+        w.raw("s.ports = static_cast<i32>(s.g->link_ports[s.catom]);");
+    } else {
+        w.raw("for (i32 port = 0; port < s.g->ports; ++port) s.neighbour[port] = catom_towards(*s.g, s.site, port);");
+    }
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");

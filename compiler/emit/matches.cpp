@@ -191,13 +191,17 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
         case WorldSource::NeighborCount: {
             const std::string n = fresh("n");
             w_.line("i64 {} = 0;", n);
-            w_.line("for (i32 port = 0; port < s.g->ports; ++port) {} += s.neighbour[port] >= 0;", n);
+            w_.line("for (i32 port = 0; port < ports_of(s); ++port) {} += s.neighbour[port] >= 0;", n);
             return value(n);
         }
         case WorldSource::Vacant: {
             const std::string port = fresh("port");
             w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
-            w_.line("if (s.neighbour[{}] >= 0) continue;", port);
+            // A link may be cut, but the place behind it is taken.
+            if (plan_.program.by_links)
+                w_.line("if (catom_towards(*s.g, s.site, {}) >= 0) continue;", port);
+            else
+                w_.line("if (s.neighbour[{}] >= 0) continue;", port);
             return value(fmt::format("i64{{{}}}", port));
         }
         case WorldSource::TargetPort: {

@@ -254,7 +254,7 @@ void RuleEmitter::step(const plan::EachNeighbour& s) {
     MELD_EXPECT(!named || !scope_.places.contains(s.place), "rule {}: {} is known", scope_.rule.name, scope_.rule.variables[s.place].name);
     MELD_EXPECT(!named || s.only.op == Op::Anonymous, "rule {}: a neighbour is named twice", scope_.rule.name);
     const std::string port = named ? scope_.port(s.place) : fresh("port");
-    w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
+    w_.open(fmt::format("for (i32 {0} = 0; {0} < ports_of(s); ++{0}) {{", port));
     w_.line("if (s.neighbour[{}] < 0) continue;", port);
     if (named) {
         scope_.places.insert(s.place);
@@ -278,7 +278,7 @@ void RuleEmitter::step(const plan::FindNeighbour& s) {
 }
 
 void RuleEmitter::port_use(const plan::PortUse& use, const std::string& port) {
-    const std::string number = fmt::format("i64{{{}}}", use.from_other_side ? fmt::format("port_back(*s.g, s.site, {})", port) : port);
+    const std::string number = fmt::format("i64{{{}}}", use.from_other_side ? fmt::format("port_there(*s.g, s.catom, {})", port) : port);
     if (use.bind.valid())
         bind(use.bind, number);
     else if (use.equals.op != Op::Anonymous)

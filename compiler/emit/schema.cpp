@@ -305,6 +305,9 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     emit_parameter_table(plan, types, w);
     emit_rule_table(plan, w);
     emit_link_table(plan, w);
+    const auto waits = [](const plan::Plan& all) {
+        return std::ranges::any_of(all.stored, [](const plan::Stored& s) { return s.used && s.waits; });
+    };
     const auto& p = plan.program;
     w.raw("");
     w.open("static constexpr SourceInfo kSources[] = {");
@@ -317,9 +320,9 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {}, kSources, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(),
            p.includes.size());
-    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {},",
+    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {},",
            types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
-           plan.places, sends(plan));
+           plan.places, sends(plan), p.by_links, waits(plan));
     w.close("};");
 }
 

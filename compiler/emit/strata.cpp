@@ -73,7 +73,7 @@ void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, Predicat
     w.open(fmt::format("static u32 needed_{}(Self& s) {{", name));
     w.raw("u32 ports = 0;");
     if (plan.program.predicates[p.complete_link].world != WorldSource::None) {
-        w.raw("for (i32 port = 0; port < s.g->ports; ++port) ports |= u32{s.neighbour[port] >= 0} << port;");
+        w.raw("for (i32 port = 0; port < ports_of(s); ++port) ports |= u32{s.neighbour[port] >= 0} << port;");
     } else {
         const std::string link = predicate_name(plan.program, p.complete_link);
         w.line("load_{}(s);", link);

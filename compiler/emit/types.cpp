@@ -201,7 +201,12 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("const Geometry* g;");
     w.raw("u32 catom;");
     w.raw("u32 site;");
-    w.raw("i32 neighbour[kMaxPorts];");
+    if (plan.program.by_links) {
+        w.raw("const i32* neighbour;       // Where the exports of its neighbours are read, by port.");
+        w.raw("i32 ports;");
+    } else {
+        w.raw("i32 neighbour[kMaxPorts];");
+    }
     w.raw("u64 raised;                 // Dirty bits of what linear rules made,");
     w.raw("u64 lowered;                // and of what they consumed.");
     if (!plan.program.functions.empty()) w.raw("u64 calls;                  // Of functions, in this tick.");
@@ -222,16 +227,17 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.open("inline const RowsHead& rows_of(const Self& s, u16 column, u32 catom) {");
     w.raw("return reinterpret_cast<const RowsHead*>(s.e->subdomain->columns[column])[catom];");
     w.close();
+    w.line("inline i32 ports_of(const Self& s) {{ return {}; }}", plan.program.by_links ? "s.ports" : "s.g->ports");
     w.raw("// The port of the neighbour with this id, or -1.");
     w.open("inline i32 port_of(const Self& s, u64 id) {");
-    w.raw("for (i32 port = 0; port < s.g->ports; ++port)");
+    w.raw("for (i32 port = 0; port < ports_of(s); ++port)");
     w.raw("    if (s.neighbour[port] >= 0 && s.g->catom_id[s.neighbour[port]] == id) return port;");
     w.raw("return -1;");
     w.close();
     if (plan.counts) {
         w.open("inline u32 link_count(const Self& s) {");
         w.raw("u32 count = 0;");
-        w.raw("for (i32 port = 0; port < s.g->ports; ++port) count += s.neighbour[port] >= 0;");
+        w.raw("for (i32 port = 0; port < ports_of(s); ++port) count += s.neighbour[port] >= 0;");
         w.raw("return count;");
         w.close();
     }

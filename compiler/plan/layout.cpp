@@ -122,8 +122,8 @@ class Layout {
             s.storage = Storage::Flag;
         else if (p.aggregate != Aggregate::None && p.aggregate_at == 1)
             s.storage = Storage::Single;
-        else if (f.derived && f.per_link && keyed_by_link && p.arguments[1].type == Type::Node && !f.exported && !f.recursive &&
-                 p.kind == PredicateKind::Persistent)
+        else if (!program_.by_links && f.derived && f.per_link && keyed_by_link && p.arguments[1].type == Type::Node && !f.exported &&
+                 !f.recursive && p.kind == PredicateKind::Persistent)
             s.storage = Storage::PerLink;
         else
             s.storage = Storage::Rows;

@@ -5,6 +5,7 @@
 // the ranges that a stratum reads from earlier ones are final.
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
 
 #include "compiler/check/operators.h"
@@ -175,7 +176,7 @@ class Narrower {
         }
     }
 
-    static void sense(const Predicate& p, std::vector<Range>& ranges) {
+    void sense(const Predicate& p, std::vector<Range>& ranges) {
         if (p.world == WorldSource::Facts) {
             for (std::size_t i = 1; i < ranges.size(); ++i) {
                 if (p.arguments[i].type != Type::Int) continue;
@@ -191,13 +192,16 @@ class Narrower {
             case SenseInfo::Values::Any:
                 break;
             case SenseInfo::Values::Port:
-                ranges.back() = {0, kMaxPorts - 1};
+                ranges.back() = Range{0, most_ports() - 1};
                 break;
             case SenseInfo::Values::PortCount:
-                ranges.back() = {0, kMaxPorts};
+                ranges.back() = Range{0, most_ports()};
                 break;
         }
     }
+
+    // As many as there are numbers for, where degrees have no bound.
+    i64 most_ports() const { return program_.by_links ? i64{std::numeric_limits<std::int32_t>::max()} : i64{kMaxPorts}; }
 
     // The ranges of the facts that the rules of a stratum derive from facts in the present ranges, by predicate of the stratum.
     std::vector<std::vector<Range>> derived(const check::Stratum& c) {

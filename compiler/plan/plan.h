@@ -125,9 +125,9 @@ struct Plan {
 };
 
 struct PlanOptions {
-    std::vector<std::string> without = {};  // Passes to skip; only optimizing passes can be skipped.
-    std::string after = {};                 // The last pass; empty: all.
-    bool counts = false, places = false;    // As in Plan.
+    std::vector<std::string> without = {};               // Passes to skip; only optimizing passes can be skipped.
+    std::string after = {};                              // The last pass; empty: all.
+    bool counts = false, places = false, links = false;  // As in Plan.
 };
 
 // Plans a program that was checked without errors.

@@ -43,12 +43,13 @@ struct Counters {
     PredicateCounts* predicates = nullptr;
     Told* told = nullptr;
     u32 told_count = 0;
-    // Linear facts, of all threads: [catom * kMaxPorts + port]. Null: no rule sends anything.
+    // Linear facts, of all threads: [catom * kMaxPorts + port]; those over further ports together with the last. Null: no rule sends
+    // anything.
     LinkCounts* links = nullptr;
     // Of the catom under evaluation, in this tick.
-    LinkCounts now = {};  // Changed facts, over each link,
-    u32 now_links = 0;    // if there are any; the number of links.
-    LinkCounts sent[kMaxPorts] = {};
+    LinkCounts now = {};         // Changed facts, over each link,
+    u32 now_links = 0;           // if there are any; the number of links.
+    LinkCounts* sent = nullptr;  // By port; as many as any catom has. Null: no rule sends anything.
     bool any_sent = false;
     // The greatest that one link has carried in one direction in one tick.
     LinkCounts greatest = {};

@@ -1,5 +1,9 @@
-// Where catoms are, as plain arrays that a compiled module and the runtime share: neighbours follow from geometry, not from lists. Included
-// by emitted code, so it uses no standard library.
+// Where catoms are and who is next to whom, as plain arrays that a compiled module and the runtime share. Included by emitted code, so it uses
+// no standard library.
+//
+// Neighbours are found in one of two ways. In the lattice form they follow from geometry: from the cell of a catom and the catoms of the bricks
+// around it. In the links form, for graphs and for networks that take time, they are listed in a table, which a catom may have any number
+// of entries in. A module is compiled in one of the forms (ModuleInfo::by_links); the runtime asks each_link() and its like, which know both.
 #pragma once
 
 namespace meld {
@@ -22,9 +26,10 @@ inline constexpr u32 kBrickCentre = 13;
 inline constexpr i32 kMaxPorts = 12;
 
 enum CatomState : u8 {
-    kCatomFree = 0,   // An index that is not in use.
-    kCatomOwned = 1,  // Lives on this process.
-    kCatomGhost = 2,  // Lives on another process; its exported columns are mirrored here.
+    kCatomFree = 0,     // An index that is not in use.
+    kCatomOwned = 1,    // Lives on this process.
+    kCatomGhost = 2,    // Lives on another process; its exported columns are mirrored here.
+    kCatomMailbox = 3,  // No catom, but what has arrived over a link: exported columns as its reader knows them.
 };
 
 struct Geometry {
@@ -42,6 +47,14 @@ struct Geometry {
     u32 catoms = 0;                         // Indices in use, owned, ghost and free.
     // [site + port]: the port at which the neighbour sees the site, if it depends on the link and not only on the port; else null.
     const u8* link_back = nullptr;
+
+    // The links form; all null in the lattice form. A catom's entries are link_first[catom] + port, for ports below link_ports[catom].
+    const u32* link_first = nullptr;  // [catom]
+    const u32* link_ports = nullptr;  // [catom]
+    const i32* link_catom = nullptr;  // [entry]: the neighbour, or -1.
+    const i32* link_read = nullptr;   // [entry]: where its exports are read: the neighbour itself, or a mailbox; or -1.
+    const u32* link_there = nullptr;  // [entry]: the port at which the neighbour sees the catom.
+    u32 most_ports = 0;               // No catom has more.
 };
 
 // The site next to a site, over a port; it may lie in slot 0.
@@ -54,9 +67,32 @@ inline u32 site_towards(const Geometry& g, u32 site, i32 port) {
 // The catom next to a site over a port, or -1.
 inline i32 catom_towards(const Geometry& g, u32 site, i32 port) { return g.cell_catom[site_towards(g, site, port)]; }
 
-// The port at which the catom towards a port sees this site.
-inline i32 port_back(const Geometry& g, u32 site, i32 port) {
-    return g.link_back != nullptr ? g.link_back[site + static_cast<u32>(port)] : g.opposite[port];
+// ---- links, in either form
+// How many ports a catom has; there need not be a neighbour at each.
+inline i32 ports_of(const Geometry& g, u32 catom) { return g.link_first != nullptr ? static_cast<i32>(g.link_ports[catom]) : g.ports; }
+// The neighbour of a catom at a port, or -1.
+inline i32 neighbour_at(const Geometry& g, u32 catom, i32 port) {
+    if (g.link_first != nullptr) return g.link_catom[g.link_first[catom] + static_cast<u32>(port)];
+    return catom_towards(g, g.catom_site[catom], port);
+}
+// The port at which the neighbour of a catom at a port sees it.
+inline i32 port_there(const Geometry& g, u32 catom, i32 port) {
+    if (g.link_first != nullptr) return static_cast<i32>(g.link_there[g.link_first[catom] + static_cast<u32>(port)]);
+    return g.link_back != nullptr ? g.link_back[g.catom_site[catom] + static_cast<u32>(port)] : g.opposite[port];
+}
+// Calls visit(port, neighbour) for each link of a catom, in the order of its ports.
+template <class Visit>
+inline void each_link(const Geometry& g, u32 catom, const Visit& visit) {
+    if (g.link_first != nullptr) {
+        const i32* const row = g.link_catom + g.link_first[catom];
+        const i32 ports = static_cast<i32>(g.link_ports[catom]);
+        for (i32 port = 0; port < ports; ++port)
+            if (row[port] >= 0) visit(port, static_cast<u32>(row[port]));
+        return;
+    }
+    const u32 site = g.catom_site[catom];
+    for (i32 port = 0; port < g.ports; ++port)
+        if (const i32 other = catom_towards(g, site, port); other >= 0) visit(port, static_cast<u32>(other));
 }
 
 inline bool in_target(const Geometry& g, u32 site) { return (g.brick_target[site >> 6] >> (site & 63)) & 1; }

@@ -41,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 14;
+inline constexpr u32 kAbiVersion = 15;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -339,9 +339,11 @@ struct ModuleInfo {
     bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
-    bool counts;  // It counts what its rules do,
-    bool places;  // or at least says where it is, as Eval::place (counts_abi.h).
-    bool sends;   // Some rule sends linear facts.
+    bool counts;    // It counts what its rules do,
+    bool places;    // or at least says where it is, as Eval::place (counts_abi.h).
+    bool sends;     // Some rule sends linear facts.
+    bool by_links;  // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
+    bool waits;     // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
 };
 
 }  // namespace meld

@@ -37,8 +37,12 @@ std::vector<std::string> command_line(const RunOptions& run) {
     add("--retries", std::to_string(run.retries));
     add("--heartbeat", run.heartbeat);
     if (run.timeout_seconds > 0) add("--timeout", fmt::format("{}", run.timeout_seconds));
-    for (const auto& [option, on] :
-         {std::pair{"--strict", run.strict}, {"--sync", run.sync}, {"--stats", run.stats}, {"--json", run.json}, {"--quiet", run.quiet}})
+    for (const auto& [option, on] : {std::pair{"--strict", run.strict},
+                                     {"--by-links", run.by_links},
+                                     {"--sync", run.sync},
+                                     {"--stats", run.stats},
+                                     {"--json", run.json},
+                                     {"--quiet", run.quiet}})
         if (on) words.emplace_back(option);
     add("--forked-from", run.fork);
     return words;

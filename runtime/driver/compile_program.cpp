@@ -10,6 +10,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "runtime/driver/inputs.h"
+#include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
 
 namespace meld::driver {
@@ -22,6 +24,17 @@ std::string meldc_path() {
     const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
     const std::filesystem::path beside = self.parent_path() / "meldc";
     return !error && std::filesystem::exists(beside, error) ? beside.string() : "meldc";
+}
+
+// Whether the program is to be compiled in the links form. Mistakes of the world are told when it is read as a whole.
+bool asks_for_links(const RunOptions& options) {
+    if (options.by_links) return true;
+    if (!options.replay.empty()) {
+        const Result<world::World> world = recorded_world(options.replay);
+        return world && world->by_links;
+    }
+    const std::string path = world_path(options);
+    return !path.empty() && world::asks_for_links(path);
 }
 
 }  // namespace
@@ -40,6 +53,7 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
     const std::string seconds = fmt::format("{}", options.timeout_seconds);
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
+    if (asks_for_links(options)) arguments.push_back("--links");
     if (options.measured()) arguments.push_back(options.stats ? "--counters" : "--places");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);

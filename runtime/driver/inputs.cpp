@@ -137,6 +137,9 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     if (!world) return tl::unexpected<Error>(world.error());
     Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());
+    if (world->by_links && !info.by_links)
+        return fail(fmt::format("{} finds neighbours by geometry, and in this world they are known by their links", module_path),
+                    "Give the .meld file, or compile it with meldc compile --links");
     Inputs inputs{.module = std::move(*module),
                   .world = std::move(*world),
                   .target = std::move(*target),

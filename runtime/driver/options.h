@@ -164,6 +164,7 @@ struct RunOptions {
     std::optional<DebugOptions> debug = {};  // Somebody walks through the run, and it writes nothing.
     std::string module = {};                 // Passed to the processes by the command that started them.
     bool strict = false;
+    bool by_links = false;     // Neighbours are found in a table, although the world does not ask for it.
     bool stats = false;        // What the run did in detail is counted, and part of the summary.
     std::string profile = {};  // A file for where the time went, and for what is counted.
     bool places = false;       // The module says which rule runs, though there is no profile: this run goes on as one that had.

@@ -74,6 +74,14 @@ void Counts::resize(std::size_t catoms) {
     for (Thread& t : threads_) t.counters.links = links_.data();
 }
 
+void Counts::room_for_ports(std::size_t ports) {
+    if (links_.empty()) return;
+    for (Thread& t : threads_) {
+        if (t.sent.size() < ports) t.sent.resize(ports);
+        t.counters.sent = t.sent.data();
+    }
+}
+
 void Counts::begin_block(std::size_t i, std::size_t catoms) {
     Thread& t = threads_[i];
     if (t.told.size() < catoms) t.told.resize(catoms);

@@ -27,7 +27,7 @@ struct CatomTold {
 struct CatomLoad {
     u32 evaluations = 0;
     CatomTold told = {};
-    std::array<LinkCounts, kMaxPorts> sent = {};  // Linear facts, by port.
+    std::array<LinkCounts, kMaxPorts> sent = {};  // Linear facts, by port; those over further ports with the last.
 
     // Over all links.
     LinkCounts messages() const;
@@ -51,6 +51,8 @@ class Counts {
     // What thread number i counts with.
     Counters& of(std::size_t i) { return threads_[i].counters; }
     void resize(std::size_t catoms);
+    // Before an evaluation: no catom has more ports.
+    void room_for_ports(std::size_t ports);
     // Thread number i is going to evaluate a block of so many catoms, or has evaluated this one. Different threads have different catoms.
     void begin_block(std::size_t i, std::size_t catoms);
     void end_block(std::size_t i, std::span<const u32> catoms);
@@ -77,6 +79,7 @@ class Counts {
         std::vector<RuleCounts> rules;
         std::vector<PredicateCounts> predicates;
         std::vector<Told> told;
+        std::vector<LinkCounts> sent;  // By port.
         Counters counters;
         std::unordered_map<u32, CatomTold> large;  // By catom: what does not fit there.
     };

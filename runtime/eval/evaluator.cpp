@@ -358,6 +358,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     MELD_EXPECT(subdomain.columns == columns_.pointers() && (awake_.empty() || subdomain.geometry.catom_state != nullptr),
                 "the arrays of the subdomain are not up to date");
     MELD_ASSERT(std::is_sorted(awake_.begin(), awake_.end()), "the agenda is not in the order of memory");
+    if (counts_) counts_->room_for_ports(std::max<std::size_t>(kMaxPorts, subdomain.geometry.most_ports));
     columns_.changes().begin_evaluation();
     const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
     workers_.run(blocks, [&](int worker, std::size_t block) {
@@ -400,15 +401,12 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
     const auto changed = [&](u32 catom, u16 column) {
         MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
         const u64 bits = module_.columns[column].reader_dirty;
-        const u32 site = g.catom_site[catom];
-        for (i32 port = 0; port < g.ports; ++port) {
-            const i32 other = catom_towards(g, site, port);
-            if (other < 0) continue;
+        each_link(g, catom, [&](i32, u32 other) {
             if (shared)
-                agenda_.mark_shared(static_cast<u32>(other), bits);
+                agenda_.mark_shared(other, bits);
             else
-                agenda_.mark(static_cast<u32>(other), bits);
-        }
+                agenda_.mark(other, bits);
+        });
         on_export(thread, catom, column);
     };
     using Lists = tuple::Columns::Lists;

@@ -91,8 +91,8 @@ bool LocalFacts::world(const Source& source, sim::Catom catom, u64 id, const Vis
     const auto real = [](double v) { return Value{.real = v}; };
     // Calls tell_one(port, neighbour or -1) for each port.
     const auto each_port = [&](const auto& tell_one) {
-        for (i32 port = 0; port < g.ports; ++port)
-            if (!tell_one(port, catom_towards(g, site, port))) return false;
+        for (i32 port = 0; port < ports_of(g, catom); ++port)
+            if (!tell_one(port, neighbour_at(g, catom, port))) return false;
         return true;
     };
     switch (source.world) {
@@ -106,7 +106,8 @@ bool LocalFacts::world(const Source& source, sim::Catom catom, u64 id, const Vis
             return tell({{.integer = count}});
         }
         case WorldSource::Vacant:
-            return subdomain_.ensemble.is_free() || each_port([&](i32 port, i32 other) { return other >= 0 || tell({{.integer = port}}); });
+            return subdomain_.ensemble.is_free() ||
+                   each_port([&](i32 port, i32) { return catom_towards(g, site, port) >= 0 || tell({{.integer = port}}); });
         case WorldSource::Target:
             return !in_target(g, site) || tell({});
         case WorldSource::TargetPort:
@@ -140,11 +141,10 @@ bool LocalFacts::back(const Source& source, u64 to, const Visit& visit) {
     const auto found = subdomain_.ensemble.find(to);
     if (!found || !subdomain_.owned(*found)) return true;
     const Geometry& g = subdomain_.geometry();
-    const u32 site = g.catom_site[*found];
-    for (i32 port = 0; port < g.ports; ++port) {
-        const i32 other = catom_towards(g, site, port);
+    for (i32 port = 0; port < ports_of(g, *found); ++port) {
+        const i32 other = neighbour_at(g, *found, port);
         if (other < 0) continue;
-        const std::array<Value, 2> arguments = {Value{.catom = to}, Value{.integer = port_back(g, site, port)}};
+        const std::array<Value, 2> arguments = {Value{.catom = to}, Value{.integer = port_there(g, *found, port)}};
         if (!visit({.catom = g.catom_id[other], .arguments = arguments.data()})) return false;
     }
     return true;

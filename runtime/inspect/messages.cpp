@@ -167,8 +167,7 @@ class Collector {
             const u64 id = g.catom_id[catom];
             const auto was = before.find(id);
             for (const One& one : exports_.told(id, was == before.end() ? none : was->second, exports_.of(now_, catom)))
-                for (i32 port = 0; port < g.ports; ++port)
-                    if (const i32 other = catom_towards(g, g.catom_site[catom], port); other >= 0) add(one, g.catom_id[other]);
+                each_link(g, catom, [&](i32, u32 other) { add(one, g.catom_id[other]); });
         }
         using Sent = std::tuple<u32, u64, u16, const Value*>;
         const auto sent = [](const eval::Message& m) { return Sent{m.to, m.from, m.predicate, m.arguments}; };

@@ -139,14 +139,11 @@ void Sieve::run(const Code& code, std::size_t at, u32 level, Register by, std::v
                 return make(code, at, level, by, ends, [&](u32 row, const auto& add) {
                     const auto catom = static_cast<u32>(place[row].catom);
                     if (!here(level, row, catom)) return;
-                    const u32 site = g.catom_site[catom];
-                    for (i32 port = 0; port < g.ports; ++port) {
-                        const i32 other = catom_towards(g, site, port);
-                        if (other < 0) continue;
+                    each_link(g, catom, [&](i32 port, u32 other) {
                         const u32 made = add();
-                        to[made].catom = static_cast<u32>(other);
-                        if (i.port) cells(level + 1, *i.port)[made].integer = i.back ? port_back(g, site, port) : port;
-                    }
+                        to[made].catom = other;
+                        if (i.port) cells(level + 1, *i.port)[made].integer = i.back ? port_there(g, catom, port) : port;
+                    });
                 });
             }
         }

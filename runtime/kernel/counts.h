@@ -149,10 +149,11 @@ inline void count_sent(Eval& e, u32 rule, u32 predicate, i32 port, u64 bits) {
 // The ports over which linear facts were sent.
 [[gnu::noinline]] inline void count_ports(Eval& e) {
     Counters& all = *e.counters;
-    for (i32 port = 0; port < kMaxPorts; ++port) {
+    const i32 ports = ports_of(e.subdomain->geometry, e.catom);
+    for (i32 port = 0; port < ports; ++port) {
         LinkCounts& sent = all.sent[port];
         if (sent.messages == 0) continue;
-        LinkCounts& link = all.links[u64{e.catom} * kMaxPorts + static_cast<u32>(port)];
+        LinkCounts& link = all.links[u64{e.catom} * kMaxPorts + static_cast<u32>(port < kMaxPorts ? port : kMaxPorts - 1)];
         link.messages += sent.messages;
         link.bits += sent.bits;
         const LinkCounts now{all.now.messages + sent.messages, all.now.bits + sent.bits};

@@ -161,7 +161,7 @@ bool facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& 
     if (p.storage == Storage::PerLink) {
         const u32 ports = word_at(record, p.presence_offset);
         for (i32 port = 0; port < geometry.ports; ++port) {
-            const i32 other = catom_towards(geometry, geometry.catom_site[catom], port);
+            const i32 other = neighbour_at(geometry, catom, port);
             if ((ports >> port & 1) == 0 || other < 0) continue;
             values[0].catom = geometry.catom_id[other];
             for (u32 i = 1; i < p.arity; ++i) values[i] = load_field(p.fields[i], record, static_cast<std::size_t>(port));
@@ -209,8 +209,7 @@ u32 count_facts(const ModuleInfo& module, const Columns& columns, const Geometry
     if (p.storage != Storage::PerLink) return present(p, record) ? 1 : 0;
     const u32 ports = word_at(record, p.presence_offset);
     u32 count = 0;
-    for (i32 port = 0; port < geometry.ports; ++port)
-        count += (ports >> port & 1) != 0 && catom_towards(geometry, geometry.catom_site[catom], port) >= 0;
+    for (i32 port = 0; port < geometry.ports; ++port) count += (ports >> port & 1) != 0 && neighbour_at(geometry, catom, port) >= 0;
     return count;
 }
 

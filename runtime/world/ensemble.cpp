@@ -36,6 +36,26 @@ Ensemble::Ensemble(const Lattice& lattice, FillTarget fill_target, std::size_t s
       origin_(sentinels * 3, 0),
       key_(sentinels, 0) {}
 
+void Ensemble::keep_links(bool apart) {
+    MELD_EXPECT(id_.empty(), "{} catoms", id_.size());
+    links_.emplace(apart);
+}
+
+void Ensemble::link_around(Catom catom, Catom placed_until) {
+    if (!links_) return;
+    links_->room(catom, static_cast<Port>(lattice_.ports()));
+    const Cell here = cell(catom);
+    for (int port = 0; port < lattice_.ports(); ++port) {
+        const std::optional<Catom> other = at(lattice_.neighbour(here, port));
+        if (!other || (*other > catom && *other < placed_until)) continue;
+        links_->connect(catom, static_cast<Port>(port), *other, static_cast<Port>(lattice_.opposite(port)));
+    }
+}
+
+void Ensemble::unlink_around(Catom catom) {
+    if (links_) links_->clear(catom);
+}
+
 Geometry Ensemble::geometry() const {
     Geometry g;
     g.ports = lattice_.ports();
@@ -51,6 +71,7 @@ Geometry Ensemble::geometry() const {
     g.catom_state = state_.data();
     g.catoms = static_cast<u32>(id_.size());
     if (free_links_) add_free(g);
+    if (links_) links_->add_to(g);
     return g;
 }
 
@@ -118,6 +139,7 @@ Catom Ensemble::add(std::uint64_t id, Cell cell, CatomState state) {
     MELD_EXPECT(cell_catom_[here] == kNobody, "catom {} stands on {} {} {}", cell_catom_[here], cell.x, cell.y, cell.z);
     const Catom catom = take_index(id, here, state);
     cell_catom_[here] = static_cast<std::int32_t>(catom);
+    link_around(catom);
     return catom;
 }
 
@@ -140,6 +162,7 @@ Catom Ensemble::add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_n
         site_[first + i] = site + i;
         cell_catom_[site + i] = static_cast<std::int32_t>(first + i);
     }
+    for (Catom catom = first; links_ && catom < first + count; ++catom) link_around(catom, first + count);
     this->count(state, count);
     for (Catom catom = first; ids_kept_ && catom < first + count; ++catom)
         if (!in_order(catom)) ids_.insert(catom, id_);
@@ -162,6 +185,7 @@ Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState stat
         state_[catom] = state;
     }
     count(state, 1);
+    if (links_) links_->room(catom, 0);
     if (ids_kept_ && !in_order(catom)) ids_.insert(catom, id_);
     return catom;
 }
@@ -173,7 +197,7 @@ void Ensemble::remove(Catom catom) {
     if (free_links_)
         cut(catom);
     else
-        cell_catom_[site_[catom]] = kNobody;
+        unlink_around(catom), cell_catom_[site_[catom]] = kNobody;
     site_[catom] = 0;
     state_[catom] = kCatomFree;
     free_.push_back(catom);
@@ -185,9 +209,11 @@ void Ensemble::move(Catom catom, Cell to) {
     MELD_EXPECT(Lattice::in_range(to), "cell {} {} {}", to.x, to.y, to.z);
     const std::uint32_t there = site(to);
     MELD_EXPECT(cell_catom_[there] == kNobody, "catom {} stands on {} {} {}", cell_catom_[there], to.x, to.y, to.z);
+    unlink_around(catom);
     cell_catom_[site_[catom]] = kNobody;
     cell_catom_[there] = static_cast<std::int32_t>(catom);
     site_[catom] = there;
+    link_around(catom);
 }
 
 void Ensemble::set_state(Catom catom, CatomState state) {
@@ -259,7 +285,7 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
     return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
-           size(key_) + slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_);
+           size(key_) + slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_) + (links_ ? links_->bytes() : 0);
 }
 
 std::size_t Ensemble::bytes_for(std::size_t catoms, std::size_t bricks, std::size_t room) {

@@ -11,11 +11,11 @@
 #include "runtime/abi/geometry_abi.h"
 #include "runtime/world/brick_table.h"
 #include "runtime/world/lattice.h"
+#include "runtime/world/links.h"
 
 namespace meld::world {
 
 using Slot = std::uint32_t;
-using Catom = std::uint32_t;  // An index on this process, not an id.
 
 class Target;
 
@@ -29,6 +29,25 @@ class Ensemble {
     const Lattice& lattice() const { return lattice_; }
     // The arrays a module reads. Pointers change when catoms or bricks are added: fetch again after any change.
     Geometry geometry() const;
+
+    // From now on links are listed in a table too, which modules in the links form read. Must be empty when called. `apart`: as in Links.
+    void keep_links(bool apart);
+    bool keeps_links() const { return links_.has_value(); }
+    Links& links() { return *links_; }
+    const Links& links() const { return *links_; }
+    // Calls visit(Catom) for the neighbours of a catom, in the order of its ports. Some may be ghosts.
+    template <class Visit>
+    void each_neighbour(Catom catom, const Visit& visit) const {
+        if (links_) return links_->each(catom, [&](Port, Catom other) { visit(other); });
+        if (free_links_) {
+            for (int port = 0; port < kMaxPorts; ++port)
+                if (const std::optional<Catom> other = linked(catom, port)) visit(*other);
+            return;
+        }
+        const Cell here = cell(catom);
+        for (int port = 0; port < lattice_.ports(); ++port)
+            if (const std::optional<Catom> other = at(lattice_.neighbour(here, port))) visit(*other);
+    }
 
     // The slot of a brick, made empty if it does not exist. Cost: a hash lookup, cached for repeated bricks.
     Slot slot(Cell brick);
@@ -107,6 +126,10 @@ class Ensemble {
     Slot make_slot(Cell brick);
     std::uint32_t site(Cell cell);  // Makes the brick if necessary.
     void count(std::uint8_t state, std::size_t by);
+    // In the table of links, where there is one: a catom has come to its cell, or leaves it. Catoms after it and before `placed_until` have
+    // come too, and are linked in their turn.
+    void link_around(Catom catom, Catom placed_until = 0);
+    void unlink_around(Catom catom);
 
     Lattice lattice_;
     FillTarget fill_target_;
@@ -135,6 +158,8 @@ class Ensemble {
     std::function<bool(const Vec3&)> in_target_;
     std::vector<Vec3> positions_;
     std::vector<std::uint8_t> link_back_;
+
+    std::optional<Links> links_;
 
     // Catoms are numbered as they are placed, so the number of most is that of the first plus their index; the numbers of the others are in
     // the table.

@@ -67,6 +67,7 @@ Catom Ensemble::add_at(std::uint64_t id, const Vec3& position, CatomState state)
     }
     positions_[catom] = position;
     place(catom, position);
+    if (links_) links_->room(catom, kPorts);
     return catom;
 }
 
@@ -86,6 +87,7 @@ void Ensemble::link(Catom a, int port_of_a, Catom b, int port_of_b) {
     cell_catom_[at_b] = static_cast<std::int32_t>(a);
     link_back_[at_a] = static_cast<std::uint8_t>(port_of_b);
     link_back_[at_b] = static_cast<std::uint8_t>(port_of_a);
+    if (links_) links_->connect(a, static_cast<Port>(port_of_a), b, static_cast<Port>(port_of_b));
 }
 
 void Ensemble::unlink(Catom catom, int port) {
@@ -93,6 +95,7 @@ void Ensemble::unlink(Catom catom, int port) {
     MELD_EXPECT(cell_catom_[here] != kNobody, "catom {} port {}", catom, port);
     cell_catom_[site_[static_cast<Catom>(cell_catom_[here])] + link_back_[here]] = kNobody;
     cell_catom_[here] = kNobody;
+    if (links_) links_->disconnect(catom, static_cast<Port>(port));
 }
 
 std::optional<Catom> Ensemble::linked(Catom catom, int port) const {

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 
@@ -261,9 +264,16 @@ std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const 
     return parts;
 }
 
+// Graphs, networks that take time, and catoms that are not always there are known by their links.
+bool by_links(const toml::table& top) {
+    if (top["lattice"].value<std::string_view>() == "graph") return true;
+    return std::ranges::any_of(std::array{"network", "clock", "faults"}, [&](const char* section) { return top.contains(section); });
+}
+
 World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
+    world.by_links = by_links(table);
     const Section top(reader, table, "",
                       {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits", "time",
                        "components"});
@@ -312,6 +322,18 @@ Result<World> parse_world(const std::string& text, const std::string& path, cons
     if (reader.error()) return tl::unexpected(*reader.error());
     world.text = text;
     return world;
+}
+
+bool asks_for_links(const std::string& path) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return false;
+    const Result<std::string> text = read_input(path, kMaxWorld_bytes, InputKind::File);
+    if (!text || !check_key_depth(*text, path)) return false;
+    try {
+        return by_links(toml::parse(std::string_view(*text), std::string_view(path)));
+    } catch (const toml::parse_error&) {
+        return false;
+    }
 }
 
 Result<World> read_world(const std::string& path) {

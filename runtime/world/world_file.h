@@ -93,6 +93,8 @@ struct World {
     std::string text;
     std::uint64_t source_hash = 0;
     std::vector<std::string> files;  // The paths of these, in the order in which the hash takes them.
+    // Neighbours are known by a table of links, not by geometry; programs are compiled for it.
+    bool by_links = false;
     // What is doubtful about files that it names, as sentences without a full stop.
     std::vector<std::string> warnings;
     // A hash of each section and key at the top, whatever its layout and comments, and under "files" of the files that it names.
@@ -108,6 +110,10 @@ Result<World> read_world(const std::string& path);
 using WorldFiles = std::map<std::string, std::string>;
 // The same from text; `path` is only for messages, and for finding what it names, unless `files` has all of that.
 Result<World> parse_world(const std::string& text, const std::string& path, const WorldFiles* files = nullptr);
+
+// World::by_links of a file; false if that has mistakes, or is a pipe, which can be read only once. Cost: its text is parsed, but no file
+// that it names is read.
+bool asks_for_links(const std::string& path);
 
 // Sorts cells into the order of World::cells.
 void sort_cells(std::vector<Cell>& cells, const Lattice& lattice);

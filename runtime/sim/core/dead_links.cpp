@@ -29,9 +29,9 @@ bool DeadLinks::dead(Catom from, u64 to) const {
     const std::optional<Catom> other = ensemble.find(to);
     if (!other) return true;
     const Geometry& g = subdomain_.geometry();
-    for (i32 port = 0; port < g.ports; ++port)
-        if (catom_towards(g, g.catom_site[from], port) == static_cast<i32>(*other)) return false;
-    return true;
+    bool touches = false;
+    each_link(g, from, [&](i32, u32 neighbour) { touches = touches || neighbour == *other; });
+    return !touches;
 }
 
 void DeadLinks::found(Order order, Catom from, u64 to, u32 predicate, const std::string& place) {

@@ -135,11 +135,7 @@ class Subdomain {
     // Calls visit(Catom) for the neighbours of a catom, in the order of its ports. Some may be ghosts.
     template <class Visit>
     void each_neighbour(Catom catom, const Visit& visit) const {
-        const bool free = ensemble.is_free();
-        const Cell cell = free ? Cell{} : ensemble.cell(catom);
-        for (int port = 0; port < (free ? kMaxPorts : lattice.ports()); ++port)
-            if (const std::optional<Catom> other = free ? ensemble.linked(catom, port) : ensemble.at(lattice.neighbour(cell, port)))
-                visit(*other);
+        ensemble.each_neighbour(catom, visit);
     }
 
     // ---- catoms on a lattice. Adding and removing them marks links around the cell. Arrays may move.

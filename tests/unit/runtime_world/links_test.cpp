@@ -1,0 +1,95 @@
+#include "runtime/world/links.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <utility>
+
+namespace meld::world {
+namespace {
+
+// What the table should hold: for each catom and port, the neighbour and its port.
+using Plain = std::map<std::pair<Catom, Port>, std::pair<Catom, Port>>;
+
+void expect_alike(const Links& links, const Plain& plain, Catom catoms) {
+    Geometry g;
+    links.add_to(g);
+    std::size_t found = 0;
+    for (Catom c = 0; c < catoms; ++c)
+        each_link(g, c, [&](i32 port, u32 other) {
+            ++found;
+            const auto at = plain.find({c, static_cast<Port>(port)});
+            ASSERT_NE(at, plain.end()) << c << " " << port;
+            EXPECT_EQ(at->second.first, other);
+            EXPECT_EQ(static_cast<i32>(at->second.second), port_there(g, c, port));
+            EXPECT_EQ(links.towards(c, other).has_value(), true);
+        });
+    EXPECT_EQ(found, plain.size());
+}
+
+TEST(Links, FollowARandomHistoryWhileRowsGrowAndAreWrittenAnew) {
+    std::mt19937 random(7);
+    constexpr Catom kCatoms = 40;
+    Links links(false);
+    Plain plain;
+    for (Catom c = 0; c < kCatoms; ++c) links.room(c, 0);
+    const auto port_for = [&](Catom c) {
+        if (const auto vacant = links.vacant(c)) return *vacant;
+        const Port had = links.ports(c);
+        links.room(c, had + 1 + had / 2);
+        return had;
+    };
+    for (int step = 0; step < 5000; ++step) {
+        const Catom a = random() % kCatoms, b = random() % kCatoms;
+        switch (random() % 8) {
+            case 0: {
+                links.clear(a);
+                std::erase_if(plain, [&](const auto& link) { return link.first.first == a || link.second.first == a; });
+                break;
+            }
+            case 1:
+            case 2: {
+                const auto port = links.towards(a, b);
+                if (!port) break;
+                plain.erase({b, links.port_there(a, *port)});
+                plain.erase({a, *port});
+                links.disconnect(a, *port);
+                break;
+            }
+            default: {
+                if (a == b || links.towards(a, b)) break;
+                const Port pa = port_for(a), pb = port_for(b);
+                links.connect(a, pa, b, pb);
+                plain[{a, pa}] = {b, pb};
+                plain[{b, pb}] = {a, pa};
+            }
+        }
+        if (step % 100 == 0) expect_alike(links, plain, kCatoms);
+    }
+    expect_alike(links, plain, kCatoms);
+}
+
+TEST(Links, TellWhoeverReadsApartWhatHasChanged) {
+    Links links(true);
+    links.room(0, 1);
+    links.room(1, 2);
+    links.connect(0, 0, 1, 1);
+    const std::vector<Links::Change> made = links.take_changes();
+    ASSERT_EQ(made.size(), 2u);
+    EXPECT_TRUE(made[0].made && made[0].reader == 0 && made[0].other == 1 && made[1].reader == 1 && made[1].port == 1);
+    EXPECT_EQ(links.read(0, 0), -1);
+    links.read_at(0, 0, 5);
+    Geometry g;
+    links.add_to(g);
+    EXPECT_EQ(g.link_read[g.link_first[0]], 5);
+    EXPECT_EQ(neighbour_at(g, 0, 0), 1);
+    links.disconnect(1, 1);
+    const std::vector<Links::Change> gone = links.take_changes();
+    ASSERT_EQ(gone.size(), 2u);
+    EXPECT_TRUE(!gone[1].made && gone[1].reader == 0 && gone[1].read == 5);
+    EXPECT_TRUE(links.take_changes().empty());
+}
+
+}  // namespace
+}  // namespace meld::world
