@@ -41,7 +41,7 @@ struct Geometry {
     const u64* brick_target = nullptr;      // [slot * 8 + cell / 64]: one bit per cell, set if the cell is in the target shape.
     const i32* brick_origin = nullptr;      // [slot * 3]: coordinates of the brick's first cell.
     i32 cell_bits[3] = {3, 3, 3};           // How a cell's number splits: x in the lowest bits, then y, then z.
-    const u32* catom_site = nullptr;        // [catom]
+    const u32* catom_site = nullptr;        // [catom]; of a mailbox the catom that is read there.
     const u64* catom_id = nullptr;          // [catom]: the global id, the same on every process.
     const u8* catom_state = nullptr;        // [catom]: CatomState
     u32 catoms = 0;                         // Indices in use, owned, ghost and free.

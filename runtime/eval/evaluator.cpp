@@ -211,6 +211,8 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         MELD_EXPECT(predicate < t.owner->module_.predicate_count, "predicate {}", predicate);
         if (t.sequence_of != e->catom) t.sequence = 0;
         t.sequence_of = e->catom;
+        const Geometry& g = e->subdomain->geometry;
+        if (g.catom_state[to] == kCatomMailbox) to = g.catom_site[to];
         t.messages.push_back({to, predicate, e->subdomain->geometry.catom_id[e->catom], t.sequence++,
                               t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
@@ -333,6 +335,7 @@ const CpuSeconds* Evaluator::end_measuring() {
 
 Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
     agenda_.take(awake_, dirty_, [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned; });
+    if (acts_) postpone();
     subdomain.tombstones = !tombstones_.empty() || linear_;
     subdomain.undefined = !undefined_.empty();
     requests_.begin_evaluation();
@@ -382,7 +385,9 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t.trap = Trap::None;
         t.failed_column = kNone32;
     });
-    columns_.changes().end_evaluation();
+    // Of catoms that are not here nothing waits.
+    columns_.changes().end_evaluation(
+        !acts_ ? acts_ : [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !acts_(catom); });
     enter(log_, TickLog::Stage::Commit);
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
     gather(subdomain);
@@ -401,12 +406,13 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
     const auto changed = [&](u32 catom, u16 column) {
         MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
         const u64 bits = module_.columns[column].reader_dirty;
-        each_link(g, catom, [&](i32, u32 other) {
-            if (shared)
-                agenda_.mark_shared(other, bits);
-            else
-                agenda_.mark(other, bits);
-        });
+        if (!apart_)
+            each_link(g, catom, [&](i32, u32 other) {
+                if (shared)
+                    agenda_.mark_shared(other, bits);
+                else
+                    agenda_.mark(other, bits);
+            });
         on_export(thread, catom, column);
     };
     using Lists = tuple::Columns::Lists;
@@ -462,6 +468,20 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     order_messages();
     order_actions(subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
+}
+
+void Evaluator::postpone() {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < awake_.size(); ++i) {
+        if (!acts_(awake_[i])) {
+            agenda_.mark(awake_[i], dirty_[i]);
+            continue;
+        }
+        awake_[kept] = awake_[i];
+        dirty_[kept++] = dirty_[i];
+    }
+    awake_.resize(kept);
+    dirty_.resize(kept);
 }
 
 void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const {

@@ -53,6 +53,13 @@ class Evaluator {
     Requests& requests() { return requests_; }
     const Requests& requests() const { return requests_; }
 
+    // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for the
+    // catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
+    void read_apart(std::function<bool(u32)> acts) {
+        apart_ = true;
+        acts_ = std::move(acts);
+    }
+
     // Called for every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
@@ -97,6 +104,8 @@ class Evaluator {
     static Thread& of(Eval* e);
     void commit(SubdomainView& subdomain, int thread, const OnExport& on_export);
     void gather(const SubdomainView& subdomain);
+    // Puts the catoms that do not act in this tick back.
+    void postpone();
     void order_messages();
 
     const ModuleInfo& module_;
@@ -109,6 +118,8 @@ class Evaluator {
     Undefined undefined_;
     Timers timers_;
     Requests requests_;
+    bool apart_ = false;
+    std::function<bool(u32)> acts_;
     bool linear_ = false;  // The program has linear facts, so a catom may lose and gain within one evaluation.
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<u32> awake_;

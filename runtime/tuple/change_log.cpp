@@ -99,12 +99,36 @@ void ChangeLog::load(u32 column, std::span<const SavedCatom> catoms, ByteReader&
     }
 }
 
-void ChangeLog::end_evaluation() {
-    for (Pool& pool : pools_) {
-        for (const Place& p : pool.noted) noted_[p.column][p.catom] = nullptr;
+void ChangeLog::end_evaluation(const std::function<bool(u32)>& waits) {
+    struct Kept {
+        Place place;
+        RowChanges* changes;
+    };
+    for (std::size_t number = 0; number < pools_.size(); ++number) {
+        Pool& pool = pools_[number];
+        std::vector<Kept> kept;
+        for (const Place& p : pool.noted) {
+            const RowChanges* changes = noted_[p.column][p.catom];
+            noted_[p.column][p.catom] = nullptr;
+            if (!waits || !waits(p.catom)) continue;
+            const auto first = static_cast<std::ptrdiff_t>(kept.size());
+            for (; changes != nullptr; changes = changes->next) kept.push_back({p, copy(p.column, *changes, static_cast<int>(number))});
+            std::reverse(kept.begin() + first, kept.end());  // The oldest first.
+        }
         pool.noted.clear();
         pool.arenas[1 - filling_].reset();
+        for (const Kept& k : kept) note(k.place.column, k.place.catom, k.changes, static_cast<int>(number));
     }
+}
+
+RowChanges* ChangeLog::copy(u32 column, const RowChanges& changes, int pool) {
+    const u32 rows = changes.removed + changes.added + changes.woken;
+    RowChanges* out = make(column, rows, 0, pool);
+    std::memcpy(out + 1, &changes + 1, std::size_t{module_.columns[column].row_bytes} * rows);
+    out->removed = changes.removed;
+    out->added = changes.added;
+    out->woken = changes.woken;
+    return out;
 }
 
 std::size_t ChangeLog::bytes() const {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -42,9 +43,10 @@ class ChangeLog {
     void save(u32 column, std::span<const u32> catoms, ByteWriter& out) const;
     void load(u32 column, std::span<const SavedCatom> catoms, ByteReader& in);
 
-    // Called before and after an evaluation: changes made in it are kept, changes noted before it are dropped after it.
+    // Called before and after an evaluation: changes made in it are kept, changes noted before it are dropped after it, but those of catoms
+    // that `waits` names, which have not been evaluated.
     void begin_evaluation() { filling_ = 1 - filling_; }
-    void end_evaluation();
+    void end_evaluation(const std::function<bool(u32)>& waits = {});
 
     std::size_t bytes() const;
 
@@ -63,6 +65,8 @@ class ChangeLog {
         Arena arenas[2];
         std::vector<Place> noted;
     };
+
+    RowChanges* copy(u32 column, const RowChanges& changes, int pool);
 
     const ModuleInfo& module_;
     std::vector<std::vector<const RowChanges*>> noted_;  // [column][catom]; empty if the changes of a column are not recorded.

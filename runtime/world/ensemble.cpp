@@ -186,7 +186,7 @@ Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState stat
     }
     count(state, 1);
     if (links_) links_->room(catom, 0);
-    if (ids_kept_ && !in_order(catom)) ids_.insert(catom, id_);
+    if (ids_kept_ && state != kCatomMailbox && !in_order(catom)) ids_.insert(catom, id_);
     return catom;
 }
 
@@ -199,9 +199,7 @@ void Ensemble::remove(Catom catom) {
     else
         unlink_around(catom), cell_catom_[site_[catom]] = kNobody;
     site_[catom] = 0;
-    state_[catom] = kCatomFree;
-    free_.push_back(catom);
-    std::push_heap(free_.begin(), free_.end(), std::greater<>());
+    free_index(catom);
 }
 
 void Ensemble::move(Catom catom, Cell to) {
@@ -223,8 +221,24 @@ void Ensemble::set_state(Catom catom, CatomState state) {
     state_[catom] = state;
 }
 
+Catom Ensemble::add_mailbox(Catom of) { return take_index(id_[of], of, kCatomMailbox); }
+
+void Ensemble::remove_mailbox(Catom mailbox) {
+    MELD_EXPECT(state_[mailbox] == kCatomMailbox, "index {}", mailbox);
+    site_[mailbox] = 0;
+    free_index(mailbox);
+}
+
+void Ensemble::free_index(Catom index) {
+    state_[index] = kCatomFree;
+    free_.push_back(index);
+    std::push_heap(free_.begin(), free_.end(), std::greater<>());
+}
+
 // `by` is 1 or, wrapped around, -1.
-void Ensemble::count(std::uint8_t state, std::size_t by) { (state == kCatomOwned ? owned_count_ : ghost_count_) += by; }
+void Ensemble::count(std::uint8_t state, std::size_t by) {
+    if (state != kCatomMailbox) (state == kCatomOwned ? owned_count_ : ghost_count_) += by;
+}
 
 CellKey Ensemble::key(Cell cell) const {
     const std::optional<Slot> slot = find_slot(lattice_.brick_of(cell));
@@ -254,7 +268,7 @@ bool Ensemble::target(Cell cell) const {
 
 std::optional<Catom> Ensemble::find(std::uint64_t id) const {
     if (!ids_kept_) {
-        const auto needs_row = [&](Catom catom) { return state_[catom] != kCatomFree && !in_order(catom); };
+        const auto needs_row = [&](Catom catom) { return is_catom(catom) && !in_order(catom); };
         std::size_t rows = 0;
         for (Catom catom = 0; catom < id_.size(); ++catom) rows += needs_row(catom) ? 1 : 0;
         ids_.reserve(rows, id_);
@@ -264,7 +278,7 @@ std::optional<Catom> Ensemble::find(std::uint64_t id) const {
         ids_kept_ = true;
     }
     // If the id is less than the first, the difference wraps around and is not an index.
-    if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && state_[index] != kCatomFree)
+    if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && is_catom(static_cast<Catom>(index)))
         return static_cast<Catom>(index);
     const Catom known = ids_.find(id, id_);
     return known == IdTable::kAbsent ? std::nullopt : std::optional<Catom>(known);

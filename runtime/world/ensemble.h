@@ -69,6 +69,9 @@ class Ensemble {
     // Moves a catom to an empty cell.
     void move(Catom catom, Cell to);
     void set_state(Catom catom, CatomState state);
+    // An index that is no catom, but has the id of one and is read in its place (Links::read_at).
+    Catom add_mailbox(Catom of);
+    void remove_mailbox(Catom mailbox);
 
     // ---- catoms at arbitrary positions (free_ensemble.cpp)
     // They have no cells; their neighbours are the catoms they are linked with, over ports that are only numbers. The arrays of geometry()
@@ -123,9 +126,11 @@ class Ensemble {
     Catom take_index(std::uint64_t id, std::uint32_t site, CatomState state);
     void add_free(Geometry& g) const;
     void cut(Catom catom);
+    void free_index(Catom index);
     Slot make_slot(Cell brick);
     std::uint32_t site(Cell cell);  // Makes the brick if necessary.
     void count(std::uint8_t state, std::size_t by);
+    bool is_catom(Catom index) const { return state_[index] == kCatomOwned || state_[index] == kCatomGhost; }
     // In the table of links, where there is one: a catom has come to its cell, or leaves it. Catoms after it and before `placed_until` have
     // come too, and are linked in their turn.
     void link_around(Catom catom, Catom placed_until = 0);

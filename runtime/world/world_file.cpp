@@ -14,6 +14,7 @@
 #include "runtime/base/nearest.h"
 #include "runtime/world/cells_file.h"
 #include "runtime/world/given_facts.h"
+#include "runtime/world/network_section.h"
 #include "runtime/world/physics_section.h"
 #include "runtime/world/populate.h"
 #include "runtime/world/positions_file.h"
@@ -224,6 +225,10 @@ void check_free(TomlReader& reader, const Section& top, World& world) {
                          "give it cells, or the world [motion] kind = \"bodies\"");
         return;
     }
+    for (const char* section : {"network", "clock"})
+        if (world.apart() && top.has(section))
+            reader.wrong(top.find(section)->source(), fmt::format("[{}] is for catoms on a lattice, and these are bodies", section),
+                         "take it out, or the bodies");
     if (top.has("time"))
         reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
     if (top.has("held")) reader.wrong(top.find("held")->source(), "catoms hold units only where they stand on a lattice", "take held out");
@@ -267,7 +272,7 @@ std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const 
 // Graphs, networks that take time, and catoms that are not always there are known by their links.
 bool by_links(const toml::table& top) {
     if (top["lattice"].value<std::string_view>() == "graph") return true;
-    return std::ranges::any_of(std::array{"network", "clock", "faults"}, [&](const char* section) { return top.contains(section); });
+    return std::ranges::any_of(std::array{"network", "clock"}, [&](const char* section) { return top.contains(section); });
 }
 
 World read_sections(TomlReader& reader, const toml::table& table) {
@@ -275,14 +280,16 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     world.path = reader.path();
     world.by_links = by_links(table);
     const Section top(reader, table, "",
-                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits", "time",
-                       "components"});
+                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits",
+                       "network", "clock", "time", "components"});
     read_top(reader, top, world);
     read_bodies(reader, top, world);
     read_target(reader, table_at(reader, table, "target"), world);
     read_facts(reader, table_at(reader, table, "facts"), world.facts);
     read_settings(reader, table_at(reader, table, "set"), world.set);
     read_motion(reader, table_at(reader, table, "motion"), world);
+    read_network(reader, table_at(reader, table, "network"), world.network);
+    read_clock(reader, table_at(reader, table, "clock"), world.clock);
     read_record(reader, table_at(reader, table, "record"), world.record);
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
     read_time(reader, table_at(reader, table, "time"), world);

@@ -9,6 +9,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/world/lattice.h"
+#include "runtime/world/network.h"
 #include "runtime/world/physics_options.h"
 #include "runtime/world/shape.h"
 
@@ -84,6 +85,8 @@ struct World {
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;
     PhysicsOptions physics;  // If motion.kind is "bodies".
+    NetworkOptions network;
+    ClockOptions clock;
     RecordOptions record;
     Limits limits;
     std::map<std::string, std::string> components;  // [components] interface = "implementation"
@@ -102,6 +105,10 @@ struct World {
 
     // Whether catoms are bodies at arbitrary positions whose neighbours are the catoms they touch; otherwise they are on cells.
     bool is_free() const { return motion.kind == "bodies"; }
+    // Whether what catoms read of their neighbours lies apart from these, as what has arrived: where messages take time, or catoms pause.
+    bool apart() const { return !network.ideal() || !clock.synchronous(); }
+    // The most ticks from a change at a catom until a neighbour has acted on it.
+    std::uint32_t latency() const { return network.bound() + clock.most - 1; }
 };
 
 // Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.

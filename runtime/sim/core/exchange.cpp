@@ -12,9 +12,11 @@ Exchange::Exchange(Subdomain& subdomain)
     : subdomain_(subdomain),
       exports_(static_cast<std::size_t>(subdomain.workers.threads()),
                std::vector<std::vector<Export>>(static_cast<std::size_t>(subdomain.comm.processes()))),
-      packets_(static_cast<std::size_t>(subdomain.comm.processes())) {}
+      packets_(static_cast<std::size_t>(subdomain.comm.processes())),
+      changed_(static_cast<std::size_t>(subdomain.workers.threads())) {}
 
 void Exchange::note_export(int worker, Catom catom, u16 column) {
+    if (subdomain_.network_) changed_[static_cast<std::size_t>(worker)].push_back({catom, column});
     if (subdomain_.alone()) return;
     MELD_EXPECT(subdomain_.owned(catom) && subdomain_.module.columns[column].exported, "catom {}, column {}", catom, column);
     auto& by_destination = exports_[static_cast<std::size_t>(worker)];
@@ -26,8 +28,15 @@ void Exchange::run() {
     MELD_EXPECT(std::ranges::all_of(packets_, &ByteWriter::empty), "something of an earlier tick is still to be sent");
     sent_bytes_ = 0;
     arrivals_.clear();
+    if (subdomain_.network_) {
+        // In any order of workers: a column of a catom changes once.
+        for (auto& changed : changed_) {
+            for (const Export& one : changed) subdomain_.network_->changed(subdomain_.tick(), one.catom, one.column);
+            changed.clear();
+        }
+    }
     if (subdomain_.alone()) {
-        for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) arrivals_.push_back({m.to, m.predicate, m.arguments});
+        for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
         return deliver();
     }
     pack();
@@ -47,11 +56,25 @@ void Exchange::pack() {
             by_destination[other].clear();
         }
     for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) {
-        if (subdomain_.owned(m.to))
-            arrivals_.push_back({m.to, m.predicate, m.arguments});
-        else
-            pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(m.to))], m);
+        if (subdomain_.owned(m.to)) {
+            come(m.to, m.from, m.predicate, m.arguments);
+            continue;
+        }
+        if (subdomain_.network_) subdomain_.network_->sent_away(subdomain_.tick(), *subdomain_.ensemble.find(m.from), m.to);
+        pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(m.to))], m);
     }
+}
+
+void Exchange::come(Catom to, u64 from, u16 predicate, const Value* arguments) {
+    if (subdomain_.network_) return subdomain_.network_->sent(subdomain_.tick(), to, from, predicate, arguments);
+    arrivals_.push_back({to, predicate, arguments});
+}
+
+void Exchange::arrive() {
+    subdomain_.network_->arrive(subdomain_.tick(),
+                                [&](Catom to, u16 predicate, const Value* arguments) { arrivals_.push_back({to, predicate, arguments}); });
+    deliver();
+    arrivals_.clear();
 }
 
 // The receiver has the column as it was before this tick, so if changes are recorded by row, only the changed rows are sent.
@@ -76,6 +99,7 @@ void Exchange::pack_message(ByteWriter& out, const eval::Message& message) const
     out.write(Record::Message);
     pack_name(out, message.to);
     out.write(message.predicate);
+    if (subdomain_.network_) out.write(message.from);
     const PredicateInfo& p = module.predicates[message.predicate];
     for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module, p.fields[i]), message.arguments[i], out);
 }
@@ -111,9 +135,10 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
         if (record == Record::Message) {
             MELD_ASSERT(subdomain_.owned(catom) && number < module.predicate_count, "catom {}, predicate {}", catom, number);
             const PredicateInfo& p = module.predicates[number];
+            const u64 from = subdomain_.network_ ? in.read<u64>() : 0;
             std::vector<Value>& values = arguments.emplace_back(p.arity);
             for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), in, lists);
-            arrivals_.push_back({catom, number, values.data()});
+            come(catom, from, number, values.data());
             continue;
         }
         MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,
@@ -123,7 +148,10 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
             unpack_rows(number, catom, in);
         else
             subdomain_.facts_.columns.unpack_column(number, catom, in, 0);
-        subdomain_.mark_neighbours(catom, module.columns[number].reader_dirty);
+        if (subdomain_.network_)
+            subdomain_.network_->changed(subdomain_.tick(), catom, number);
+        else
+            subdomain_.mark_neighbours(catom, module.columns[number].reader_dirty);
     }
 }
 

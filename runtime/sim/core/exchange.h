@@ -24,6 +24,8 @@ class Exchange {
     void note_export(int worker, Catom catom, u16 column);
     // After the evaluation, on every process: sends and receives. Programs see the facts in the next tick.
     void run();
+    // At the beginning of a tick, with a network that takes time: puts what arrives in it into the mailboxes, and gives linear facts.
+    void arrive();
     // The bytes sent to other processes in this tick.
     std::uint64_t sent_bytes() const { return sent_bytes_; }
 
@@ -40,6 +42,8 @@ class Exchange {
         u16 column;
     };
 
+    // A linear fact for a catom of this process: it arrives at the end of this tick, or when the network says so.
+    void come(Catom to, u64 from, u16 predicate, const Value* arguments);
     void pack();
     void pack_export(ByteWriter& out, const Export& changed) const;
     void pack_message(ByteWriter& out, const eval::Message& message) const;
@@ -56,6 +60,7 @@ class Exchange {
     Subdomain& subdomain_;
     std::vector<std::vector<std::vector<Export>>> exports_;  // By worker and destination.
     std::vector<ByteWriter> packets_;                        // By destination.
+    std::vector<std::vector<Export>> changed_;               // By worker, for a network that takes time.
     std::uint64_t sent_bytes_ = 0;
     // The arrivals of a tick, and their order; reused so that a tick allocates nothing.
     std::vector<Arrival> arrivals_, sorted_;

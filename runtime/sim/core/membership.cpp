@@ -31,7 +31,7 @@ Membership::Membership(const ModuleInfo& module, const world::World& world, cons
       rank_(comm.process()),
       ranks_(comm.processes()),
       senses_positions_(reads_positions(module)) {
-    if (module.by_links) ensemble.keep_links(false);
+    if (module.by_links) ensemble.keep_links(world.apart());
     if (!world.is_free()) return;
     ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
                                    : std::function<bool(const world::Vec3&)>());

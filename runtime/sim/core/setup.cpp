@@ -84,6 +84,7 @@ void Setup::set_limits() {
     abi.max_facts = world.limits.max_facts_per_catom;
     abi.max_list = world.limits.max_list;
     abi.tick_seconds = world.tick_seconds;
+    abi.latency = world.latency();
     abi.world_catoms = static_cast<i64>(subdomain_.next_id());
     subdomain_.facts_.columns.lists().limit(world.limits.max_list);
 }

@@ -18,7 +18,13 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
       facts_(module_info, workers, [this](u32 catom, double out[3]) {
           const world::Vec3 at = members_.sensed_position(catom);
           for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
-      }) {}
+      }) {
+    if (!world.apart()) return;
+    network_.emplace(module, world, members_, facts_);
+    // A call for each catom that is awake, so none where all act.
+    facts_.evaluator.read_apart(world.clock.synchronous() ? std::function<bool(u32)>()
+                                                          : [this](u32 catom) { return network_->acts(catom, tick()); });
+}
 
 Result<void> Subdomain::populate(std::optional<BrickCounts> counted) { return Setup(*this).run(std::move(counted)); }
 

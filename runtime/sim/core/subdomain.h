@@ -17,6 +17,7 @@
 #include "runtime/sim/core/brick_counts.h"
 #include "runtime/sim/core/fact_store.h"
 #include "runtime/sim/core/membership.h"
+#include "runtime/sim/core/network.h"
 #include "runtime/sim/core/refusals.h"
 #include "runtime/sim/core/status.h"
 #include "runtime/tuple/program_actions.h"
@@ -49,6 +50,7 @@ class Subdomain {
     FactStore facts_;
     Status status_;
     Refusals refusals_;
+    std::optional<Network> network_;  // None: ideal, and all catoms act in every tick.
 
   public:
     const world::Ensemble& ensemble = members_.ensemble;

@@ -26,10 +26,16 @@ void Tick::begin() {
     };
     s.facts_.evaluator.timers().fire(now, wake, wake_group);
     MELD_ENSURE(s.timers().empty() || s.timers().next() > now, "a timer of tick {} is left in tick {}", s.timers().next(), now);
+    if (!s.network_) return;
+    s.network_->take_down(now, [&](Catom catom) { wake(catom, kDirtyLinks); });
+    // Mailboxes are taken away before anything arrives in them.
+    s.network_->follow_links(now);
+    exchange_.arrive();
 }
 
 const Totals& Tick::end() {
     Subdomain& s = subdomain_;
+    if (s.network_) s.network_->follow_links(s.tick());
     s.refresh();
     MELD_EXPECT(s.abi_.greatest_rank <= s.totals.greatest_rank, "rank {} was known before {}", s.abi_.greatest_rank,
                 s.totals.greatest_rank);
@@ -79,10 +85,11 @@ eval::Failure Tick::first_undefined() const {
     return first;
 }
 
-Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
-    const Subdomain& s = subdomain_;
+Totals Tick::totals_of_this_process(const eval::Failure& failure) {
+    Subdomain& s = subdomain_;
     Totals mine;
     mine.tick = s.facts_.evaluator.statistics();
+    if (s.network_) mine.tick.dropped += s.network_->take_lost();
     mine.catoms = s.ensemble.owned_count();
     mine.bytes = s.bytes();
     mine.actions = s.actions().size();
@@ -93,7 +100,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) const {
         mine.finished = mine.finished || action.has(ActionInfo::kEndsRun);
     }
     mine.sent_bytes = exchange_.sent_bytes();
-    mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving;
+    mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving || (s.network_ && s.network_->busy());
     mine.timers = !s.timers().empty();
     mine.waiting = mine.timers ||
                    std::any_of(s.world.events.begin(), s.world.events.end(), [&](const world::Event& e) { return e.last() > s.tick(); });

@@ -33,7 +33,7 @@ class Tick {
     double exchange_s() const { return exchange_s_; }
 
   private:
-    Totals totals_of_this_process(const eval::Failure& failure) const;
+    Totals totals_of_this_process(const eval::Failure& failure);
     // One small exchange, after which all processes know the result of all, so that they end, fail and count together.
     Totals agree(const Totals& mine);
 

@@ -250,6 +250,7 @@ void Loader::load_totals(const Totals& saved) {
 }
 
 Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
+    if (subdomain_.network_) subdomain_.network_->follow_links_empty();
     for (std::size_t share = 0; share < shares_.count(); ++share) {
         const Result<BlockView> block = shares_.rest(share, room_);
         if (!block) return tl::unexpected<Error>(block.error());
@@ -270,6 +271,9 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
             take_over_->load_passing(owned, in);
         else
             subdomain_.facts_.load_passing(subdomain_.tick(), owned, in);
+        ByteReader under_way(in.read_block(), "what is under way in a snapshot", ByteReader::Origin::Outside);
+        // What another program has told is derived anew.
+        if (subdomain_.network_ && !take_over_) subdomain_.network_->load(subdomain_.tick(), owned, under_way);
         codes.load(subdomain_, share == 0, in);
         for (SimModule* module : kept_by_) {
             ByteReader own(in.read_block(), "what a module keeps", ByteReader::Origin::Outside);

@@ -90,6 +90,9 @@ void Saver::rest(std::span<const std::byte> counters, ByteWriter& out) const {
     out.write(subdomain_.totals);
     out.write_block(counters);
     subdomain_.facts_.save_passing([&](u32 catom) { return subdomain_.ensemble.id(catom); }, out);
+    const std::size_t network = out.begin_block();
+    if (subdomain_.network_) subdomain_.network_->save(subdomain_.tick(), out);
+    out.end_block(network);
     codes_.save(out);
     for (const NamedModule& each : modules_) {
         const std::size_t begun = out.begin_block();

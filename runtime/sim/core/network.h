@@ -1,0 +1,123 @@
+// A network that takes time, and catoms that pause: what a catom reads of a neighbour is what has arrived over their link.
+//
+// A mailbox is an index among the columns, one for each link and direction, at the process that owns the reader. Its exported columns hold
+// the neighbour's as the reader knows them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they do
+// in the ideal network, at the end of the tick; from there this class carries them into the mailboxes, each change after as many ticks as
+// world::fate() says, first in, first out for each link. Linear facts travel with them. So nothing of it depends on who owns which catom.
+//
+// A catom that pauses is evaluated in a later tick. What arrives for it waits until then, so its pauses are part of the delays of its links,
+// and the quarantine of facts (docs/design.md) needs only the sum of both.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/bytes.h"
+#include "runtime/sim/core/fact_store.h"
+#include "runtime/sim/core/membership.h"
+#include "runtime/world/network.h"
+
+namespace meld::sim {
+
+class Network {
+  public:
+    Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts);
+
+    // At the beginning of a tick: what arrives in it is put into the mailboxes, and the readers are marked. `deliver` gets each linear fact,
+    // by receivers and senders; its arguments live until it returns.
+    using Deliver = std::function<void(Catom to, u16 predicate, const Value* arguments)>;
+    void arrive(i64 now, const Deliver& deliver);
+    // After links were made or removed: new ones get mailboxes, with all that the neighbour tells under way. What was under way over
+    // those that are gone is lost.
+    void follow_links(i64 now);
+    // At the end of a tick: a column of a catom, owned or ghost, has changed; a catom of this process was sent a linear fact.
+    void changed(i64 now, Catom catom, u16 column);
+    void sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
+
+    // The same of a linear fact for a catom of another process: the receiver's process carries it, but a loss is known to both.
+    void sent_away(i64 now, Catom from, Catom to) { note_loss(now, from, to); }
+    // At the beginning of a tick, before arrive(): links over which a message was lost for good are removed; both ends are marked.
+    void take_down(i64 now, const std::function<void(Catom)>& mark);
+
+    // Whether a catom is evaluated in a tick.
+    bool acts(Catom catom, i64 now) const {
+        return world_.clock.synchronous() || world_.clock.acts(world_.seed, members_.ensemble.id(catom), now);
+    }
+    // Whether something is under way.
+    bool busy() const { return under_way_ != 0 || !down_.empty(); }
+    // Linear facts that did not arrive since the last call.
+    u64 take_lost() { return std::exchange(lost_, 0); }
+
+    // The mailboxes of this process and what is under way to them, for a snapshot; and back for those of catoms that `find` finds here, once
+    // all catoms of the ensemble are back. Not before follow_links_empty().
+    void save(i64 now, ByteWriter& out) const;
+    // Of a run in whose world nothing was under way, everything is told anew.
+    void load(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
+    // Gives links mailboxes that hold nothing, and to which nothing is under way.
+    void follow_links_empty() { follow(0, false); }
+
+    std::size_t bytes() const;
+
+  private:
+    struct Mailbox {
+        Catom reader = 0, other = 0;
+        std::int32_t index = -1;  // Among the columns; -1: the link is gone.
+        u32 part = 0;             // Of the network's parts, from 1; 0: none.
+        i64 last = 0;             // The tick of the latest arrival.
+        u32 under_way = 0;        // Parcels to it.
+    };
+    // What travels: one for all links on which it does.
+    struct Parcel {
+        enum class Kind : u8 { Column, Rows, State, Message };
+        Kind kind = Kind::Column;
+        u16 number = 0;  // Of a column or predicate.
+        u32 links = 0;   // On which it is.
+        std::vector<std::byte> bytes = {};
+    };
+    struct Entry {
+        u32 mailbox, parcel;
+    };
+    // From this tick on there is no link between these catoms.
+    struct Down {
+        i64 tick;
+        u64 from, to;
+    };
+
+    void follow(i64 now, bool tell);
+    u32 take_mailbox(const world::Links::Change& link);
+    u32 take_parcel(Parcel::Kind kind, u16 number, ByteWriter bytes);
+    void release_parcel(u32 parcel);
+    const world::LinkTerms& terms(u32 part) const { return part == 0 ? world_.network.terms : world_.network.parts[part - 1].terms; }
+    const world::LinkTerms& terms_between(Catom from, Catom to) const { return terms(part_between(from, to)); }
+    u32 part_between(Catom a, Catom b) const;
+    // If what one catom sends to another in this tick is lost for good.
+    void note_loss(i64 now, Catom from, Catom to);
+    // Puts a parcel on its way to a mailbox, as sent in tick `now`.
+    void post(i64 now, u32 mailbox, u32 parcel, bool linear);
+    void put(i64 arrival, u32 mailbox, u32 parcel);
+    void open(const Mailbox& m, const Parcel& parcel);
+    std::optional<u32> mailbox_at(Catom reader, world::Port port) const;
+    // Posts all that the neighbour exports.
+    void tell_state(i64 now, u32 mailbox);
+    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }
+
+    const ModuleInfo& module_;
+    const world::World& world_;
+    Membership& members_;
+    FactStore& facts_;
+    std::vector<u16> exported_;        // Columns.
+    u64 readers_dirty_ = kDirtyLinks;  // What a reader of a whole state is to look at.
+    std::vector<Mailbox> mailboxes_;
+    std::vector<u32> free_mailboxes_, number_of_;  // The latter by index among the columns.
+    std::vector<Parcel> parcels_;
+    std::vector<u32> free_parcels_;
+    std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
+    std::vector<Down> down_;
+    u64 under_way_ = 0;
+    u64 lost_ = 0;
+};
+
+}  // namespace meld::sim
