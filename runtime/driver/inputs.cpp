@@ -127,6 +127,23 @@ int processes_on_this_machine(const comm::Communicator& comm) {
 
 }  // namespace
 
+namespace {
+
+// Views need what their neighbours tell in the end; a raw network loses it.
+Result<void> check_raw(const ModuleInfo& module, const world::World& world) {
+    if (world.network.kind != world::NetworkKind::Raw) return {};
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        if (p.column == kNone16 || !module.columns[p.column].exported) continue;
+        return fail(fmt::format("{}: neighbours read {} of the program, and in a network that is raw they may never learn of it",
+                                world.path, p.auxiliary ? "what rules derive" : p.name),
+                    "Send linear facts instead, or choose a network that is lossy");
+    }
+    return {};
+}
+
+}  // namespace
+
 Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path) {
     Result<Module> module = load_module(module_path, kAbiVersion);
     if (!module) return tl::unexpected<Error>(module.error());
@@ -140,6 +157,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     if (world->by_links && !info.by_links)
         return fail(fmt::format("{} finds neighbours by geometry, and in this world they are known by their links", module_path),
                     "Give the .meld file, or compile it with meldc compile --links");
+    if (auto fits = check_raw(info, *world); !fits) return tl::unexpected<Error>(fits.error());
     Inputs inputs{.module = std::move(*module),
                   .world = std::move(*world),
                   .target = std::move(*target),

@@ -46,12 +46,13 @@ Workshop::~Workshop() {
     if (folder_ != ".") std::filesystem::remove_all(folder_, ignored);
 }
 
-Result<Module> Workshop::module(const std::string& text) {
+Result<Module> Workshop::module(const std::string& text, bool by_links) {
     const std::string path = folder_ + "/program.meld";
     std::ofstream(path) << text;
     driver::Compilation compilation;
     driver::CompileOptions options{.cache_dir = folder_ + "/cache"};
     if (level == Level::Quick) options.optimisation = 0;
+    options.plan.links = by_links;
     const Result<void> done = driver::compile(path, options, compilation);
     if (!done) return tl::unexpected<Error>(done.error());
     if (compilation.report.has_errors()) return fail(messages(compilation.files, compilation.report));

@@ -25,7 +25,7 @@ class Workshop {
     Workshop& operator=(const Workshop&) = delete;
 
     // Errors: what the compiler says, or that the module is refused.
-    Result<Module> module(const std::string& text);
+    Result<Module> module(const std::string& text, bool by_links = false);
 
     Level level;
 

@@ -11,6 +11,7 @@
 #include <new>
 #include <sstream>
 
+#include "conditions.h"
 #include "generate.h"
 #include "inquiry.h"
 #include "isolated.h"
@@ -29,7 +30,9 @@ struct Options {
     std::string out = "random_failures";
     std::string replay, show;
     bool keep_going = false;
-    int why = 0;  // Ask so many times at random ticks, instead of comparing the run.
+    bool networks = false;         // Under networks and clocks that follow from the seeds.
+    std::uint64_t conditions = 0;  // For a trial that is run again.
+    int why = 0;                   // Ask so many times at random ticks, instead of comparing the run.
 };
 
 // All settings a trial is run in besides the plain one; each trial of a seed takes another few of them.
@@ -55,6 +58,11 @@ struct Verdict {
 // Worlds of one program are asked on so many processes, one after the other.
 int processes_of(std::uint64_t seed) { return 1 + static_cast<int>((seed / 1000 + seed % 1000) % 4); }
 
+// The conditions of a world, by its seed.
+std::uint64_t conditions_of(std::uint64_t seed, const Options& options) {
+    return options.conditions != 0 ? options.conditions : options.networks ? seed : 0;
+}
+
 // One seed: a program, and several worlds.
 Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) {
     Verdict v;
@@ -69,7 +77,7 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
     }
     const std::string text = print(made.draft);
     const Result<check::Program> program = checked(text);
-    const Result<Module> module = workshop.module(text);
+    const Result<Module> module = workshop.module(text, options.networks);
     if (!module) {
         v.trouble = "not compiled: " + module.error().message();
         return v;
@@ -81,11 +89,14 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
             if (v.trouble.empty()) continue;
             return v;
         }
-        const Outcome alone = run(v.trial, *program, info_of(*module), {}, Watch::Reference);
+        const std::uint64_t conditions = conditions_of(v.trial.world.seed, options);
+        const Outcome alone = run(v.trial, *program, info_of(*module), {.conditions = conditions}, Watch::Reference);
         v.tally.add(alone.tally);
         v.trouble = alone.trouble;
         for (std::size_t i = w % 3; i < kSettings.size() && v.trouble.empty(); i += 3) {
-            const Outcome other = run(v.trial, *program, info_of(*module), kSettings[i], Watch::States);
+            Setting setting = kSettings[i];
+            setting.conditions = conditions;
+            const Outcome other = run(v.trial, *program, info_of(*module), setting, Watch::States);
             if (other.states != alone.states)
                 v.trouble = fmt::format("states differ: {} processes, {} threads", kSettings[i].processes, kSettings[i].threads);
             else if (other.answers != alone.answers)
@@ -130,7 +141,7 @@ Verdict decode(const std::string& text, std::uint64_t seed) {
 
 // What the trial shows, in the way that the options ask for.
 std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, const Options& options) {
-    if (options.why == 0) return trouble_of(trial, workshop, settings);
+    if (options.why == 0) return trouble_of(trial, workshop, settings, conditions_of(trial.world.seed, options));
     const std::string text = print(trial.draft);
     const Result<check::Program> program = checked(text);
     if (!program) return "refused: " + program.error().message();
@@ -158,7 +169,9 @@ void report(const Verdict& v, std::uint64_t seed, const Options& options, Worksh
     std::filesystem::create_directories(options.out);
     const std::string path = fmt::format("{}/seed_{}.meld", options.out, seed);
     std::ofstream(path) << text;
-    fmt::print("made small:\n\n{}\n{}\nRun it again: test_random --replay {}\n\n", text, now, path);
+    const std::uint64_t conditions = conditions_of(v.trial.world.seed, options);
+    fmt::print("made small, with {}:\n\n{}\n{}\nRun it again: test_random --replay {}{}\n\n", describe_conditions(conditions), text, now,
+               path, conditions == 0 ? "" : fmt::format(" --conditions {}", conditions));
     std::fflush(stdout);
 }
 
@@ -303,6 +316,8 @@ int main(int argc, char** argv) {
     app.add_option("--show", shown, "Print the trial of a seed");
     app.add_option("--shrink-attempts", options.shrink_attempts, "How long to look for a smaller trial");
     app.add_option("--why", options.why, "Ask each run N times at random ticks why facts hold and why not, and judge the answers");
+    app.add_flag("--networks", options.networks, "Run under networks that take time and clocks that pause, which follow from the seeds");
+    app.add_option("--conditions", options.conditions, "With --replay: the network and clock of this number");
     app.add_flag("--keep-going", options.keep_going, "Do not stop at the first failure");
     CLI11_PARSE(app, argc, argv);
     if (shown != 0) return show(shown);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "conditions.h"
 #include "found.h"
 #include "model.h"
 #include "questions.h"
@@ -226,7 +227,8 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
     const bool speaks = subdomain.comm.process() == 0;
     changes.begin_burst(burst, subdomain.tick());
     if (s.watcher) s.watcher->begin_burst(burst, subdomain.tick());
-    for (int patience = s.linear ? kLinearPatience : kPatience; patience > 0; patience -= changes.done()) {
+    const int longer = static_cast<int>(s.world.latency());
+    for (int patience = s.linear ? kLinearPatience : kPatience * longer; patience > 0; patience -= changes.done()) {
         tick.begin();
         static_cast<void>(changes.step(subdomain));
         if (s.watcher) s.watcher->change(subdomain.tick());
@@ -244,7 +246,7 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
             if (s.watcher) ++s.watcher->tally.too_large;
             return End::Failed;
         }
-        if (s.watcher) {
+        if (s.watcher && !s.world.apart()) {
             s.outcome.trouble = s.watcher->compare_tick(subdomain.tick(), subdomain, trapped);
             if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track()) s.outcome.trouble = "trap";
             if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(subdomain.module, totals.failure);
@@ -284,7 +286,7 @@ void run_process(comm::Communicator& comm, Shared& s) {
         if (end == End::Failed) return;
         if (s.question && burst + 1 == s.trial.world.bursts.size()) ask(subdomain, s);
         if (subdomain.comm.process() == 0 && !s.outcome.trouble.empty()) return;
-        if (end == End::Restless || s.watcher == nullptr) continue;
+        if (end == End::Restless || s.watcher == nullptr || (s.linear && s.world.apart())) continue;
         s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end);
         if (!s.outcome.trouble.empty()) return;
     }
@@ -341,6 +343,7 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     world.seed = trial.world.seed;
     world.lattice = trial.world.lattice;
     world.cells = trial.world.cells;
+    set_conditions(world, setting.conditions);
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
     if (!target) throw std::runtime_error(target.error().message());
     Watcher watcher(trial, program);
@@ -351,7 +354,7 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
                   .target = *target,
                   .watcher = watch == Watch::Reference ? &watcher : nullptr,
                   .linear = watcher.linear(),
-                  .question = question_of(trial, program)};
+                  .question = setting.conditions == 0 ? question_of(trial, program) : std::nullopt};
     if (setting.processes == 1) {
         const auto comm = comm::make_single();
         run_process(*comm, shared);
@@ -363,15 +366,16 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     return std::move(shared.outcome);
 }
 
-std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings) {
+std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, std::uint64_t conditions) {
     const std::string text = print(trial.draft);
     const Result<check::Program> program = checked(text);
     if (!program) return "refused: " + program.error().message();
-    const Result<Module> module = workshop.module(text);
+    const Result<Module> module = workshop.module(text, conditions != 0);
     if (!module) return "not compiled: " + module.error().message();
-    const Outcome alone = run(trial, *program, info_of(*module), {}, Watch::Reference);
+    const Outcome alone = run(trial, *program, info_of(*module), {.conditions = conditions}, Watch::Reference);
     if (!alone.trouble.empty()) return alone.trouble;
-    for (const Setting& setting : settings) {
+    for (Setting setting : settings) {
+        setting.conditions = conditions;
         const Outcome other = run(trial, *program, info_of(*module), setting, Watch::States);
         const std::size_t known = std::min(alone.states.size(), other.states.size());
         std::size_t same = 0;

@@ -13,6 +13,7 @@ namespace meld::reference {
 struct Setting {
     int processes = 1;
     int threads = 1;
+    std::uint64_t conditions = 0;  // Of network and clock (conditions.h). The module must have been compiled in the links form.
 };
 
 struct Tally {
@@ -49,11 +50,13 @@ struct Outcome {
 
 enum class Watch { Reference, States };
 
-// Watch::States runs without the reference, for the states alone. Only one process and thread can be watched by the reference.
+// Watch::States runs without the reference, for the states alone. Only one process and thread can be watched by the reference. Under
+// conditions that are not ideal it compares views where all has come to rest; what linear rules make is not for it to say, because they may
+// fire in another order.
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch);
 
 // Compiles the trial's program and runs it in all of these settings; the trouble, or nothing.
-std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings);
+std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, std::uint64_t conditions = 0);
 
 // What is asked in the end of a trial.
 std::optional<std::string> question_of(const Trial& trial, const check::Program& program);

@@ -71,10 +71,11 @@ void Exchange::come(Catom to, u64 from, u16 predicate, const Value* arguments) {
 }
 
 void Exchange::arrive() {
-    subdomain_.network_->arrive(subdomain_.tick(),
-                                [&](Catom to, u16 predicate, const Value* arguments) { arrivals_.push_back({to, predicate, arguments}); });
-    deliver();
-    arrivals_.clear();
+    subdomain_.network_->arrive(subdomain_.tick(), [&](const std::vector<Network::Arrived>& facts) {
+        for (const Network::Arrived& fact : facts) arrivals_.push_back({fact.to, fact.predicate, fact.arguments});
+        deliver();
+        arrivals_.clear();
+    });
 }
 
 // The receiver has the column as it was before this tick, so if changes are recorded by row, only the changed rows are sent.

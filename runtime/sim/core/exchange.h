@@ -24,7 +24,7 @@ class Exchange {
     void note_export(int worker, Catom catom, u16 column);
     // After the evaluation, on every process: sends and receives. Programs see the facts in the next tick.
     void run();
-    // At the beginning of a tick, with a network that takes time: puts what arrives in it into the mailboxes, and gives linear facts.
+    // With a network that takes time: puts what has arrived into the mailboxes, and gives linear facts.
     void arrive();
     // The bytes sent to other processes in this tick.
     std::uint64_t sent_bytes() const { return sent_bytes_; }

@@ -50,8 +50,6 @@ void Network::follow(i64 now, bool tell) {
         tell_state(now - 1, number);
     }
     facts_.resize(ensemble.index_count());
-    // What arrives at once is known in this tick.
-    if (tell) arrive(now, {});
 }
 
 u32 Network::take_mailbox(const world::Links::Change& link) {
@@ -208,13 +206,7 @@ void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* argu
 // ---- arrivals
 
 void Network::arrive(i64 now, const Deliver& deliver) {
-    struct Come {
-        Catom to;
-        u64 from;
-        u16 predicate;
-        const Value* arguments;
-    };
-    std::vector<Come> messages;
+    std::vector<Arrived> messages;
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     std::vector<Entry> now_here = std::exchange(arriving(now), {});
@@ -224,7 +216,6 @@ void Network::arrive(i64 now, const Deliver& deliver) {
         if (m.index < 0) {
             lost_ += parcel.kind == Parcel::Kind::Message;
         } else if (parcel.kind == Parcel::Kind::Message) {
-            MELD_EXPECT(deliver != nullptr, "a linear fact arrives while links are followed");
             const PredicateInfo& p = module_.predicates[parcel.number];
             std::vector<Value>& values = arguments.emplace_back(p.arity);
             ByteReader in(parcel.bytes, "a linear fact under way");
@@ -238,9 +229,8 @@ void Network::arrive(i64 now, const Deliver& deliver) {
         if (--parcel.links == 0) release_parcel(entry.parcel);
     }
     // Of one sender in the order in which it sent them.
-    const auto place = [&](const Come& c) { return std::tuple(members_.ensemble.id(c.to), c.from); };
-    std::ranges::stable_sort(messages, {}, place);
-    for (const Come& c : messages) deliver(c.to, c.predicate, c.arguments);
+    std::ranges::stable_sort(messages, {}, [&](const Arrived& m) { return std::tuple(members_.ensemble.id(m.to), m.from); });
+    if (!messages.empty()) deliver(messages);
 }
 
 void Network::open(const Mailbox& m, const Parcel& parcel) {

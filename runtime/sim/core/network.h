@@ -26,9 +26,15 @@ class Network {
   public:
     Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts);
 
-    // At the beginning of a tick: what arrives in it is put into the mailboxes, and the readers are marked. `deliver` gets each linear fact,
-    // by receivers and senders; its arguments live until it returns.
-    using Deliver = std::function<void(Catom to, u16 predicate, const Value* arguments)>;
+    // In a tick: what has arrived is put into the mailboxes, and the readers are marked. `deliver` gets the linear facts
+    // among it, by receivers and senders; their arguments live until it returns.
+    struct Arrived {
+        Catom to;
+        u64 from;
+        u16 predicate;
+        const Value* arguments;
+    };
+    using Deliver = std::function<void(const std::vector<Arrived>&)>;
     void arrive(i64 now, const Deliver& deliver);
     // After links were made or removed: new ones get mailboxes, with all that the neighbour tells under way. What was under way over
     // those that are gone is lost.

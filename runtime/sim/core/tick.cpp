@@ -35,7 +35,11 @@ void Tick::begin() {
 
 const Totals& Tick::end() {
     Subdomain& s = subdomain_;
-    if (s.network_) s.network_->follow_links(s.tick());
+    if (s.network_) {
+        // What a new neighbour tells may be known at once.
+        s.network_->follow_links(s.tick());
+        exchange_.arrive();
+    }
     s.refresh();
     MELD_EXPECT(s.abi_.greatest_rank <= s.totals.greatest_rank, "rank {} was known before {}", s.abi_.greatest_rank,
                 s.totals.greatest_rank);

@@ -1,0 +1,155 @@
+"""Networks that take time and clocks that pause: networks_test.py --meldc PATH --meldsim PATH [unittest options]
+
+Where a message always takes one tick, a run is that of the ideal network, tick by tick. Under all other conditions views end as they would
+there, and nothing depends on the number of processes.
+"""
+import json
+import pathlib
+import random
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from frame import Case, main  # noqa: E402
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "meld"
+GRADIENT = """type source(node).
+type dist(node, min int).
+dist(A, 0) :- source(A).
+dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+"""
+WORLD = """lattice = "{lattice}"
+seed = {seed}
+[[body]]
+shape = "box({size})"
+[facts]
+source = ["id == 3", "id == 40"]
+[[event]]
+tick = 25
+take = {{ source = "id == 40" }}
+[[event]]
+tick = 31
+kill = ["id == 17", "id % 11 == 5"]
+[[event]]
+tick = 60
+give = {{ source = "id == 7" }}
+"""
+ONE = '[network]\nkind = "latency"\n'
+CONDITIONS = [
+    '[network]\nkind = "latency"\nleast = 2\nmost = 6\n',
+    '[network]\nkind = "lossy"\nloss = 0.2\nretry = 3\ntries = 30\n',
+    '[clock]\nkind = "random"\nrate = 0.3\nmost = 7\n',
+    '[clock]\nkind = "drift"\nmost = 5\n',
+    '[network]\nkind = "latency"\nmost = 3\n[[network.region]]\nwhere = "x > 0"\nleast = 5\nmost = 9\n[clock]\nkind = "drift"\nmost = 3\n',
+]
+TRICKLE = """type linear todo(node, int).
+type linear heard(node, int).
+todo(@0, 300).
+todo(A, N), !neighbor(A, B), N > 0 -o todo(A, N - 1), heard(B, N).
+"""
+
+
+class Networks(Case):
+    def digests(self, world, *options, program="p.meld", tick_by_tick=True):
+        out, _ = self.call("meldsim", "run", program, "--world", world, "--digest", "-", "--quiet", *options)
+        lines = [line.split() for line in out.splitlines() if line.startswith("tick ")]
+        self.assertTrue(lines)
+        return lines if tick_by_tick else lines[-1][2]
+
+    def test_one_tick_is_the_ideal_network(self):
+        for program, ticks in (("gradient", 200), ("leader", 200), ("shape_change", 120), ("pagerank", 60)):
+            path = EXAMPLES / f"{program}.meld"
+            text = (EXAMPLES / f"{program}.toml").read_text()
+            ideal = self.write(f"{program}.toml", text)
+            one = self.write(f"{program}_one.toml", text + "\n" + ONE)
+            with self.subTest(program):
+                expected = self.digests(ideal, "--ticks", ticks, program=path)
+                for processes in (1, 2):
+                    self.assertEqual(self.digests(one, "--ticks", ticks, "-n", processes, program=path), expected)
+
+    def test_views_end_as_in_the_ideal_network_on_any_number_of_processes(self):
+        self.write("p.meld", GRADIENT)
+        draw = random.Random(3)
+        for number, conditions in enumerate(CONDITIONS):
+            shape = draw.choice([("square", "12, 9, 1"), ("cubic", "6, 5, 4"), ("fcc", "5, 5, 4"), ("hex", "10, 10, 1")])
+            world = WORLD.format(lattice=shape[0], size=shape[1], seed=number)
+            with self.subTest(conditions=conditions, lattice=shape[0]):
+                ideal = self.digests(self.write("ideal.toml", world), tick_by_tick=False)
+                name = self.write("apart.toml", world + conditions)
+                alone = self.digests(name)
+                self.assertEqual(alone[-1][2], ideal)
+                for options in (("-n", 2), ("-n", 3, "--threads", 2)):
+                    self.assertEqual(self.digests(name, *options), alone)
+
+    def test_a_run_goes_on_with_what_was_under_way(self):
+        self.write("p.meld", GRADIENT)
+        world = WORLD.format(lattice="cubic", size="6, 5, 4", seed=5)
+        for number, conditions in enumerate(CONDITIONS):
+            name = self.write("apart.toml", world + conditions)
+            with self.subTest(conditions=conditions):
+                whole = self.digests(name)
+                for processes in (1, 2):
+                    self.call("meldsim", "run", "p.meld", "--world", name, "--ticks", 28, "--checkpoint", f"c{number}{processes}",
+                              "--checkpoint-every", 7, "--digest", "d.txt", "--quiet", "-n", processes)
+                    self.call("meldsim", "resume", f"c{number}{processes}", "--ticks", 100000, "--quiet")
+                    digests = [line.split() for line in self.read("d.txt").decode().splitlines() if line.startswith("tick ")]
+                    self.assertEqual(digests, whole)
+
+    def test_linear_facts_arrive_once_and_in_order_unless_the_network_is_raw(self):
+        self.write("p.meld", TRICKLE)
+        line = 'lattice = "square"\n[[body]]\nshape = "box(2, 1, 1)"\n'
+        heard = {}
+        for name, conditions in (("ideal", ""), ("latency", CONDITIONS[0]), ("lossy", CONDITIONS[1]),
+                                 ("raw", '[network]\nkind = "raw"\nloss = 0.2\nduplicate = 0.1\nmost = 4\nreorder = true\n')):
+            world = self.write(f"{name}.toml", line + conditions)
+            for processes in (1, 2):
+                out, _ = self.call("meldsim", "run", "p.meld", "--world", world, "--json", "--facts-out", "facts.csv", "--quiet", "-n",
+                                   processes)
+                summary = json.loads(out)
+                facts = [row for row in self.read("facts.csv").decode().splitlines() if "heard" in row]
+                heard.setdefault(name, []).append((sorted(facts), summary["dropped"]))
+            self.assertEqual(heard[name][0], heard[name][1])
+        self.assertEqual(len(heard["ideal"][0][0]), 300)
+        self.assertEqual(heard["latency"], heard["ideal"])
+        self.assertEqual(heard["lossy"], heard["ideal"])
+        raw, lost = heard["raw"][0]
+        self.assertTrue(30 < lost < 100, lost)
+        self.assertEqual(len(set(raw)), 300 - lost)
+        self.assertTrue(5 < len(raw) - len(set(raw)) < 60)
+
+    def test_a_link_over_which_nothing_comes_is_down_for_both(self):
+        self.write("p.meld", GRADIENT + "type degree(node, int).\ndegree(A, N) :- neighborCount(A, N).\n")
+        world = ('lattice = "square"\n[[body]]\nshape = "box(6, 1, 1)"\n[facts]\nsource = "id == 0"\n'
+                 '[network]\nkind = "lossy"\nretry = 2\ntries = 4\n[[network.region]]\nwhere = "id == 3"\nloss = 1\n')
+        self.write("w.toml", world)
+        for processes in (1, 2, 3):
+            self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--facts-out", "facts.csv", "--quiet", "-n", processes)
+            rows = [row.split(",") for row in self.read("facts.csv").decode().splitlines()]
+            degrees = [row for row in rows if "degree" in row]
+            self.assertEqual(len(degrees), 6)
+            self.assertEqual(len([row for row in rows if "dist" in row]), 3)
+
+    def test_mistakes_have_places_and_cures(self):
+        self.write("p.meld", GRADIENT)
+        base = 'lattice = "square"\n[[body]]\nshape = "box(3, 3, 1)"\n'
+        for text, said in (
+                ('[network]\nkind = "slow"\n', "latency"),
+                ('[network]\nkind = "latency"\nleast = 5\nmost = 2\n', "most is 2, and least is 5"),
+                ('[network]\nkind = "latency"\nloss = 0.1\n', "`loss` says nothing of what is latency"),
+                ('[network]\nkind = "lossy"\nloss = 1.5\n', "loss"),
+                ('[network]\nkind = "lossy"\nretry = 1000\ntries = 1000\n', "may be under way for"),
+                ('[network]\nkind = "raw"\nloss = 0.1\n', "dist"),
+                ('[network]\nkind = "latency"\n[[network.region]]\nmost = 3\n', "where"),
+                ('[clock]\nkind = "random"\nrate = 0.5\n', "most"),
+                ('[clock]\nkind = "drift"\nmost = 0\n', "most"),
+                ('[clock]\nkind = "drift"\nmost = 3\nrate = 0.5\n', "rate"),
+        ):
+            with self.subTest(text):
+                self.write("w.toml", base + text)
+                _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", code=2)
+                self.assertIn(said, err)
+                self.assertIn("w.toml", err)
+
+
+if __name__ == "__main__":
+    main("meldc", "meldsim")

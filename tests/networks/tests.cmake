@@ -1,0 +1,10 @@
+# Networks that take time, and clocks that pause.
+add_test(NAME networks COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/networks_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(networks PROPERTIES TIMEOUT 180 PROCESSORS 2)
+add_test(NAME random_networks COMMAND test_random --networks --first 5001 --seeds 30 --worlds 2 --shipped 0 --jobs 2
+  --out ${CMAKE_BINARY_DIR}/random_failures)
+add_test(NAME random_networks_campaign COMMAND test_random --networks --first 5031 --seeds 600 --shipped 16 --jobs 2
+  --out ${CMAKE_BINARY_DIR}/random_failures)
+set_tests_properties(random_networks PROPERTIES TIMEOUT 600 PROCESSORS 2)
+set_tests_properties(random_networks_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)

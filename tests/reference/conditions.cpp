@@ -1,0 +1,53 @@
+#include "conditions.h"
+
+#include <fmt/format.h>
+
+#include "tests/retraction/case.h"
+
+namespace meld::reference {
+
+using retraction::below;
+
+void set_conditions(world::World& world, std::uint64_t number) {
+    if (number == 0) return;
+    world.by_links = true;
+    retraction::Random random(number);
+    const auto choose = [&](std::uint32_t least, std::uint32_t most) {
+        return least + static_cast<std::uint32_t>(below(random, most - least + 1));
+    };
+    const auto terms = [&](world::LinkTerms& t) {
+        t.least = choose(1, 3);
+        t.most = t.least + choose(0, 4);
+        if (world.network.kind != world::NetworkKind::Lossy) return;
+        t.loss = 0.02 * choose(0, 5);
+        t.retry = choose(1, 3);
+        t.tries = 15;
+    };
+    const std::uint32_t form = choose(0, 5);
+    if (form != 0) {
+        world.network.kind = form < 4 ? world::NetworkKind::Latency : world::NetworkKind::Lossy;
+        terms(world.network.terms);
+        for (const char* where : {"x > 0", "id % 3 == 0"}) {
+            if (below(random, 4) != 0) continue;
+            world::NetworkOptions::Part part{*world::Region::parse(where), {}};
+            terms(part.terms);
+            world.network.parts.push_back(std::move(part));
+        }
+    }
+    if (form != 0 && below(random, 2) == 0) return;
+    world.clock.kind = below(random, 2) == 0 ? world::ClockKind::Random : world::ClockKind::Drift;
+    world.clock.rate = 0.1 * choose(1, 10);
+    world.clock.most = choose(1, 6);
+}
+
+std::string describe_conditions(std::uint64_t number) {
+    if (number == 0) return "an ideal network";
+    world::World world;
+    set_conditions(world, number);
+    const world::LinkTerms& t = world.network.terms;
+    return fmt::format("network {} ({}: {} to {} ticks, loss {:.2f}, retry {}, {} regions; clock {}, rate {:.1f}, most {})", number,
+                       static_cast<int>(world.network.kind), t.least, t.most, t.loss, t.retry, world.network.parts.size(),
+                       static_cast<int>(world.clock.kind), world.clock.rate, world.clock.most);
+}
+
+}  // namespace meld::reference

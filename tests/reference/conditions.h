@@ -1,0 +1,17 @@
+// Networks and clocks for random trials.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "runtime/world/world_file.h"
+
+namespace meld::reference {
+
+// Sets a network and a clock that follow from a number; 0: an ideal network, and all catoms act in every tick. Messages are delayed, lost
+// and sent again, but links do not go down in any time that a trial lasts.
+void set_conditions(world::World& world, std::uint64_t number);
+// In words.
+std::string describe_conditions(std::uint64_t number);
+
+}  // namespace meld::reference
