@@ -48,6 +48,13 @@ pkg_check_modules(TINYXML REQUIRED IMPORTED_TARGET tinyxml2)
 add_library(meld_tinyxml INTERFACE)
 target_link_libraries(meld_tinyxml INTERFACE PkgConfig::TINYXML)
 
+# Only runtime/graph sees METIS: who owns which node of a graph.
+find_path(METIS_INCLUDE_DIR metis.h REQUIRED)
+find_library(METIS_LIBRARY metis REQUIRED)
+add_library(meld_metis INTERFACE)
+target_include_directories(meld_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
+target_link_libraries(meld_metis INTERFACE ${METIS_LIBRARY})
+
 # Only runtime/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)

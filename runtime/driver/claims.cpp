@@ -74,6 +74,8 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
                               option("--stats", options.stats ? "given" : ""),
                               option("--checkpoint", options.checkpoint),
                               option("--checkpoint-every", options.checkpoint_every)};
+    // Generators compute with real numbers, and another machine may do it otherwise.
+    if (world.is_graph()) all.push_back({.name = "the graph", .shown = world.path, .hash = world.graph->hash()});
     for (const BodiesOption& watch : kWatches) all.push_back(watched(watch.name, options.*watch.bodies));
     for (const OutputOption& output : kOutputs) {
         // A replay records into a folder of its own.

@@ -106,7 +106,9 @@ Result<world::World> choose_world(const RunOptions& options) {
                                               : world::read_world(path);
     if (world && !options.events.empty()) world = with_events(*world, options.events);
     if (!world) return world;
-    if (options.seed >= 0) world->seed = static_cast<std::uint64_t>(options.seed);
+    if (options.seed >= 0)
+        if (const auto done = world::set_seed(*world, static_cast<std::uint64_t>(options.seed)); !done)
+            return tl::unexpected<Error>(done.error());
     if (options.given.size() > 9)
         return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
     for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];

@@ -64,7 +64,9 @@ class Counting {
           module_(module),
           share_(share),
           here_(share.catoms + share.ghosts),
-          ports_(world.is_free() ? kMaxPorts : world::Lattice(world.lattice).ports()) {}
+          ports_(world.is_graph()  ? static_cast<int>(graph::degrees(*world.graph).mean) + 1
+                 : world.is_free() ? kMaxPorts
+                                   : world::Lattice(world.lattice).ports()) {}
 
     MemoryPart ensemble() const {
         const std::size_t room = sim::Setup::room_for_bricks(whole(share_.with_catoms));
@@ -74,6 +76,16 @@ class Counting {
         const bool moves = world_.motion.kind != "none";
         // Catoms that move make bricks where they come.
         return {"catoms and cells", {bytes(share_.bricks), bytes((moves || !share_.exact ? 2 : 1) * share_.bricks)}};
+    }
+
+    // The graph itself, which each process knows, and the table of links with the catoms at their ends; with several processes what METIS
+    // takes to divide the graph.
+    MemoryPart nodes() const {
+        const double nodes = static_cast<double>(world_.graph->nodes()), ends = static_cast<double>(world_.graph->to.size());
+        const double whole = kNode * nodes + kEnd * ends, divided = processes_ > 1 ? kDivided * ends : 0;
+        const double known = std::min(nodes, here_);
+        const double least = whole + kNodeHere * known + kEndHere * ends * known / std::max(1.0, nodes);
+        return {"nodes and links", {least + divided, whole + kNodeHere * nodes + kEndHere * ends + divided}};
     }
 
     MemoryPart bodies() const {
@@ -151,6 +163,8 @@ class Counting {
         return 1;
     }
 
+    // Of a graph: first entry, place, part and number of a node, an end of a link with its row; the same in the ensemble.
+    static constexpr double kNode = 8 + 16 + 4 + 4, kEnd = 8, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 12, kDivided = 40;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
     // A message in the list of its sender, by receiver, and as it arrives; with the orders in which they are sorted.
@@ -228,8 +242,10 @@ MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, cons
                     .base = static_cast<double>(now.now) + kLater + (world.is_free() ? kLaterOfBodies : 0),
                     .start = static_cast<double>(now.peak)};
     const Counting counting(world, module, shares.largest, processes);
-    need.parts = {world.is_free() ? counting.bodies() : counting.ensemble(), counting.records(), counting.rows(),
-                  counting.lists(options.threads), counting.tick()};
+    need.parts = {world.is_graph()  ? counting.nodes()
+                  : world.is_free() ? counting.bodies()
+                                    : counting.ensemble(),
+                  counting.records(), counting.rows(), counting.lists(options.threads), counting.tick()};
     if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms));
     if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares.catoms));
     if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares.largest.catoms));

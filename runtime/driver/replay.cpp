@@ -338,7 +338,7 @@ Result<world::World> recorded_world(const std::string& path) {
     if (!p) return tl::unexpected<Error>(p.error());
     Result<world::World> world = world::parse_world(p->world, p->world_path, &p->world_files);
     if (!world) return world;
-    world->seed = p->seed;
+    if (const auto done = world::set_seed(*world, p->seed); !done) return tl::unexpected<Error>(done.error());
     world->set = p->set;
     return world;
 }

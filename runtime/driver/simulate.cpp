@@ -135,7 +135,7 @@ Result<void> Run::add_recorder() {
                                       .world = world.text,
                                       .seed = world.seed,
                                       .arguments = options_.command,
-                                      .lattice = std::string(world::Lattice(world.lattice).name()),
+                                      .lattice = std::string(world.lattice_name()),
                                       .radius = world.radius,
                                       .provenance = again_ ? "" : record::to_json(*how),
                                       .durability = durability(options_)};

@@ -104,7 +104,7 @@ Result<view::Reply> WorldTab::check(const std::string& toml) const {
     const MemoryNeed need = memory_need(*world, inputs_.info(), options_, options_.processes, {});
     const ByteRange memory = need.peak();
     Json out = {{"valid", true},
-                {"lattice", world->is_free() ? "free" : std::string(lattice.name())},
+                {"lattice", world->is_free() ? "free" : std::string(world->lattice_name())},
                 {"catoms", catoms},
                 {"exact", exact},
                 {"first", cell(size->first)},
@@ -119,7 +119,7 @@ Result<view::Reply> WorldTab::check(const std::string& toml) const {
         out["memory"]["message"] = warning_of_memory(*world, need, options_.processes);
     // Of a tick in which all catoms are evaluated.
     if (const std::optional<double> each = evaluation_()) out["seconds"] = *each * catoms;
-    if (world->is_free() || !exact || catoms > kMostShown) return view::Reply{.words = std::move(out)};
+    if (world->is_free() || world->is_graph() || !exact || catoms > kMostShown) return view::Reply{.words = std::move(out)};
     const picture::Frame seen = preview(*world, lattice);
     view::Reply checked{.words = view::frame_words(seen, std::nullopt), .binary = view::frame_block(seen)};
     checked.words.erase("tick");

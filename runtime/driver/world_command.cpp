@@ -43,7 +43,18 @@ constexpr ModuleInfo kNoProgram = [] {
     return none;
 }();
 
+std::string graph_text(const world::World& world) {
+    const graph::Graph& graph = *world.graph;
+    const graph::Degrees degrees = graph::degrees(graph);
+    const std::uint64_t components = graph::components(graph);
+    const auto counted = [](std::uint64_t n, const char* one) { return fmt::format("{} {}{}", n, one, n == 1 ? "" : "s"); };
+    return fmt::format("{}: {}graph, {}, {}, degrees {} to {}, {:.2f} on average, {}\n", visible(world.path),
+                       graph.directed ? "directed " : "", counted(graph.nodes(), "node"), counted(graph.links(), "link"), degrees.least,
+                       degrees.most, degrees.mean, counted(components, "component"));
+}
+
 std::string size_text(const world::World& world, const world::WorldSize& size) {
+    if (world.is_graph()) return graph_text(world);
     const world::Lattice lattice(world.lattice);
     // Counting is exact and fast up to some hundred million.
     const std::string count = size.cells_estimate < 2e8 ? fmt::format("{} catoms", world::count_catoms(world, lattice))
@@ -73,7 +84,9 @@ Result<void> check_start(world::World world, const world::Target& target, const 
     world.facts.clear();
     world.events.clear();
     world.set.clear();
-    sim::Simulation simulation(kNoProgram, world, target, *alone, 1);
+    ModuleInfo no_program = kNoProgram;
+    no_program.by_links = world.by_links;
+    sim::Simulation simulation(no_program, world, target, *alone, 1);
     auto drawn = std::make_unique<record::Drawing>();
     record::Drawing& drawing = *drawn;
     simulation.add(std::move(drawn), "drawing");

@@ -23,6 +23,10 @@ using render::Vec;
 
 constexpr float kAbove = 0.62F;  // In the plane, lines are so much above the middles of catoms.
 constexpr float kSmall = 0.5F;   // In space, catoms are so much smaller where there are lines.
+// Links of a graph: more would be a grey surface.
+constexpr std::uint64_t kMostLinks = 200'000;
+constexpr render::Rgb kFaint = {150, 150, 150};
+constexpr float kThin = 0.04F;
 // The part of the way between two catoms that an arrow takes.
 constexpr float kArrowBegins = 0.12F, kArrowEnds = 0.8F;
 
@@ -72,6 +76,8 @@ class Looker {
         return static_cast<std::size_t>(places_[*at]);
     }
     void add_drawn();
+    // The links of a graph between nodes that are shown, unless lines are asked for.
+    void add_graph();
     // Lines go between the middles of catoms, where nobody would see them.
     void uncover_lines();
 
@@ -232,6 +238,27 @@ void Looker::add_drawn() {
             scene.strokes.push_back({.from = vec(drawn_.positions[from]), .to = vec(drawn_.positions[to])});
 }
 
+void Looker::add_graph() {
+    if (!subdomain_.world.is_graph() || !look_.links.empty() || !look_.arrows.empty()) return;
+    const graph::Graph& graph = *subdomain_.world.graph;
+    if (graph.links() > kMostLinks) return;
+    const auto shown = [&](graph::Node node) -> std::ptrdiff_t {
+        const auto at = drawn_.find(graph.id(node));
+        return at ? places_[*at] : -1;
+    };
+    for (graph::Node node = 0; node < graph.nodes(); ++node) {
+        const std::ptrdiff_t here = shown(node);
+        for (const graph::Node other : graph.neighbours(node)) {
+            if (here < 0 || other < node) continue;
+            if (const std::ptrdiff_t there = shown(other); there >= 0)
+                frame_.scene.strokes.push_back({.from = frame_.scene.places[static_cast<std::size_t>(here)],
+                                                .to = frame_.scene.places[static_cast<std::size_t>(there)],
+                                                .colour = kFaint,
+                                                .radius = kThin});
+        }
+    }
+}
+
 void Looker::uncover_lines() {
     render::Scene& scene = frame_.scene;
     const bool flat = subdomain_.lattice.flat() && !subdomain_.ensemble.is_free();
@@ -252,6 +279,7 @@ Result<Frame> Looker::frame() {
     if (auto done = choose(); !done) return tl::unexpected<Error>(done.error());
     if (auto done = colour(); !done) return tl::unexpected<Error>(done.error());
     add_drawn();
+    add_graph();
     if (auto done = join(look_.links, "--links", false); !done) return tl::unexpected<Error>(done.error());
     if (auto done = join(look_.arrows, "--arrows", true); !done) return tl::unexpected<Error>(done.error());
     if (auto done = name(); !done) return tl::unexpected<Error>(done.error());

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -103,7 +104,7 @@ Result<void> Simulation::start(const Registry& registry, std::optional<BrickCoun
     if (auto done = subdomain_.populate(std::move(counted)); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(subdomain_); }); !done) return done;
     subdomain_.refresh();
-    summary_.catoms = subdomain_.next_id();
+    summary_.catoms = subdomain_.world.is_graph() ? subdomain_.world.graph->nodes() : subdomain_.next_id();
     summary_.setup_seconds = seconds_now() - before;
     return {};
 }
@@ -117,6 +118,8 @@ Modules Simulation::all_modules() const {
 
 Result<void> Simulation::saveable() const {
     MELD_EXPECT(chosen_.size() == modules_.size(), "{} modules, {} names", modules_.size(), chosen_.size());
+    if (subdomain_.next_id() > std::numeric_limits<std::uint32_t>::max())
+        return fail("no checkpoint can be made of catoms with numbers above 4 billion", "Number the nodes of the graph from 0");
     for (std::size_t i = 0; i < modules_.size(); ++i)
         if (const auto can = modules_[i]->saveable(); !can)
             return fail(fmt::format("no checkpoint can be made of {}: {}", chosen_[i], can.error().problem), can.error().suggestion);

@@ -155,12 +155,12 @@ Result<Reply> Viewer::hello() {
     }
     Json maps = Json::array();
     for (const std::string_view name : render::ColourMap::names()) maps.push_back(name);
-    const bool is_free = subdomain.ensemble.is_free();
+    const bool is_free = subdomain.ensemble.is_free(), is_graph = subdomain.ensemble.is_graph();
     Reply reply;
     reply.words = {{"program", options_.program},
                    {"world", options_.world},
-                   {"lattice", is_free ? "free" : std::string(subdomain.lattice.name())},
-                   {"flat", !is_free && subdomain.lattice.flat()},
+                   {"lattice", is_free && !is_graph ? "free" : std::string(subdomain.world.lattice_name())},
+                   {"flat", (!is_free || is_graph) && subdomain.lattice.flat()},
                    {"catoms", std::get<debug::Standing>(*standing).catoms},
                    {"recorded", options_.session.recorded},
                    {"live", !options_.session.recorded},
@@ -204,7 +204,7 @@ Result<Reply> Viewer::image(const Json& request) {
     const Result<picture::Look> look = look_of(fields.object("look"));
     const sim::Subdomain& subdomain = timeline_.simulation().subdomain();
     const Result<picture::SheetOptions> sheet =
-        sheet_of(fields.object("camera"), size, !subdomain.ensemble.is_free() && subdomain.lattice.flat());
+        sheet_of(fields.object("camera"), size, !subdomain.world.is_free() && subdomain.lattice.flat());
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     if (!look) return tl::unexpected<Error>(look.error());
     if (!sheet) return tl::unexpected<Error>(sheet.error());

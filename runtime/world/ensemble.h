@@ -78,6 +78,10 @@ class Ensemble {
     // are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
     void set_free(std::function<bool(const Vec3&)> in_target);
     bool is_free() const { return free_links_; }
+    // The same for nodes of a graph, whose links are in the table alone: any number of ports. keep_links() comes first.
+    void set_graph();
+    bool is_graph() const { return graph_; }
+    void reserve_nodes(std::size_t catoms, std::size_t ports);
     // Makes room for this many, so that arrays need not grow.
     void reserve_free(std::size_t catoms);
     Catom add_at(std::uint64_t id, const Vec3& position, CatomState state);
@@ -88,7 +92,10 @@ class Ensemble {
     void unlink(Catom catom, int port);
     std::optional<Catom> linked(Catom catom, int port) const;
     // The port at the other end of a link.
-    int port_there(Catom catom, int port) const { return link_back_[site_[catom] + static_cast<std::uint32_t>(port)]; }
+    int port_there(Catom catom, int port) const {
+        if (graph_) return static_cast<int>(links_->port_there(catom, static_cast<Port>(port)));
+        return link_back_[site_[catom] + static_cast<std::uint32_t>(port)];
+    }
     // The lowest port without a link, or none.
     std::optional<int> vacant_port(Catom catom) const;
     std::optional<int> port_towards(Catom catom, Catom other) const;
@@ -159,7 +166,7 @@ class Ensemble {
     std::size_t owned_count_ = 0, ghost_count_ = 0;
 
     // For catoms at arbitrary positions: by site and port, the port at the other end of the link.
-    bool free_links_ = false;
+    bool free_links_ = false, graph_ = false;
     std::function<bool(const Vec3&)> in_target_;
     std::vector<Vec3> positions_;
     std::vector<std::uint8_t> link_back_;

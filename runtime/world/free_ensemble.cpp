@@ -46,7 +46,22 @@ void Ensemble::reserve_free(std::size_t catoms) {
     neighbours_.reserve(bricks * kBrickNeighbours);
 }
 
+void Ensemble::set_graph() {
+    MELD_EXPECT(id_.empty() && links_, "{} catoms", id_.size());
+    free_links_ = graph_ = true;
+}
+
+void Ensemble::reserve_nodes(std::size_t catoms, std::size_t ports) {
+    id_.reserve(catoms), site_.reserve(catoms), state_.reserve(catoms), positions_.reserve(catoms);
+    links_->reserve(catoms, ports);
+}
+
 void Ensemble::add_free(Geometry& g) const {
+    if (graph_) {
+        g.ports = 0;
+        return;
+    }
+
     g.ports = kMaxPorts;
     g.step = link_steps().data();
     g.link_back = link_back_.data();
@@ -55,8 +70,11 @@ void Ensemble::add_free(Geometry& g) const {
 Catom Ensemble::add_at(std::uint64_t id, const Vec3& position, CatomState state) {
     MELD_EXPECT(state != kCatomFree);
     const Catom catom = take_index(id, 0, state);
-    site_[catom] = site_of(catom);
+    // A node has the first site of the empty brick, which is in no target.
+    site_[catom] = graph_ ? 0 : site_of(catom);
     if (positions_.size() <= catom) positions_.resize(catom + std::size_t{1});
+    positions_[catom] = position;
+    if (graph_) return catom;
     const std::size_t bricks = (site_[catom] >> kBrickCellBits) + std::size_t{1};
     if (link_back_.size() < bricks * kBrickCells) {
         cell_catom_.resize(bricks * kBrickCells, kNobody);
@@ -65,7 +83,6 @@ Catom Ensemble::add_at(std::uint64_t id, const Vec3& position, CatomState state)
         neighbours_.resize(bricks * kBrickNeighbours, 0);
         neighbours_[(bricks - 1) * kBrickNeighbours + kBrickCentre] = static_cast<std::uint32_t>(bricks - 1);
     }
-    positions_[catom] = position;
     place(catom, position);
     if (links_) links_->room(catom, kPorts);
     return catom;
@@ -81,6 +98,7 @@ bool Ensemble::place(Catom catom, const Vec3& position) {
 }
 
 void Ensemble::link(Catom a, int port_of_a, Catom b, int port_of_b) {
+    if (graph_) return links_->connect(a, static_cast<Port>(port_of_a), b, static_cast<Port>(port_of_b));
     const std::uint32_t at_a = site_[a] + static_cast<std::uint32_t>(port_of_a), at_b = site_[b] + static_cast<std::uint32_t>(port_of_b);
     MELD_EXPECT(cell_catom_[at_a] == kNobody && cell_catom_[at_b] == kNobody, "link {} {}", a, b);
     cell_catom_[at_a] = static_cast<std::int32_t>(b);
@@ -91,6 +109,7 @@ void Ensemble::link(Catom a, int port_of_a, Catom b, int port_of_b) {
 }
 
 void Ensemble::unlink(Catom catom, int port) {
+    if (graph_) return links_->disconnect(catom, static_cast<Port>(port));
     const std::uint32_t here = site_[catom] + static_cast<std::uint32_t>(port);
     MELD_EXPECT(cell_catom_[here] != kNobody, "catom {} port {}", catom, port);
     cell_catom_[site_[static_cast<Catom>(cell_catom_[here])] + link_back_[here]] = kNobody;
@@ -99,23 +118,27 @@ void Ensemble::unlink(Catom catom, int port) {
 }
 
 std::optional<Catom> Ensemble::linked(Catom catom, int port) const {
+    if (graph_) return links_->at(catom, static_cast<Port>(port));
     const std::int32_t other = cell_catom_[site_[catom] + static_cast<std::uint32_t>(port)];
     return other == kNobody ? std::nullopt : std::optional<Catom>(static_cast<Catom>(other));
 }
 
 std::optional<int> Ensemble::vacant_port(Catom catom) const {
+    if (graph_) return links_->vacant(catom);
     for (int port = 0; port < kMaxPorts; ++port)
         if (!linked(catom, port)) return port;
     return std::nullopt;
 }
 
 std::optional<int> Ensemble::port_towards(Catom catom, Catom other) const {
+    if (graph_) return links_->towards(catom, other);
     for (int port = 0; port < kMaxPorts; ++port)
         if (linked(catom, port) == other) return port;
     return std::nullopt;
 }
 
 void Ensemble::cut(Catom catom) {
+    if (graph_) return links_->clear(catom);
     for (int port = 0; port < kMaxPorts; ++port)
         if (linked(catom, port)) unlink(catom, port);
     target_[site_[catom] >> 6] &= ~(std::uint64_t{1} << (site_[catom] & 63));

@@ -155,6 +155,10 @@ Cell nearest_cell(const Vec3& position) {
 Result<WorldSize> measure(const World& world) {
     const Lattice lattice(world.lattice);
     WorldSize size;
+    if (world.is_graph()) {
+        size.cells_upper_bound = size.cells_estimate = static_cast<double>(world.graph->nodes());
+        return size;
+    }
     if (const Box box = world.body.bounds(); !box.empty()) {
         Cell first, last;
         lattice.cells_covering(box.low, box.high, first, last);

@@ -184,6 +184,7 @@ void cells_of_brick(const World& world, const Lattice& lattice, BrickKey brick, 
 }
 
 std::uint64_t count_catoms(const World& world, const Lattice& lattice) {
+    if (world.is_graph()) return world.graph->nodes();
     std::uint64_t total = 0;
     for (const auto& [brick, cells] : count_bricks(world, lattice, 0, 1)) total += cells;
     return total + world.placed.size();

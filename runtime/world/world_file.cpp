@@ -14,6 +14,7 @@
 #include "runtime/base/nearest.h"
 #include "runtime/world/cells_file.h"
 #include "runtime/world/given_facts.h"
+#include "runtime/world/graph_section.h"
 #include "runtime/world/network_section.h"
 #include "runtime/world/physics_section.h"
 #include "runtime/world/populate.h"
@@ -30,6 +31,15 @@ constexpr int kBricksSearched = 10'000;
 constexpr std::uint64_t kMaxWorld_bytes = std::uint64_t{256} << 20;
 constexpr std::uint64_t kMaxList_bytes = std::uint64_t{4} << 30;
 
+// The name of what is no lattice.
+constexpr std::string_view kGraph = "graph";
+
+bool says_graph(const Section& top) {
+    std::string name;
+    top.read("lattice", name);
+    return name == kGraph;
+}
+
 // The table under a key, which is empty if there is none.
 const toml::table& table_at(TomlReader& reader, const toml::table& top, std::string_view key) {
     static const toml::table kNone;
@@ -45,8 +55,12 @@ void read_top(TomlReader& reader, const Section& top, World& world) {
     top.read("lattice", name);
     if (const auto kind = Lattice::kind_named(name)) {
         world.lattice = *kind;
+    } else if (name == kGraph) {
+        // Pictures of graphs are flat.
+        world.lattice = LatticeKind::Square;
     } else {
-        const auto known = Lattice::kind_names();
+        auto known = Lattice::kind_names();
+        known.push_back(kGraph);
         reader.wrong(top.find("lattice")->source(), fmt::format("there is no lattice '{}'", name), did_you_mean(name, known));
     }
     top.read_positive("radius", world.radius);
@@ -245,7 +259,9 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
                      fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
     }
     check_free(reader, top, world);
-    if (reader.error()) return;
+    if (world.is_graph() && world.motion.kind != "none")
+        reader.wrong(top.find("motion")->source(), "nodes of a graph do not move", "take [motion] out");
+    if (reader.error() || world.is_graph()) return;
     const toml::source_region& body = top.find("body")->source();
     if (const Result<WorldSize> size = measure(world); !size) return reader.wrong(body, size.error().problem, size.error().suggestion);
     if (surely_empty(world, Lattice(world.lattice))) reader.wrong(body, "no catom: the body is empty", "make its shape larger");
@@ -280,10 +296,15 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     world.path = reader.path();
     world.by_links = by_links(table);
     const Section top(reader, table, "",
-                      {"lattice", "radius", "seed", "held", "body", "target", "facts", "event", "set", "motion", "record", "limits",
-                       "network", "clock", "time", "components"});
+                      {"lattice", "graph", "links", "nodes",  "directed", "radius", "seed",    "held",  "body", "target",
+                       "facts",   "event", "set",   "motion", "record",   "limits", "network", "clock", "time", "components"});
     read_top(reader, top, world);
-    read_bodies(reader, top, world);
+    if (says_graph(top)) {
+        if (!reader.error()) read_graph_world(reader, top, world);
+    } else {
+        refuse_graph_keys(reader, top);
+        read_bodies(reader, top, world);
+    }
     read_target(reader, table_at(reader, table, "target"), world);
     read_facts(reader, table_at(reader, table, "facts"), world.facts);
     read_settings(reader, table_at(reader, table, "set"), world.set);
@@ -298,7 +319,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     if (!reader.error()) check_whole(reader, top, world);
     world.source_hash = reader.source_hash();
     world.files = reader.files_read();
-    world.warnings = reader.models().warnings();
+    for (const std::string& warning : reader.models().warnings()) world.warnings.push_back(warning);
     world.parts = hash_parts(reader, table);
     return world;
 }

@@ -5,9 +5,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/graph/graph.h"
 #include "runtime/world/lattice.h"
 #include "runtime/world/network.h"
 #include "runtime/world/physics_options.h"
@@ -65,8 +67,11 @@ struct Limits {
 struct World {
     std::string path;
     LatticeKind lattice = LatticeKind::Cubic;
-    double radius = 0.5;  // Metres; used only by recordings and physics. A diameter is twice this, even if catoms have several sizes.
-    Shape body;           // Union of all [[body]] shapes.
+    // lattice = "graph": nodes and links instead of cells. Then `lattice` means nothing, and `body`, `cells` and `placed` are empty.
+    std::shared_ptr<const graph::Graph> graph;
+    std::string generator;  // If the graph is generated: "ring(1000)".
+    double radius = 0.5;    // Metres; used only by recordings and physics. A diameter is twice this, even if catoms have several sizes.
+    Shape body;             // Union of all [[body]] shapes.
     // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may also lie in
     // `body`. See sort_cells.
     std::vector<Cell> cells;
@@ -105,6 +110,10 @@ struct World {
 
     // Whether catoms are bodies at arbitrary positions whose neighbours are the catoms they touch; otherwise they are on cells.
     bool is_free() const { return motion.kind == "bodies"; }
+    // Whether catoms are the nodes of a graph, whose neighbours are those that they have a link with.
+    bool is_graph() const { return graph != nullptr; }
+    // "graph", or the name of the lattice.
+    std::string_view lattice_name() const { return is_graph() ? "graph" : Lattice(lattice).name(); }
     // Whether what catoms read of their neighbours lies apart from these, as what has arrived: where messages take time, or catoms pause.
     bool apart() const { return !network.ideal() || !clock.synchronous(); }
     // The most ticks from a change at a catom until a neighbour has acted on it.
@@ -117,6 +126,9 @@ Result<World> read_world(const std::string& path);
 using WorldFiles = std::map<std::string, std::string>;
 // The same from text; `path` is only for messages, and for finding what it names, unless `files` has all of that.
 Result<World> parse_world(const std::string& text, const std::string& path, const WorldFiles* files = nullptr);
+
+// Gives the world another seed; a graph that is generated is made again. Errors: the generator finds none.
+Result<void> set_seed(World& world, std::uint64_t seed);
 
 // World::by_links of a file; false if that has mistakes, or is a pipe, which can be read only once. Cost: its text is parsed, but no file
 // that it names is read.

@@ -2,3 +2,7 @@
 add_test(NAME worlds_models COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/models_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(worlds_models PROPERTIES TIMEOUT 120 PROCESSORS 2)
+# Worlds that are graphs, compared with networkx.
+add_test(NAME worlds_graphs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/graphs_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(worlds_graphs PROPERTIES TIMEOUT 120 PROCESSORS 2)

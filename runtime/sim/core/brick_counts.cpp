@@ -37,7 +37,7 @@ BrickCounts count_together(const world::World& world, const world::Lattice& latt
 Result<std::optional<BrickCounts>> count_beforehand(const world::World& world, comm::Communicator& comm) {
     const Result<world::WorldSize> size = world::measure(world);
     if (!size) return tl::unexpected<Error>(size.error());
-    if (size->cells_estimate > kMostCounted) return std::nullopt;
+    if (world.is_graph() || size->cells_estimate > kMostCounted) return std::nullopt;
     return count_together(world, world::Lattice(world.lattice), comm);
 }
 

@@ -67,8 +67,8 @@ Result<void> DeadLinks::verdict() const {
     const DeadRoutes all = of_all_processes();
     if (all.count == 0) return {};
     return fail(describe(all),
-                "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, or "
-                "declare the predicate without `route`. Worlds that are arbitrary graphs are not supported yet");
+                "Nothing would be read or sent along it: link catoms that touch, choose a lattice or a [[body]] in which these do, list "
+                "the links of a world that is a graph, or declare the predicate without `route`");
 }
 
 DeadRoutes DeadLinks::of_all_processes() const {

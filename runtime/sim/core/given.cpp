@@ -11,6 +11,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
 #include "runtime/base/nearest.h"
+#include "runtime/sim/core/graph_facts.h"
 #include "runtime/sim/core/kills.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/tuple/facts.h"
@@ -86,7 +87,7 @@ std::vector<std::string> never_given(const ModuleInfo& module, const world::Worl
         // Motion makes two linear facts, and a component in C++ may send any.
         const std::string_view name = p.name;
         const bool may_be_sent = p.kind == PredicateKind::Linear && (!world.components.empty() || name == "failed" || name == "created");
-        if (made[i] || !may_be_given || !p.read || p.kind == PredicateKind::Sensed || may_be_sent) continue;
+        if (made[i] || graph_gives(world, name) || !may_be_given || !p.read || p.kind == PredicateKind::Sensed || may_be_sent) continue;
         const auto namesakes = std::ranges::count_if(all, [&](const PredicateInfo& q) { return !q.auxiliary && q.name == name; });
         names.push_back(namesakes == 1 ? std::string(name) : fmt::format("{}/{}", name, p.arity + 1));
     }
@@ -132,6 +133,7 @@ Result<void> GivenFacts::start() {
         all.facts.push_back(&fact);
         if (auto done = change_one(fact, Change::Give, &all.catoms.emplace_back(0)); !done) return done;
     }
+    if (auto done = give_graph_facts(subdomain_); !done) return done;
     if (auto done = look_at_events(all); !done) return done;
     warn_of_unmatched(std::move(all));
     Kills(subdomain_).look_at_events();

@@ -73,9 +73,28 @@ std::vector<Killed> Kills::of_this_tick() const {
     return killed;
 }
 
+// A node, and ghosts that nothing of this process has a link with any more.
+void Kills::take_node(std::uint64_t id) {
+    const std::optional<Catom> catom = subdomain_.ensemble.find(id);
+    if (!catom) return;
+    std::vector<Catom> around;
+    subdomain_.each_neighbour(*catom, [&](Catom other) { around.push_back(other); });
+    subdomain_.mark_neighbours(*catom, kDirtyLinks);
+    subdomain_.remove_freely(*catom);
+    for (const Catom other : around) {
+        bool linked = false;
+        subdomain_.each_neighbour(other, [&](Catom) { linked = true; });
+        if (!linked && !subdomain_.owned(other)) subdomain_.remove_freely(other);
+    }
+}
+
 void Kills::take_out(std::span<const Killed> killed) {
     subdomain_.note_change();
     for (const Killed& each : killed) {
+        if (subdomain_.ensemble.is_graph()) {
+            take_node(each.id);
+            continue;
+        }
         if (subdomain_.ensemble.is_free()) {
             MELD_CHECK(!subdomain_.ensemble.find(each.id), "catom @{} is still there", each.id);
             continue;

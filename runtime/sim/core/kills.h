@@ -31,6 +31,7 @@ class Kills {
     // Calls visit(Catom) for the catoms of this process, some of them several times.
     template <class Visit>
     void each(const world::Killing& killing, const Visit& visit) const;
+    void take_node(std::uint64_t id);
     Subdomain& subdomain_;
 };
 

@@ -32,6 +32,7 @@ Membership::Membership(const ModuleInfo& module, const world::World& world, cons
       ranks_(comm.processes()),
       senses_positions_(reads_positions(module)) {
     if (module.by_links) ensemble.keep_links(world.apart());
+    if (world.is_graph()) ensemble.set_graph();
     if (!world.is_free()) return;
     ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
                                    : std::function<bool(const world::Vec3&)>());
@@ -85,6 +86,12 @@ void Membership::reserve_freely(std::size_t start, std::size_t room) {
     start_cells_.reserve(start);
     if (senses_positions_) sensed_positions_.reserve(room);
     if (ranks_ > 1) owners_.reserve(room);
+}
+
+void Membership::reserve_nodes(std::size_t catoms, std::size_t ports) {
+    ensemble.reserve_nodes(catoms, ports);
+    if (senses_positions_) sensed_positions_.reserve(catoms);
+    if (ranks_ > 1) owners_.reserve(catoms);
 }
 
 void Membership::start_freely(std::uint64_t id, Cell cell, const world::Vec3& position) {

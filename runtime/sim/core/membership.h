@@ -1,6 +1,7 @@
 // Which catoms a process knows: its own and ghosts of those next to them, their positions, and their owners.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -55,6 +56,7 @@ class Membership {
 
     // Makes room for catoms at arbitrary positions, and places one of them at its start.
     void reserve_freely(std::size_t start, std::size_t room);
+    void reserve_nodes(std::size_t catoms, std::size_t ports);
     void start_freely(std::uint64_t id, Cell cell, const world::Vec3& position);
 
     std::size_t bytes() const;
@@ -76,19 +78,22 @@ class Membership {
 template <class Visit>
 void Membership::subscribers(Catom catom, std::uint32_t site, const Visit& visit) const {
     if (!ensemble.is_free()) return halo->subscribers(site, visit);
-    // The owners of its neighbours, each once; there are few.
-    int visited[kMaxPorts];
-    int count = 0;
-    for (int port = 0; port < kMaxPorts; ++port) {
-        const std::optional<Catom> other = ensemble.linked(catom, port);
-        if (!other || owned(*other)) continue;
-        const int owner = owners_[*other];
-        bool again = false;
-        for (int i = 0; i < count; ++i) again = again || visited[i] == owner;
-        if (again) continue;
-        visited[count++] = owner;
+    if (owners_.empty()) return;
+    // The owners of its neighbours, each once; those beyond 64 by a search.
+    std::uint64_t visited = 0;
+    std::vector<int> more;
+    ensemble.each_neighbour(catom, [&](Catom other) {
+        if (owned(other)) return;
+        const int owner = owners_[other];
+        if (owner < 64) {
+            if (visited >> owner & 1) return;
+            visited |= std::uint64_t{1} << owner;
+        } else {
+            if (std::find(more.begin(), more.end(), owner) != more.end()) return;
+            more.push_back(owner);
+        }
         visit(owner);
-    }
+    });
 }
 
 }  // namespace meld::sim

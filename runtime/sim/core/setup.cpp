@@ -7,6 +7,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/nearest.h"
 #include "runtime/sim/core/given.h"
+#include "runtime/sim/core/graph_setup.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 #include "runtime/world/populate.h"
@@ -31,10 +32,14 @@ tl::unexpected<Error> missing_argument(const ModuleInfo& module, const Parameter
 Result<void> Setup::run(std::optional<BrickCounts> counted) {
     Subdomain& s = subdomain_;
     MELD_EXPECT(!s.members_.partition && s.tick() == 0, "a subdomain is set up once, before its first tick");
-    const BrickCounts counts = counted ? std::move(*counted) : count_together(s.world, s.lattice, s.comm);
+    const BrickCounts counts = counted              ? std::move(*counted)
+                               : s.world.is_graph() ? BrickCounts()
+                                                    : count_together(s.world, s.lattice, s.comm);
     divide(counts);
 
-    if (s.world.is_free())
+    if (s.world.is_graph())
+        populate_graph(s.members_, *s.world.graph, s.comm);
+    else if (s.world.is_free())
         populate_freely(counts);
     else
         populate_cells(counts);
@@ -85,7 +90,7 @@ void Setup::set_limits() {
     abi.max_list = world.limits.max_list;
     abi.tick_seconds = world.tick_seconds;
     abi.latency = world.latency();
-    abi.world_catoms = static_cast<i64>(subdomain_.next_id());
+    abi.world_catoms = static_cast<i64>(world.is_graph() ? world.graph->nodes() : subdomain_.next_id());
     subdomain_.facts_.columns.lists().limit(world.limits.max_list);
 }
 

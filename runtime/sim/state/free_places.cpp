@@ -54,7 +54,7 @@ void FreePlaces::save(const world::Ensemble& ensemble, std::span<const world::Ca
     for (const world::Catom catom : catoms) {
         ids.push_back(number(ensemble, catom));
         const std::size_t before = others.size();
-        for (int port = 0; port < kMaxPorts; ++port) {
+        for (int port = 0; port < kMaxPorts && !ensemble.is_graph(); ++port) {
             const std::optional<world::Catom> other = ensemble.linked(catom, port);
             if (!other || number(ensemble, *other) < ids.back()) continue;
             others.push_back(number(ensemble, *other));

@@ -23,7 +23,7 @@ class FreePlaces {
         std::uint32_t other = 0;
         std::uint8_t port = 0, port_there = 0;
     };
-    // `homes` are those of the catoms. All have numbers below 2^32.
+    // `homes` are those of the catoms. All have numbers below 2^32. Of nodes of a graph only the numbers.
     static void save(const world::Ensemble& ensemble, std::span<const world::Catom> catoms, std::span<const world::BrickKey> homes,
                      ByteWriter& out);
     static Result<FreePlaces> read(ByteReader& in);

@@ -98,7 +98,7 @@ Result<void> Loader::facts(const Place& place) {
     if (!done) return done;
     subdomain_.facts_.resize(subdomain_.ensemble.index_count());
     done = load_catoms([&](std::span<const tuple::SavedCatom> found, ByteReader& in) -> Result<void> {
-        if (!subdomain_.ensemble.is_free()) return in.outcome();
+        if (!subdomain_.ensemble.is_free() || subdomain_.ensemble.is_graph()) return in.outcome();
         ByteReader own(in.read_block(), kOfModule, ByteReader::Origin::Outside);
         if (auto placed = place(subdomain_, found, own); !placed) return placed;
         return in.failed() ? in.outcome() : own.outcome();
@@ -146,6 +146,7 @@ Result<void> Loader::count_bricks(CountOf& count_of) {
 
 Result<void> Loader::divide() {
     const bool free = subdomain_.ensemble.is_free();
+    if (subdomain_.ensemble.is_graph()) return Setup(subdomain_).divide({}), Result<void>();
     CountOf count_of;
     const Result<void> counted = free ? count_homes(count_of) : count_bricks(count_of);
     if (!counted) return counted;
@@ -167,6 +168,7 @@ Result<void> Loader::divide() {
 
 Result<void> Loader::add_catoms() {
     found_.resize(shares_.count());
+    if (subdomain_.ensemble.is_graph()) return add_nodes();
     if (subdomain_.ensemble.is_free()) return add_freely();
     const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<CellPlaces> all = places(share, chunk);

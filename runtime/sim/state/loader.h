@@ -87,6 +87,9 @@ class Loader {
     template <class Visit>
     Result<void> each_places(const Visit& visit);
     Result<void> count_homes(CountOf& count_of);
+    // Nodes of a graph (graph_loader.cpp).
+    Result<FreePlaces> nodes(std::size_t share, std::size_t chunk);
+    Result<void> add_nodes();
     Result<void> add_freely();
     Result<void> add_own(Free& free);
     Result<void> add_ghosts(Free& free);

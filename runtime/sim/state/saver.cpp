@@ -42,10 +42,12 @@ Result<void> Saver::save_cells(ShareSink& sink) const {
 }
 
 Result<void> Saver::save_homes(ShareSink& sink) const {
-    MELD_EXPECT(subdomain_.home_of_ != nullptr, "catoms at arbitrary positions without homes");
+    // Which process owns a node follows from the graph, so nodes have no homes: they are saved in the order of their numbers.
+    const bool graph = subdomain_.ensemble.is_graph();
+    MELD_EXPECT(graph || subdomain_.home_of_ != nullptr, "catoms at arbitrary positions without homes");
     std::vector<std::pair<world::BrickKey, Catom>> all;
     for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c)
-        if (subdomain_.owned(c)) all.emplace_back(subdomain_.home_of_(c), c);
+        if (subdomain_.owned(c)) all.emplace_back(graph ? subdomain_.ensemble.id(c) / kBrickCells : subdomain_.home_of_(c), c);
     std::sort(all.begin(), all.end());
     std::vector<Catom> catoms;
     std::vector<world::BrickKey> homes;

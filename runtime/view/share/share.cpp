@@ -213,7 +213,8 @@ Result<Shared> write_share(timeline::Timeline& timeline, const world::World& wor
     Result<Shared> shared;
     if (page) {
         const world::Lattice& lattice = subdomain().lattice;
-        shared = page->finish(world, lattice.flat() && !world.is_free(), world.is_free() ? "bodies" : std::string(lattice.name()), last);
+        shared =
+            page->finish(world, lattice.flat() && !world.is_free(), world.is_free() ? "bodies" : std::string(world.lattice_name()), last);
     }
     if (const auto all = comm::outcome_of_first(comm, shared.map([](const Shared&) {})); !all) return tl::unexpected<Error>(all.error());
     return shared;

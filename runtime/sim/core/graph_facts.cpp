@@ -1,0 +1,135 @@
+#include "runtime/sim/core/graph_facts.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <vector>
+
+#include "runtime/abi/senses.h"
+#include "runtime/tuple/facts.h"
+#include "runtime/tuple/value_text.h"
+
+namespace meld::sim {
+namespace {
+
+constexpr std::string_view kLink = "link";
+
+using graph::Column;
+using graph::Graph;
+using graph::Node;
+
+class GraphFacts {
+  public:
+    explicit GraphFacts(Subdomain& subdomain) : subdomain_(subdomain), graph_(*subdomain.world.graph) {}
+
+    Result<void> give_links(const PredicateInfo& p) {
+        if (tuple::type_of(subdomain_.module, p.fields[0]).kind() != ValueType::Node)
+            return fail(fmt::format("the second argument of {} is no node, and the world gives it the links of its graph", p.name),
+                        fmt::format("Declare it as type {}(node, node), or give the predicate another name", p.name));
+        if (p.arity > graph_.columns.size() + 1)
+            return fail(fmt::format("{} has {} arguments after its two nodes, and the links of the graph have {} columns", p.name,
+                                    p.arity - 1, graph_.columns.size()),
+                        "Declare fewer, or add the columns to the file of links");
+        return each_node([&](Catom catom, Node node) -> Result<void> {
+            for (u64 at = graph_.first[node]; at < graph_.first[node + 1]; ++at) {
+                if (!graph_.leads(at)) continue;
+                values_.assign(1, Value{.catom = graph_.id(graph_.to[at])});
+                for (u32 i = 1; i < p.arity; ++i)
+                    if (auto fine = add(p, i, graph_.columns[i - 1], graph_.row[at]); !fine) return fine;
+                give(p, catom);
+            }
+            return {};
+        });
+    }
+
+    Result<void> give_column(const PredicateInfo& p, const Column& column) {
+        return each_node([&](Catom catom, Node node) -> Result<void> {
+            values_.clear();
+            if (auto fine = add(p, 0, column, node); !fine) return fine;
+            give(p, catom);
+            return {};
+        });
+    }
+
+  private:
+    template <class Visit>
+    Result<void> each_node(const Visit& visit) const {
+        for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c) {
+            if (!subdomain_.owned(c)) continue;
+            if (auto done = visit(c, *graph_.find(subdomain_.ensemble.id(c))); !done) return done;
+        }
+        return {};
+    }
+
+    Result<void> add(const PredicateInfo& p, u32 field, const Column& column, std::size_t row) {
+        const auto value = tuple::parse_value(tuple::type_of(subdomain_.module, p.fields[field]), column.text(row), scratch_);
+        if (!value)
+            return fail(fmt::format("{} takes the column {} of the graph: {}", p.name, column.name, value.error().problem),
+                        value.error().suggestion);
+        values_.push_back(*value);
+        return {};
+    }
+
+    void give(const PredicateInfo& p, Catom catom) { subdomain_.give(p.base, catom, values_.data()); }
+
+    Subdomain& subdomain_;
+    const Graph& graph_;
+    std::vector<Value> values_;
+    tuple::Arena scratch_;
+};
+
+// Nodes have no cells, and there is nothing between their ports.
+Result<void> check_senses(const ModuleInfo& module) {
+    for (const auto& [name, arity, source] : sense_names()) {
+        const std::optional<u32> p = info(source).has(SenseInfo::kCells) ? tuple::find_sensed(module, name, arity) : std::nullopt;
+        if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read)
+            return fail(fmt::format("the program reads {} with {} arguments, and the nodes of a graph have no cells", name, arity + 1),
+                        "Read neighbor, or give the world a lattice");
+    }
+    return {};
+}
+
+// Aggregates that wait keep a bit for each neighbour.
+constexpr u64 kMostAwaited = 32;
+
+Result<void> check_degrees(const ModuleInfo& module, const Graph& graph) {
+    for (Node node = 0; module.waits && node < graph.nodes(); ++node)
+        if (graph.degree(node) > kMostAwaited)
+            return fail(
+                fmt::format("the program has an aggregate that waits for all neighbours, of which there may be {}, and node {} has {}",
+                            kMostAwaited, graph.id(node), graph.degree(node)),
+                "Use an aggregate that does not wait, or a graph with fewer links for each node");
+    return {};
+}
+
+bool may_be_given(const PredicateInfo& p) { return !p.auxiliary && p.base != kNone16 && p.column != kNone16; }
+
+}  // namespace
+
+bool graph_gives(const world::World& world, std::string_view name) {
+    if (!world.is_graph()) return false;
+    if (name == kLink) return true;
+    for (const Column& column : world.graph->node_columns)
+        if (column.name == name) return true;
+    return false;
+}
+
+Result<void> give_graph_facts(Subdomain& subdomain) {
+    if (!subdomain.world.is_graph()) return {};
+    if (auto fine = check_senses(subdomain.module); !fine) return fine;
+    if (auto fine = check_degrees(subdomain.module, *subdomain.world.graph); !fine) return fine;
+    GraphFacts facts(subdomain);
+    for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
+        const PredicateInfo& p = subdomain.module.predicates[i];
+        if (!may_be_given(p)) continue;
+        if (p.name == kLink && p.arity > 0)
+            if (auto given = facts.give_links(p); !given) return given;
+        if (p.arity != 1) continue;
+        for (const Column& column : subdomain.world.graph->node_columns)
+            if (column.name == p.name)
+                if (auto given = facts.give_column(p, column); !given) return given;
+    }
+    return {};
+}
+
+}  // namespace meld::sim

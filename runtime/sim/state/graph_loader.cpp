@@ -1,0 +1,52 @@
+// Nodes of a graph from a snapshot, which says only which of them are left; their links follow from the graph.
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "runtime/comm/outcome.h"
+#include "runtime/sim/core/graph_setup.h"
+#include "runtime/sim/state/loader.h"
+#include "runtime/sim/state/reading.h"
+
+namespace meld::sim {
+
+Result<FreePlaces> Loader::nodes(std::size_t share, std::size_t chunk) {
+    const Result<BlockView> block = shares_.places(share, chunk, room_);
+    if (!block) return tl::unexpected<Error>(block.error());
+    ByteReader in = reader(*block, "the nodes of a snapshot");
+    Result<FreePlaces> all = FreePlaces::read(in);
+    if (auto whole = read_to_its_end(in, "its nodes"); !whole) return tl::unexpected<Error>(whole.error());
+    return all;
+}
+
+Result<void> Loader::add_nodes() {
+    const graph::Graph& graph = *subdomain_.world.graph;
+    std::vector<bool> left(graph.nodes());
+    const Result<void> known = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Result<FreePlaces> all = nodes(share, chunk);
+        if (!all) return tl::unexpected<Error>(all.error());
+        for (const std::uint32_t id : all->ids()) {
+            const std::optional<graph::Node> node = graph.find(id);
+            if (!node) return damaged(fmt::format("has a node @{}, and the graph has none", id));
+            if (left[*node]) return damaged(fmt::format("has catom @{} twice", id));
+            left[*node] = true;
+        }
+        return {};
+    });
+    // They place the nodes together.
+    if (auto all = comm::outcome_of_all(subdomain_.comm, known); !all) return all;
+    populate_graph(subdomain_.members_, graph, subdomain_.comm, &left);
+    return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+        const Result<FreePlaces> all = nodes(share, chunk);
+        if (!all) return tl::unexpected<Error>(all.error());
+        Found& found = found_[share].emplace_back();
+        for (const std::uint32_t id : all->ids())
+            if (const std::optional<Catom> catom = subdomain_.ensemble.find(id))
+                found.add(*catom, 1, subdomain_.owned(*catom));
+            else
+                found.pass(1);
+        return {};
+    });
+}
+
+}  // namespace meld::sim

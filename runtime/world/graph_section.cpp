@@ -1,0 +1,88 @@
+#include "runtime/world/graph_section.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "runtime/graph/files.h"
+#include "runtime/graph/generate.h"
+#include "runtime/graph/layout.h"
+
+namespace meld::world {
+namespace {
+
+constexpr std::uint64_t kMaxGraph_bytes = std::uint64_t{16} << 30;
+
+// Sections and keys of bodies and cells, and what to do instead.
+constexpr std::pair<std::string_view, std::string_view> kNotInGraphs[] = {
+    {"body", "a graph has nodes instead of cells: take [[body]] out"},
+    {"target", "a target is a set of cells: take [target] out, or give a fact to the nodes that you mean"},
+    {"held", "nodes of a graph hold no units: take held out"},
+};
+
+Result<graph::Graph> read_files(TomlReader& reader, const Section& top, std::optional<bool> directed) {
+    std::string links, nodes;
+    top.read("links", links);
+    top.read("nodes", nodes);
+    graph::FileText link_file{reader.beside(links), {}};
+    const Result<std::string> link_text = reader.read_file(link_file.path, kMaxGraph_bytes);
+    if (!link_text) return tl::unexpected<Error>(link_text.error());
+    link_file.text = *link_text;
+    if (!top.has("nodes")) return graph::read_graph(link_file, std::nullopt, directed);
+    graph::FileText node_file{reader.beside(nodes), {}};
+    const Result<std::string> node_text = reader.read_file(node_file.path, kMaxGraph_bytes);
+    if (!node_text) return tl::unexpected<Error>(node_text.error());
+    node_file.text = *node_text;
+    return graph::read_graph(link_file, node_file, directed);
+}
+
+// Each node has a place.
+void keep(World& world, graph::Graph graph) {
+    if (graph.places.empty()) graph.places = graph::by_distances(graph);
+    world.graph = std::make_shared<const graph::Graph>(std::move(graph));
+}
+
+}  // namespace
+
+void refuse_graph_keys(TomlReader& reader, const Section& top) {
+    for (const std::string_view key : kGraphKeys)
+        if (top.has(key))
+            return reader.wrong(top.find(key)->source(), fmt::format("{} belongs to a graph, and this world has cells", key),
+                                "write lattice = \"graph\", or take it out");
+}
+
+void read_graph_world(TomlReader& reader, const Section& top, World& world) {
+    const bool made = top.has("graph"), listed = top.has("links");
+    if (made == listed)
+        return reader.wrong(made ? top.find("links")->source() : top.find("lattice")->source(),
+                            made ? "this world has both graph and links" : "this world has neither graph nor links",
+                            "write graph = \"ring(100)\" or links = \"edges.csv\"");
+    for (const auto& [key, cure] : kNotInGraphs)
+        if (top.has(key)) return reader.wrong(top.find(key)->source(), fmt::format("a graph has no {}", key), std::string(cure));
+    for (const std::string_view key : {"nodes", "directed"})
+        if (made && top.has(key))
+            return reader.wrong(top.find(key)->source(), fmt::format("{} goes with links, and this graph is generated", key),
+                                "take it out");
+    std::optional<bool> directed;
+    if (top.has("directed")) top.read("directed", directed.emplace(false));
+    if (made) top.read("graph", world.generator);
+    if (reader.error()) return;
+    Result<graph::Graph> graph = made ? graph::generate(world.generator, world.seed) : read_files(reader, top, directed);
+    if (!graph) {
+        // Mistakes in files have a place of their own.
+        if (listed && graph.error().problem.find(": ") != std::string::npos) return reader.wrong(graph.error());
+        return reader.wrong(top.find(listed ? "links" : "graph")->source(), graph.error().problem, graph.error().suggestion);
+    }
+    world.warnings = graph->warnings;
+    keep(world, std::move(*graph));
+}
+
+Result<void> set_seed(World& world, std::uint64_t seed) {
+    if (std::exchange(world.seed, seed) == seed || world.generator.empty()) return {};
+    Result<graph::Graph> graph = graph::generate(world.generator, seed);
+    if (!graph) return tl::unexpected<Error>(graph.error());
+    keep(world, std::move(*graph));
+    return {};
+}
+
+}  // namespace meld::world

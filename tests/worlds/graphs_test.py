@@ -1,0 +1,203 @@
+"""Worlds that are graphs: programs find on them what networkx finds, on any number of processes.
+
+    graphs_test.py --meldc PATH --meldsim PATH [unittest options]
+"""
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import networkx as nx  # noqa: E402
+
+from frame import Case, main  # noqa: E402
+
+HOPS = """type source(node).
+type dist(node, min int D).
+dist(A, 0) :- source(A).
+dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+"""
+LENGTHS = """type source(node).
+type link(node, node, int).
+type dist(node, min int D).
+dist(A, 0) :- source(A).
+dist(B, D + W) :- neighbor(A, B), link(A, B, W), dist(A, D).
+"""
+
+
+def world(source, more=""):
+    return f'lattice = "graph"\n{source}\n{more}'
+
+
+class Graphs(Case):
+    def facts(self, program, toml, predicate, *options, processes=(1, 2, 4)):
+        """The facts of a predicate as tuples of numbers; the same, and the same digests, for each number of processes."""
+        self.write("p.meld", program)
+        self.write("w.toml", toml)
+        seen = []
+        for n in processes:
+            self.call("meldsim", "run", "p.meld", "--world", "w.toml", "-n", n, "--quiet", "--facts-out", "f", "--digest", "d", *options)
+            seen.append((self.read("f"), self.read("d")))
+            self.assertEqual(seen[-1], seen[0], f"{n} processes")
+        found = re.findall(rf"^{predicate}\(([^)]*)\)", seen[0][0].decode(), re.M)
+        return {tuple(int(word.strip().lstrip("@")) for word in each.split(",")) for each in found}
+
+    def expect_hops(self, graph, toml, sources, **how):
+        expected = nx.multi_source_dijkstra_path_length(graph, sources, weight=None)
+        self.assertEqual(self.facts(HOPS, toml, "dist", **how), set(expected.items()))
+
+    def test_hops_are_those_of_networkx(self):
+        for graph in (nx.gnp_random_graph(150, 0.02, seed=3), nx.barabasi_albert_graph(200, 3, seed=1), nx.star_graph(60)):
+            nx.write_edgelist(graph, self.folder / "e.txt", data=False)
+            # Nodes without links are not in the file.
+            graph = graph.edge_subgraph(graph.edges)
+            toml = world('links = "e.txt"', '[facts]\nsource = ["id == 0", "id == 7"]\n')
+            self.expect_hops(graph, toml, [0, 7])
+
+    def test_lengths_are_those_of_networkx(self):
+        graph = nx.gnp_random_graph(80, 0.06, seed=5, directed=True)
+        for number, (a, b) in enumerate(sorted(graph.edges)):
+            graph[a][b]["weight"] = number * 7 % 23 + 1
+        nx.write_weighted_edgelist(graph, self.folder / "e.csv", delimiter=",")
+        facts = '[facts]\nsource = "id == 0"\n'
+        found = self.facts(LENGTHS, world('links = "e.csv"\ndirected = true', facts), "dist")
+        self.assertEqual(found, set(nx.single_source_dijkstra_path_length(graph, 0).items()))
+        # Without directions the weights of the two differ.
+        self.write("w.toml", world('links = "e.csv"', facts))
+        self.refused("meldsim", "run", "p.meld", "--world", "w.toml", code=2, says="with another weight")
+
+    def test_killed_nodes_and_facts_that_come_and_go(self):
+        graph = nx.barabasi_albert_graph(120, 2, seed=8)
+        nx.write_edgelist(graph, self.folder / "e.txt", data=False)
+        events = """[facts]
+source = "id == 11"
+[[event]]
+tick = 9
+kill = [0, 1, 2, 50]
+[[event]]
+tick = 20
+take = { source = "id == 11" }
+give = { source = "id == 90" }
+[[event]]
+tick = 21
+kill = "id % 13 == 5"
+"""
+        graph.remove_nodes_from([0, 1, 2, 50, *range(5, 120, 13)])
+        self.assertGreater(nx.number_connected_components(graph), 1)
+        self.expect_hops(graph, world('links = "e.txt"', events), [90])
+
+    def test_generated_graphs_run(self):
+        for text, graph in (("ring(50)", nx.cycle_graph(50)), ("hypercube(6)", nx.hypercube_graph(6)),
+                            ("complete(30)", nx.complete_graph(30)), ("grid(7, 9)", nx.grid_2d_graph(7, 9)),
+                            ("torus(5, 6)", nx.grid_2d_graph(5, 6, periodic=True))):
+            far = max(nx.single_source_shortest_path_length(graph, next(iter(graph))).values())
+            found = self.facts(HOPS, world(f'graph = "{text}"', '[facts]\nsource = "id == 0"\n'), "dist", processes=(1, 3))
+            self.assertEqual(len(found), len(graph))
+            self.assertEqual(max(d for _, d in found), far, text)
+
+    def test_linear_facts_go_over_any_number_of_links(self):
+        program = """type linear ping(node, node From).
+type linear pong(node, node From).
+type heard(node, node From).
+type linear go(node).
+go(@0).
+go(A) -o { B | !neighbor(A, B) | ping(B, A) }.
+ping(B, A), neighbor(B, A) -o pong(A, B).
+pong(A, B) -o !heard(A, B).
+"""
+        toml = world('graph = "star(41)"')
+        self.assertEqual(self.facts(program, toml, "heard"), {(0, n) for n in range(1, 41)})
+
+    def test_columns_of_nodes_and_links_are_facts(self):
+        program = """type link(node, node, float, string).
+type level(node, int).
+type name(node, string).
+type out(node, string, float, string).
+out(A, N, L * W, M) :- name(A, N), level(A, X), link(A, B, W, M), L = float(X).
+type sum(node, sum int).
+sum(A, L) :- level(A, L).
+sum(A, L) :- neighbor(A, B), level(B, L).
+"""
+        self.write("e.csv", "from,to,length,road\noak,elm,0.5,A1\nelm,ash,2,B2\n")
+        self.write("n.csv", "tree,level\nash,30\nelm,20\noak,10\n")
+        toml = world('links = "e.csv"\nnodes = "n.csv"')
+        self.assertEqual(self.facts(program, toml, "sum", processes=(1, 2)), {(0, 30), (1, 60), (2, 50)})
+        text = self.read("f").decode()
+        self.assertIn('out(@1, "elm", 40.0, "B2")', text)
+        self.assertIn('out(@0, "oak", 5.0, "A1")', text)
+        self.write("p.meld", "type link(node, node, float, string, int).\ntype p(node).\np(A) :- link(A, _, _, _, _).\n")
+        self.refused("meldsim", "run", "p.meld", "--world", "w.toml", code=2, says="the links of the graph have 2 columns")
+        self.write("p.meld", "type link(node, node, int).\ntype p(node).\np(A) :- link(A, _, _).\n")
+        self.refused("meldsim", "run", "p.meld", "--world", "w.toml", code=2, says="takes the column length of the graph")
+
+    def test_numbers_with_gaps_stay(self):
+        self.write("e.txt", "10 700\n700 3000000\n")
+        found = self.facts(HOPS, world('links = "e.txt"', '[facts]\nsource = "id == 10"\n'), "dist")
+        self.assertEqual(found, {(10, 0), (700, 1), (3000000, 2)})
+
+    def test_what_makes_no_sense_is_refused(self):
+        for text, says in (('graph = "ring(9)"\nlinks = "e.csv"', "w.toml:3:9: this world has both graph and links"),
+                           ("", "w.toml:1:11: this world has neither graph nor links. write graph ="),
+                           ('graph = "rign(9)"', "w.toml:2:9: there is no graph 'rign'. did you mean 'ring'?"),
+                           ('graph = "ring(9)"\nheld = 1', "a graph has no held"),
+                           ('graph = "ring(9)"\n[[body]]\nshape = "box(1,1,1)"', "a graph has no body"),
+                           ('graph = "ring(9)"\n[motion]\nkind = "lattice"', "nodes of a graph do not move. take [motion] out"),
+                           ('graph = "ring(9)"\ndirected = true', "directed goes with links"),
+                           ('links = "no.csv"', "no.csv")):
+            self.write("w.toml", world(text))
+            self.refused("meldsim", "world", "w.toml", code=2, says=says)
+        self.write("w.toml", 'lattice = "square"\ngraph = "ring(9)"\n[[body]]\nshape = "box(1,1,1)"\n')
+        self.refused("meldsim", "world", "w.toml", code=2, says="w.toml:2:9: graph belongs to a graph, and this world has cells")
+
+    def test_programs_that_cannot_run_on_a_graph_are_refused(self):
+        for program, says in (("type p(node, int).\np(A, P) :- vacant(A, P).\n", "the nodes of a graph have no cells"),
+                              ("type p(node, sum int [<- neighbor]).\ntype q(node, int).\nq(A, 1) :- id(A, _).\n"
+                               "p(B, X) :- neighbor(A, B), q(A, X).\n", "and node 0 has 40")):
+            self.write("p.meld", program)
+            self.write("w.toml", world('graph = "star(41)"'))
+            self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", code=2, says=says)
+
+    def test_a_world_is_described(self):
+        self.write("w.toml", world('graph = "star(5)"'))
+        out, _ = self.call("meldsim", "world", "w.toml")
+        self.assertIn("w.toml: graph, 5 nodes, 4 links, degrees 1 to 4, 1.60 on average, 1 component\n", out)
+
+    def test_a_recording_can_be_read(self):
+        toml = world('graph = "grid(6, 5)"', '[facts]\nsource = "id == 0"\n[record]\nevery = 1\npredicates = ["dist"]\n')
+        self.facts(HOPS, toml, "dist", "--record", "r.vtkhdf", processes=(1, 2))
+        out, _ = self.call("meldsim", "shot", "r.vtkhdf", "-o", "r.png", "--colour", "dist(A, D)", "--size", "200x200")
+        self.assertIn("30 of 30 catoms", out)
+
+    def test_a_run_goes_on_from_a_checkpoint_on_other_processes(self):
+        graph = nx.barabasi_albert_graph(150, 2, seed=4)
+        nx.write_edgelist(graph, self.folder / "e.txt", data=False)
+        events = '[facts]\nsource = "id == 3"\n[[event]]\ntick = 3\nkill = [0, 1]\n[[event]]\ntick = 6\nkill = [2, 9]\n'
+        toml = world('links = "e.txt"', events)
+        self.facts(HOPS, toml, "dist", processes=(1,))
+        whole = self.read("d")
+        facts = self.read("f")
+        for n, m in ((1, 3), (2, 1), (2, 2)):
+            self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "-n", n, "--ticks", "4", "--checkpoint", f"c{n}{m}",
+                      "--digest", f"d{n}{m}", "--facts-out", "g")
+            self.assertNotEqual(self.read("g"), facts)
+            self.call("meldsim", "resume", f"c{n}{m}", "--quiet", "-n", m, "--ticks", "1000000")
+            self.assertEqual(self.read("g"), facts, (n, m))
+            self.assertEqual(self.read(f"d{n}{m}"), whole, (n, m))
+
+    def test_a_seed_on_the_command_line_makes_another_graph(self):
+        toml = world('graph = "random(60, 0.1)"', '[facts]\nsource = "id == 0"\n')
+        first = self.facts(HOPS, toml, "dist", processes=(1,))
+        self.assertEqual(self.facts(HOPS, toml, "dist", "--seed", "1", processes=(1, 2)), first)
+        other = self.facts(HOPS, toml, "dist", "--seed", "5", processes=(1, 2))
+        self.assertNotEqual(other, first)
+        self.assertEqual(self.facts(HOPS, "seed = 5\n" + toml, "dist", processes=(1,)), other)
+
+    def test_messages_that_take_time_reach_any_number_of_neighbours(self):
+        graph = nx.barabasi_albert_graph(80, 3, seed=2)
+        nx.write_edgelist(graph, self.folder / "e.txt", data=False)
+        network = '[network]\nkind = "latency"\nmost = 5\n'
+        self.expect_hops(graph, world('links = "e.txt"', '[facts]\nsource = "id == 17"\n' + network), [17])
+
+
+if __name__ == "__main__":
+    main("meldc", "meldsim")
