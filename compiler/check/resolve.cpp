@@ -355,6 +355,7 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
             linear_files.insert(rule->span.file);
     const Names names(program, tree);
     Resolver resolver(files, names, program, report, std::move(linear_files));
+    resolver.find_signs();
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
     resolver.finish();

@@ -19,6 +19,8 @@ class Resolver {
              std::set<std::uint32_t> linear_files)
         : files_(files), names_(names), program_(program), report_(report), linear_files_(std::move(linear_files)), later_(files, names) {}
 
+    // Before the first rule.
+    void find_signs();
     void rule(const syntax::Rule& tree);
     // After the last rule.
     void finish() const { later_.finish(); }
@@ -115,8 +117,12 @@ class Resolver {
     const syntax::Rule* tree_ = nullptr;
     std::set<VariableId> hinted_;               // Variables in hints that are left out.
     std::map<std::string, int> rules_named_;    // So far, by head and line.
+    int rules_once_ = 0;                        // So far.
     std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
     bool dialect_linear_ = false;
+    // Some head or fact of the program is a persistent `!p(...)`, which nobody writes for a negation.
+    bool persistent_marked_ = false;
+    diagnostics::Diagnostic* sign_note_ = nullptr;  // Once in a program.
     std::size_t errors_before_ = 0;
     // The rule uses a predicate whose declaration has an error.
     bool refused_ = false;
