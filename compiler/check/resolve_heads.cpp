@@ -1,6 +1,7 @@
 // Pass 2, heads: items of the syntax tree to heads of the checked program.
 #include <algorithm>
 
+#include "compiler/check/library_fold.h"
 #include "compiler/check/resolver.h"
 #include "runtime/base/assert.h"
 
@@ -180,7 +181,8 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
                 made.parameter = aggregate_parameter(made.aggregate, one.parameter, one.op, one.result.span);
             } else if (one.parameter != nullptr) {
                 const auto own = names_.functions.find(one.function);
-                const Type wanted = own == names_.functions.end() ? Type::Error : program_.functions[own->second].result;
+                const Type wanted = own == names_.functions.end() ? type_of_library_fold(one.function, value.type).value_or(Type::Error)
+                                                                  : program_.functions[own->second].result;
                 made.parameter = scope_->resolve(*one.parameter, wanted, "what a fold starts from");
             }
             if (made.aggregate == Aggregate::Custom) {
