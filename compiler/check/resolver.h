@@ -101,7 +101,9 @@ class Resolver {
     void add(Rule rule);
     // The rule with -o, without sigils that contradict a declaration.
     std::string consuming(const syntax::Rule& tree) const;
-    void suggest_to_start_once(const Head& head, diagnostics::Diagnostic& d) const;
+    void suggest_to_start_once(VariableId place, diagnostics::Diagnostic& d) const;
+    // A linear fact for each new way to satisfy the body (resolve_once.cpp).
+    void once(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void find_single_use(Rule& rule) const;
     void note_lower_case();
 
