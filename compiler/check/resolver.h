@@ -82,6 +82,7 @@ class Resolver {
     Head head_let(const syntax::HeadLet& tree, std::span<const syntax::HeadItem> behind);
     void head(const syntax::HeadItem& item, std::vector<Head>& out);
     void head_fact(const syntax::HeadFact& item, std::vector<Head>& out);
+    void derive_own_instead(const syntax::Atom& tree, const Predicate& p);
     Term one_element(const Predicate& p, const syntax::Expr& e);
     bool is_scheduling(const syntax::Atom& tree) const;
     void note_scheduling(const syntax::Atom& tree);
