@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "compiler/check/check.h"
+#include "compiler/check/library_fold.h"
 #include "compiler/check/types.h"
 #include "runtime/base/assert.h"
 
@@ -178,8 +179,8 @@ class Aggregates {
     void function(const syntax::Argument& a, Predicate& p) {
         MELD_EXPECT(p.aggregate == Aggregate::Custom && !p.fold.valid(), "{} has a function", p.name);
         for (const FunctionId id : program_.functions.ids())
-            if (program_.functions[id].name == a.aggregate) p.fold = id;
-        if (!p.fold.valid()) return unknown(a);
+            if (program_.functions[id].name == a.aggregate && !program_.functions[id].of_library) p.fold = id;
+        if (!p.fold.valid()) return of_library(a, p);
         const Function& f = program_.functions[p.fold];
         if (f.refused) return;
         const auto differs = [&](Kind kind, const std::string& what) {
@@ -197,11 +198,23 @@ class Aggregates {
                 return differs(Kind::TypeMismatch, fmt::format("`{}` makes one {} of two, and `{}` is about {} values", p.name,
                                                                type_name(type), f.name, type_name(other)));
     }
+    void of_library(const syntax::Argument& a, Predicate& p) {
+        const Type& type = p.arguments[p.aggregate_at].type;
+        const std::optional<FunctionId> fold = library_fold(program_, a.aggregate, type, a.aggregate_span);
+        if (fold) {
+            p.fold = *fold;
+        } else if (const LibraryFunction* f = library_function(a.aggregate, 2)) {
+            if (type != Type::Error) refuse_library_fold(*f, type, a.aggregate_span, report_);
+        } else {
+            unknown(a);
+        }
+    }
     void unknown(const syntax::Argument& a) {
         if (tree_.is_lost(a.aggregate)) return;
         const std::vector<std::string> words = syntax::words_of_declared_aggregates();
         std::vector<std::string> known = words;
-        for (const Function& f : program_.functions) known.push_back(f.name);
+        for (const Function& f : program_.functions)
+            if (!f.of_library) known.push_back(f.name);
         const std::string near = diagnostics::nearest_name(a.aggregate, known);
         auto& d =
             report_.add(Kind::UnknownFunction, a.aggregate_span, fmt::format("there is no aggregate and no function `{}`", a.aggregate));

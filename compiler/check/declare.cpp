@@ -124,9 +124,23 @@ class Declarer {
         if (p.route && (p.arguments.size() < 2 || (p.arguments[1].type != Type::Node && p.arguments[1].type != Type::Error))) {
             auto& second = report_.add(Kind::RouteSecondNotNode, d.name.span,
                                        fmt::format("the second argument of the route `{}` must be the catom it points to", p.name));
-            second.help = fmt::format("write `type route {}(node, node, ...)`, or leave out `route`", p.name);
+            second.help = fmt::format("write `{}`{}, or leave out `route`", route_declaration(p),
+                                      p.arguments.size() > 1 ? ", with the arguments in this order wherever it is used" : "");
             leave_out(d, "route", second);
         }
+    }
+
+    // With the first of the other catoms second, or with one more.
+    static std::string route_declaration(const Predicate& p) {
+        std::string types = "node, node";
+        bool moved = false;
+        for (std::size_t i = 1; i < p.arguments.size(); ++i) {
+            if (!moved && p.arguments[i].type == Type::Node)
+                moved = true;
+            else
+                types += ", " + type_name(p.arguments[i].type);
+        }
+        return fmt::format("type {}route {}({})", p.linear() ? "linear " : p.kind == PredicateKind::Action ? "action " : "", p.name, types);
     }
 
     void add(const syntax::Declaration& d, Predicate p) {

@@ -158,6 +158,25 @@ bool Improvement::keeps_body() const {
     return true;
 }
 
+const Term* Improvement::first_lost() const {
+    for (const Clause& c : rule_.body) {
+        if (c.kind != Clause::Kind::Test || std::find(definitions_.begin(), definitions_.end(), &c) != definitions_.end()) continue;
+        // ~(X > 3) is X <= 3.
+        const Term& inside = c.test.op == Op::Not ? c.test.operands[0] : c.test;
+        if (inside.op < Op::Less || inside.op > Op::GreaterEqual || &inside == &c.test) {
+            if (!keeps(c.test)) return &c.test;
+            continue;
+        }
+        Term without = inside;
+        without.op = inside.op == Op::Less        ? Op::GreaterEqual
+                     : inside.op == Op::LessEqual ? Op::Greater
+                     : inside.op == Op::Greater   ? Op::LessEqual
+                                                  : Op::Less;
+        if (!keeps(without)) return &c.test;
+    }
+    return nullptr;
+}
+
 bool Improvement::bounded() const {
     return std::any_of(rule_.body.begin(), rule_.body.end(), [&](const Clause& c) {
         return c.kind == Clause::Kind::Test && mentions(c.test) &&

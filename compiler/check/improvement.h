@@ -22,6 +22,8 @@ class Improvement {
     Course course(const Term& expression) const { return course(expression, courses_); }
     // Whether every test of the value in the body stays true while it improves.
     bool keeps_body() const;
+    // The first condition that need not stay true while the value improves; null if there is none.
+    const Term* first_lost() const;
     // Whether the body tests the value.
     bool bounded() const;
     // Whether the expression is never better than the value.

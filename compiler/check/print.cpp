@@ -320,7 +320,7 @@ std::string print(const Program& program) {
     for (const FunctionId id : program.functions.ids()) {
         const bool constant =
             std::any_of(program.constants.begin(), program.constants.end(), [&](const Constant& c) { return c.computed == id; });
-        if (!constant) text += print_function(program, program.functions[id]);
+        if (!constant && !program.functions[id].of_library) text += print_function(program, program.functions[id]);
     }
     for (const Rule& rule : program.rules) {
         text += fmt::format("\n// {}, runs at {}", rule.name, rule.site.valid() ? rule.variables[rule.site].name : "?");

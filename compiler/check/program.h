@@ -101,7 +101,8 @@ struct Function {
     std::size_t parameter_count = 0;
     Type result = Type::Error;
     Term body = {};
-    bool external = false;  // A C function of this name, linked in.
+    bool external = false;    // A C function of this name, linked in.
+    bool of_library = false;  // Made for a fold by a function of the library (library_fold.h).
     bool refused = false;
 };
 

@@ -85,6 +85,10 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
         auto& d = report_.add(Kind::InfiniteLinear, read->span,
                               fmt::format("`{}` is read here and nothing is consumed, so this rule would fire without end", name));
         d.help = "consume a linear fact in the body";
+        if (read->read_only)
+            d.help = "leave out `$`, and the rule consumes it";
+        else if (read->arguments[0].is_variable())
+            suggest_to_start_once(read->arguments[0].variable, d);
         if (read->read_only) d.fixes = {{.title = fmt::format("Consume `{}`", name), .edits = {{sigil_of(read->span), "", Fit::Word}}}};
         return;
     }
@@ -153,11 +157,8 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 one.heads = {h};
                 if (program_.predicates[h.atom.predicate].linear()) {
                     if (!axiom && !program_.predicates[h.atom.predicate].sensed) {
-                        if (refused_) return;
-                        suggest_to_start_once(h, report_.add(Kind::InfiniteLinear, h.span,
-                                                             fmt::format("nothing is consumed here, so `{}` would be made without end",
-                                                                         program_.predicates[h.atom.predicate].name)));
-                        return;
+                        once(rule, body, h);
+                        break;
                     }
                     one.linear = one.initial_fact = true;
                 }
@@ -300,18 +301,16 @@ void Resolver::add(Rule rule) {
 }
 
 // A linear fact that every catom has from the start lets the rule fire once.
-void Resolver::suggest_to_start_once(const Head& head, diagnostics::Diagnostic& d) const {
-    d.help = "consume a linear fact in the body";
-    const Term& place = head.atom.arguments[0];
-    const std::string& at = place.is_variable() ? rule_->variables[place.variable].name : "";
-    if (at.empty() || at[0] == '_' || tree_->arrow == syntax::Arrow::Axiom) return;
+void Resolver::suggest_to_start_once(VariableId place, diagnostics::Diagnostic& d) const {
+    const std::string& at = rule_->variables[place].name;
+    if (at.empty() || at[0] == '_' || tree_->selector) return;
     std::string once = "start";
     for (const char* name : {"start", "begin", "once"})
         if (once = name; !names_.predicates.contains({once, 1})) break;
     const std::string declaration = fmt::format("type linear {}(node).", once), fact = fmt::format("{}({}).", once, at),
                       rule = fmt::format("{}({}), {}", once, at, consuming(*tree_));
-    d.help =
-        fmt::format("to make it once, consume a fact that each catom has at the start:\n`{}`, `{}`, and `{}`", declaration, fact, rule);
+    d.help = fmt::format("consume a linear fact in the body, such as one that each catom has at the start:\n`{}`, `{}`, and `{}`",
+                         declaration, fact, rule);
     d.fixes = {{.title = fmt::format("Fire once, with a fact `{}` of each catom", once),
                 .edits = {later_.declaration(tree_->span, declaration), {tree_->span, fmt::format("{}\n{}", fact, without_stop(rule))}}}};
 }
@@ -355,6 +354,7 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
             linear_files.insert(rule->span.file);
     const Names names(program, tree);
     Resolver resolver(files, names, program, report, std::move(linear_files));
+    resolver.find_signs();
     for (const syntax::Item& item : tree.items)
         if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
     resolver.finish();

@@ -1,6 +1,7 @@
 // Pass 2, bodies: clauses of the syntax tree to clauses of the checked program.
 #include <algorithm>
 
+#include "compiler/check/library_fold.h"
 #include "compiler/check/operators.h"
 #include "compiler/check/resolver.h"
 #include "compiler/syntax/parse.h"
@@ -228,6 +229,12 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
     const auto own = names_.functions.find(name);
     if (own == names_.functions.end()) {
         if (names_.tree.is_lost(name)) return std::nullopt;
+        if (const std::optional<FunctionId> fold = library_fold(program_, name, value.type, span)) return fold;
+        if (const LibraryFunction* f = library_function(name, 2)) {
+            if (value.type != Type::Error) refuse_library_fold(*f, value.type, span, report_);
+            refused_ = true;
+            return std::nullopt;
+        }
         const std::vector<std::string> aggregates = syntax::words_of_aggregates_of_matches();
         std::vector<std::string> known;
         known.insert(known.end(), aggregates.begin(), aggregates.end());

@@ -1,6 +1,7 @@
 // Pass 2, heads: items of the syntax tree to heads of the checked program.
 #include <algorithm>
 
+#include "compiler/check/library_fold.h"
 #include "compiler/check/resolver.h"
 #include "runtime/base/assert.h"
 
@@ -54,6 +55,21 @@ void Resolver::head(const syntax::HeadItem& item, std::vector<Head>& out) {
     }
 }
 
+// A predicate of the program's own with the same arguments, which its rules can read instead.
+void Resolver::derive_own_instead(const syntax::Atom& tree, const Predicate& p) {
+    auto& d = report_.add(Kind::DerivedSensed, tree.span, fmt::format("`{}` is sensed: only the runtime says where it holds", p.name));
+    const std::string own = "own-" + p.name;
+    const auto taken = names_.predicates.find({own, p.arguments.size()});
+    if (taken != names_.predicates.end() && program_.predicates[taken->second].sensed) return;
+    std::string declaration = fmt::format("type {}{}{}(", p.linear() ? "linear " : "", p.route ? "route " : "", own);
+    for (std::size_t i = 0; i < p.arguments.size(); ++i) declaration += (i == 0 ? "" : ", ") + check::type_name(p.arguments[i].type);
+    declaration += ").";
+    d.help = fmt::format("derive a predicate of your own, and read that: `{}`", declaration);
+    if (taken != names_.predicates.end()) return;
+    d.fixes = {{.title = fmt::format("Derive `{}`", own),
+                .edits = {later_.declaration(tree_->span, std::move(declaration)), {tree.name.span, own}}}};
+}
+
 void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const syntax::Atom& tree = item.atom;
     if (is_scheduling(tree)) return note_scheduling(tree);
@@ -62,9 +78,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const Predicate& p = program_.predicates[*id];
     MELD_ASSERT(p.arguments.size() == tree.arguments.size(), "{} with {} arguments", p.signature(), tree.arguments.size());
     sigil(tree, p);
-    if (p.sensed)
-        report_.add(Kind::DerivedSensed, tree.span, fmt::format("`{}` is sensed: only the runtime says where it holds", p.name)).help =
-            "derive a predicate of your own";
+    if (p.sensed) derive_own_instead(tree, p);
     Head h{.kind = Head::Kind::Fact, .span = tree.span};
     h.atom.predicate = *id;
     h.atom.span = tree.span;
@@ -180,7 +194,8 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
                 made.parameter = aggregate_parameter(made.aggregate, one.parameter, one.op, one.result.span);
             } else if (one.parameter != nullptr) {
                 const auto own = names_.functions.find(one.function);
-                const Type wanted = own == names_.functions.end() ? Type::Error : program_.functions[own->second].result;
+                const Type wanted = own == names_.functions.end() ? type_of_library_fold(one.function, value.type).value_or(Type::Error)
+                                                                  : program_.functions[own->second].result;
                 made.parameter = scope_->resolve(*one.parameter, wanted, "what a fold starts from");
             }
             if (made.aggregate == Aggregate::Custom) {

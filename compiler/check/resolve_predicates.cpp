@@ -105,9 +105,37 @@ void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {
     d.fixes = {safe(diagnostics::leave_out({tree.span.file, tree.span.begin, tree.span.begin + 1}, "the sign", Fit::Word))};
 }
 
-// In a file without `-o`, `!p` of a persistent p means `not p`.
+void Resolver::find_signs() {
+    for (const syntax::Item& item : names_.tree.items) {
+        const auto* rule = std::get_if<syntax::Rule>(&item);
+        if (rule == nullptr) continue;
+        for (const syntax::HeadItem& head : rule->head) {
+            const auto* fact = std::get_if<syntax::HeadFact>(&head.node);
+            if (fact == nullptr || fact->atom.sigil != syntax::Sigil::Persistent) continue;
+            const auto found = names_.predicates.find({fact->atom.name.text, fact->atom.arguments.size()});
+            persistent_marked_ = persistent_marked_ || (found != names_.predicates.end() && !program_.predicates[found->second].linear());
+        }
+    }
+}
+
+// In a file without `-o`, `!p` of a persistent p means `not p`, unless the program marks persistent facts by `!`, as Linear Meld does.
 void Resolver::not_a_negation(const syntax::Atom& tree, const Predicate& p) {
     if (dialect_linear_ || tree.sigil != syntax::Sigil::Persistent || p.linear()) return;
+    if (persistent_marked_) {
+        diagnostics::Fix leave_out =
+            safe(diagnostics::leave_out({tree.span.file, tree.span.begin, tree.span.begin + 1}, "the sign", Fit::Word));
+        if (sign_note_ != nullptr) {
+            sign_note_->fixes.front().edits.push_back(std::move(leave_out.edits.front()));
+            return;
+        }
+        sign_note_ =
+            &report_.add(Kind::NeedlessSign, tree.span,
+                         fmt::format("`!` before `{}` says that it is persistent, as in Linear Meld; it does not negate it", p.name));
+        sign_note_->labels = {{p.span, "declared here, persistent"}};
+        sign_note_->help = fmt::format("leave the sign out; where `{0}` must not hold, write `not {0}(...)`", p.name);
+        sign_note_->fixes = {std::move(leave_out)};
+        return;
+    }
     auto& d = report_.add(Kind::SigilMismatch, tree.span, fmt::format("`!` before `{}` does not negate it", p.name));
     d.labels = {{p.span, "declared here, persistent"}};
     const std::string atom = tree.arguments.size() > 1 ? p.name + "(...)" : p.name + "(A)";

@@ -1,4 +1,5 @@
 // Pass 2, types of variables: from the facts of a rule, then from its equalities and aggregates to a fixpoint.
+#include "compiler/check/library_fold.h"
 #include "compiler/check/resolver.h"
 
 namespace meld::check {
@@ -142,7 +143,7 @@ Type Resolver::type_of_aggregate(const std::string& op, const Type& value) const
     const Aggregate aggregate = aggregate_named(op);
     if (aggregate == Aggregate::Custom) {
         const auto own = names_.functions.find(op);
-        return own == names_.functions.end() ? value : program_.functions[own->second].result;
+        return own == names_.functions.end() ? type_of_library_fold(op, value).value_or(value) : program_.functions[own->second].result;
     }
     switch (info(aggregate).result) {
         case AggregateInfo::Result::Same:

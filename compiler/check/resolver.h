@@ -19,6 +19,8 @@ class Resolver {
              std::set<std::uint32_t> linear_files)
         : files_(files), names_(names), program_(program), report_(report), linear_files_(std::move(linear_files)), later_(files, names) {}
 
+    // Before the first rule.
+    void find_signs();
     void rule(const syntax::Rule& tree);
     // After the last rule.
     void finish() const { later_.finish(); }
@@ -80,6 +82,7 @@ class Resolver {
     Head head_let(const syntax::HeadLet& tree, std::span<const syntax::HeadItem> behind);
     void head(const syntax::HeadItem& item, std::vector<Head>& out);
     void head_fact(const syntax::HeadFact& item, std::vector<Head>& out);
+    void derive_own_instead(const syntax::Atom& tree, const Predicate& p);
     Term one_element(const Predicate& p, const syntax::Expr& e);
     bool is_scheduling(const syntax::Atom& tree) const;
     void note_scheduling(const syntax::Atom& tree);
@@ -99,7 +102,9 @@ class Resolver {
     void add(Rule rule);
     // The rule with -o, without sigils that contradict a declaration.
     std::string consuming(const syntax::Rule& tree) const;
-    void suggest_to_start_once(const Head& head, diagnostics::Diagnostic& d) const;
+    void suggest_to_start_once(VariableId place, diagnostics::Diagnostic& d) const;
+    // A linear fact for each new way to satisfy the body (resolve_once.cpp).
+    void once(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void find_single_use(Rule& rule) const;
     void note_lower_case();
 
@@ -115,8 +120,12 @@ class Resolver {
     const syntax::Rule* tree_ = nullptr;
     std::set<VariableId> hinted_;               // Variables in hints that are left out.
     std::map<std::string, int> rules_named_;    // So far, by head and line.
+    int rules_once_ = 0;                        // So far.
     std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
     bool dialect_linear_ = false;
+    // Some head or fact of the program is a persistent `!p(...)`, which nobody writes for a negation.
+    bool persistent_marked_ = false;
+    diagnostics::Diagnostic* sign_note_ = nullptr;  // Once in a program.
     std::size_t errors_before_ = 0;
     // The rule uses a predicate whose declaration has an error.
     bool refused_ = false;

@@ -22,7 +22,8 @@ Names::Names(const Program& program, const syntax::Tree& source) : tree(source) 
         predicates.emplace(std::pair(program.predicates[id].name, program.predicates[id].arguments.size()), id);
     for (const ConstantId id : program.constants.ids())
         if (!program.constants[id].argument) constants.emplace(program.constants[id].name, id);
-    for (const FunctionId id : program.functions.ids()) functions.emplace(program.functions[id].name, id);
+    for (const FunctionId id : program.functions.ids())
+        if (!program.functions[id].of_library) functions.emplace(program.functions[id].name, id);
 }
 
 Clause equality(Term left, Term right, Span span) {

@@ -8,6 +8,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/check/forall.h"
+#include "compiler/check/split_linear.h"
 #include "runtime/base/assert.h"
 
 namespace meld::check {
@@ -232,6 +233,14 @@ class Sites {
                                                   shown(first->arguments[0].variable), shown(a.arguments[0].variable)));
                 d.labels = {{first->span, fmt::format("this one is at {}", shown(first->arguments[0].variable))}};
                 d.help = "first send one of them over the link: `p(B, X), neighbor(B, A) -o p-here(A, B, X).`, then consume both at A";
+                const auto split = split_linear(program_, rule_, first->arguments[0].variable, a.arguments[0].variable);
+                if (!split || rule_.select != Select::None) return;
+                d.help = fmt::format("first send what is at {} over the link, then consume it at {}:\n`{}`\n`{}`\n`{}`",
+                                     shown(a.arguments[0].variable), shown(first->arguments[0].variable), split->declaration, split->send,
+                                     split->consume);
+                const std::string last = split->consume.substr(0, split->consume.size() - 1);
+                d.fixes = {diagnostics::write(rule_.span, fmt::format("{}\n{}\n{}", split->declaration, split->send, last))};
+                d.fixes.front().title = "Write it in two steps";
             }
         };
         each_atom(rule_.body, consumed);

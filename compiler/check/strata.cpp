@@ -227,7 +227,10 @@ class Strata {
         }
         d.help = through.waits                     ? "derive the links without the facts that wait for them"
                  : kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
-                                                   : "aggregate into another predicate, which the rules of the cycle do not read";
+                                                   : fmt::format(
+                                                         "derive another predicate here, such as `{}-of-all`, and read that "
+                                                         "outside of the cycle",
+                                                         program_.predicates[head].name);
     }
 
     Program& program_;

@@ -241,11 +241,9 @@ std::string element(const Scope& scope, const Term& t, const Type& type) {
     return sure ? value : fmt::format("checked_real(*s.e, {}, {})", scope.site(), value);
 }
 
-std::string literal_word(const Term& t, const Type& type) {
-    std::string none;
-    int number = 0;
-    const std::optional<std::string> word = constant_word(t, type, none, number);
-    MELD_CHECK(word && number == 0, "a literal of one word is none");
+std::string literal_word(const Term& t, const Type& type, std::string& before, int& number) {
+    const std::optional<std::string> word = constant_word(t, type, before, number);
+    MELD_CHECK(word, "a literal of type {} is none", type_name(type));
     return *word;
 }
 

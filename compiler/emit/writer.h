@@ -106,8 +106,8 @@ std::string equal(const check::Type& type, const std::string& a, const std::stri
 std::string as_word(const std::string& value);
 std::string from_word(const check::Type& type, const std::string& word);
 
-// The word of a literal of one word.
-std::string literal_word(const check::Term& t, const check::Type& type);
+// The word of a literal as static data. Appends declarations of the lists and strings in it to `before`, with names numbered from `number`.
+std::string literal_word(const check::Term& t, const check::Type& type, std::string& before, int& number);
 
 // The declaration of the kernel object of this name that aggregates values of this type: `SumOf<double> made0{}`. result: the type of the
 // result; limit: a C++ expression for how many values the aggregate keeps, if it has such a parameter.

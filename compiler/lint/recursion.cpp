@@ -5,6 +5,8 @@
 
 #include "compiler/check/fronts.h"
 #include "compiler/check/values_read.h"
+#include "compiler/lint/growth.h"
+#include "compiler/lint/guarded.h"
 #include "compiler/lint/inverted.h"
 #include "compiler/lint/lint.h"
 #include "compiler/lint/replaced.h"
@@ -90,29 +92,19 @@ class Recursion {
     }
     // d(B, N + 1) :- d(A, N): a new fact for every N, for ever, unless an aggregate keeps only the best.
     bool warn_growth(const check::Stratum& c) {
-        bool warned = false;
-        for (const RuleId id : c.rules) {
-            const Rule& rule = program_.rules[id];
-            const Atom& head = rule.heads[0].atom;
-            const Predicate& p = program_.predicates[head.predicate];
-            for (std::size_t i = 1; i < head.arguments.size(); ++i) {
-                const Term& t = head.arguments[i];
-                if (t.op != Op::Add && t.op != Op::Multiply && t.op != Op::Subtract && t.op != Op::Power) continue;
-                const bool worse = (keeps_least(p.aggregate) && t.op == Op::Add) || (keeps_greatest(p.aggregate) && t.op == Op::Subtract);
-                if (p.aggregate == Aggregate::First || (worse && i == p.aggregate_at)) continue;
-                if (p.aggregate != Aggregate::None && i > p.aggregate_at) continue;
-                if (!comes_from(rule, t, c)) continue;
-                warned = true;
-                // A bound would not help the value of a min or max: at the bound, values would appear and disappear for ever.
-                report_
-                    .add(Kind::UnboundedArithmetic, t.span,
-                         fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", i + 1, p.name, p.name))
-                    .help = p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition"
-                            : i == p.aggregate_at          ? kGetWorse
-                                                           : "bound it with a condition";
-            }
+        const std::vector<Growing> growing = growing_arguments(program_, c);
+        for (const Growing& g : growing) {
+            const Predicate& p = program_.predicates[g.predicate];
+            // A bound would not help the value of a min or max: at the bound, values would appear and disappear for ever.
+            report_
+                .add(Kind::UnboundedArithmetic, g.span,
+                     fmt::format("argument {} of `{}` may grow for ever: it is computed from `{}` again", g.argument + 1, p.name, p.name))
+                .help = g.how == Growing::How::Longer    ? "bound its length with a condition, or let each element be in it only once"
+                        : p.aggregate == Aggregate::None ? "keep only the least with `min`, or bound it with a condition"
+                        : g.argument == p.aggregate_at   ? kGetWorse
+                                                         : "bound it with a condition";
         }
-        return warned;
+        return !growing.empty();
     }
 
     // A rule by which a value passes from one predicate of the stratum to another.
@@ -153,7 +145,8 @@ class Recursion {
     }
     // p(A) :- m(A, 3) and m(A, 4) :- p(A), with max: the value does not pass on, but removes its own support.
     bool warn_replaced(const check::Stratum& c) {
-        const auto found = replaced_by_itself(program_, c);
+        auto found = guarded_by_itself(program_, c);
+        if (!found) found = replaced_by_itself(program_, c);
         if (!found) return false;
         const std::string& name = program_.predicates[found->predicate].name;
         auto& d = report_.add(Kind::ImprovesItself, found->made,
@@ -225,21 +218,6 @@ class Recursion {
         }
         std::reverse(back.begin(), back.end());
         return back;
-    }
-
-    static bool comes_from(const Rule& rule, const Term& t, const check::Stratum& c) {
-        bool found = false, bounded = false;
-        each_variable(t, [&](VariableId v) {
-            each_atom(rule.body, [&](const Atom& a, bool negated) {
-                for (const Term& argument : a.arguments)
-                    found = found || (!negated && c.contains(a.predicate) && argument.is_variable() && argument.variable == v);
-            });
-            for (const Clause& clause : rule.body)
-                if (clause.kind == Clause::Kind::Test && (clause.test.op == Op::Less || clause.test.op == Op::LessEqual ||
-                                                          clause.test.op == Op::Greater || clause.test.op == Op::GreaterEqual))
-                    each_variable(clause.test, [&](VariableId w) { bounded = bounded || w == v; });
-        });
-        return found && !bounded;
     }
 
     const Program& program_;

@@ -18,7 +18,6 @@ class Search {
     std::optional<Replaced> run() {
         for (const RuleId id : stratum_.rules) {
             asking_ = &program_.rules[id];
-            if (auto found = guarded(*asking_)) return found;
             asked_ = asked(*asking_);
             if (asked_ == nullptr) continue;
             const Predicate& p = program_.predicates[asked_->predicate];
@@ -41,41 +40,6 @@ class Search {
             if (c.kind == Clause::Kind::Atom && stratum_.contains(c.atom.predicate))
                 return c.atom.arguments[0].variable == rule.site ? &c.atom : nullptr;
         return nullptr;
-    }
-
-    // If a rule reads the value of its head's group, and derives one only if that is better. Other support is not searched for: the
-    // comparison would be useless if there were any.
-    std::optional<Replaced> guarded(const Rule& rule) const {
-        const Atom& head = rule.heads[0].atom;
-        const Predicate& p = program_.predicates[head.predicate];
-        if (!keeps_best(p.aggregate) || p.needs_all() || rule.heads[0].delay.op != Op::Anonymous) return std::nullopt;
-        const Term& made = head.arguments[p.aggregate_at];
-        // Of literals fails() knows more.
-        if (number(made)) return std::nullopt;
-        for (const Clause& c : rule.body) {
-            if (c.kind != Clause::Kind::Atom || c.atom.predicate != head.predicate || !same_group(c.atom, head, p)) continue;
-            const Term& there = c.atom.arguments[p.aggregate_at];
-            if (!there.is_variable() || same(there, made)) continue;
-            for (const Condition& asked : conditions(rule.body)) {
-                if (!asked.holds || asked.term->op < Op::Less || asked.term->op > Op::GreaterEqual) continue;
-                const bool less = asked.term->op == Op::Less || asked.term->op == Op::LessEqual;
-                const Term &low = asked.term->operands[less ? 0 : 1], &high = asked.term->operands[less ? 1 : 0];
-                const bool least = keeps_least(p.aggregate);
-                if (same(least ? low : high, made) && same(least ? high : low, there))
-                    return Replaced{.predicate = head.predicate, .made = made.span, .guard = true, .asked = asked.term->span};
-            }
-        }
-        return std::nullopt;
-    }
-    static bool same_group(const Atom& a, const Atom& b, const Predicate& p) {
-        for (std::size_t i = 0; i < p.aggregate_at; ++i)
-            if (!same(a.arguments[i], b.arguments[i])) return false;
-        return true;
-    }
-    static bool same(const Term& a, const Term& b) {
-        return a.op == b.op && a.variable == b.variable && a.integer == b.integer && a.real == b.real && a.text == b.text &&
-               a.constant == b.constant && a.function == b.function &&
-               std::equal(a.operands.begin(), a.operands.end(), b.operands.begin(), b.operands.end(), same);
     }
 
     // Where the head of this rule leads to.

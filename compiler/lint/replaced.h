@@ -16,7 +16,7 @@ using source::Span;
 struct Replaced {
     PredicateId predicate;
     Span made;           // The better value, in a head.
-    bool guard = false;  // The rule tests whether the value that it derives is better than the existing one.
+    bool guard = false;  // A rule only tests whether the value that it derives is better than the existing one (guarded.h).
     Span asked;          // The test that the better value does not pass: the value in a fact of a body, or a condition.
     struct Between {
         PredicateId head, read;
@@ -26,8 +26,7 @@ struct Replaced {
 };
 
 // m(A, 4) :- m(A, 3), also through other predicates, for a max: the 3 is gone as soon as it has led to the 4, and the 4 with it. Only at
-// one catom, in rules that test the stratum for nothing else, so that they certainly fire there. Constants count with their values. Or a
-// rule derives a value if it is better than that of the same group, with a min: v(A, Y) :- neighbor(A, B), v(A, X), v(B, Y), X > Y.
+// one catom, in rules that test the stratum for nothing else, so that they certainly fire there. Constants count with their values.
 std::optional<Replaced> replaced_by_itself(const Program& program, const check::Stratum& stratum);
 
 }  // namespace meld::lint

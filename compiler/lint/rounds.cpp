@@ -53,8 +53,10 @@ class Counter {
         });
         for (const Clause& c : rule.body) {
             if (c.kind != Clause::Kind::Test || c.test.op < Op::Less || c.test.op > Op::GreaterEqual) continue;
-            for (const Term& side : c.test.operands)
-                bounded_ = bounded_ || std::find(rounds.begin(), rounds.end(), sum(rule, side).variable) != rounds.end();
+            // R < 9, not R > 9.
+            const bool less = c.test.op == Op::Less || c.test.op == Op::LessEqual;
+            const Term& low = c.test.operands[less ? 0 : 1];
+            bounded_ = bounded_ || std::find(rounds.begin(), rounds.end(), sum(rule, low).variable) != rounds.end();
         }
         return known;
     }

@@ -11,7 +11,8 @@ using check::Stratum;
 enum class Rounds { None, Bounded, Endless };
 
 // Whether the first int of each group of the stratum is the number of a round: no rule derives a smaller one than it reads from the
-// stratum, and no cycle of rules leaves it unchanged. Bounded: some rule compares it.
+// stratum, and no cycle of rules leaves it unchanged. Bounded: some rule asks
+// for a number below something.
 Rounds count_rounds(const Program& program, const check::Stratum& stratum);
 
 }  // namespace meld::lint

@@ -289,7 +289,7 @@ class Useless {
     // ---- functions
 
     void unused_parameters(const Function& f) {
-        if (f.external || f.span.file != program_file_) return;
+        if (f.external || f.of_library || f.span.file != program_file_) return;
         std::vector<bool> used(f.variables.count(), false);
         each_free_use(f.body, [&](const Term& t) { used[t.variable.index()] = true; });
         for (std::size_t i = 0; i < f.parameter_count; ++i) {

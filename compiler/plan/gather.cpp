@@ -1,6 +1,6 @@
 // Pass: facts in the text. A program that contains its world gives thousands of facts, each about one catom; a rule for each of them would
 // be compiled, and tried at every catom. Many facts of one predicate become one rule over a table that is searched by catom, wherever they
-// are, as long as no other rule of the predicate comes between them.
+// are, as long as no other rule of the predicate comes between them. Facts of several predicates may stand in turn.
 //     edge(@0, @1, 3).  edge(@0, @2, 5).  ...        edge(A, X1, X2) :- edge'facts(A, X1, X2).
 // Linear ones, which a catom is given once, become one comprehension. Assumes folded constants.
 #include <algorithm>
@@ -30,6 +30,13 @@ bool is_plain(const Term& t) {
             return std::isfinite(t.real);
         case Op::ToFloat:
             return t.operands[0].op == Op::Int;
+        case Op::String:
+            return true;
+        case Op::List:
+        case Op::Struct:
+        case Op::Tuple:
+            // A set is sorted when it is made.
+            return t.type.kind != Type::Kind::Set && std::all_of(t.operands.begin(), t.operands.end(), is_plain);
         default:
             return false;
     }

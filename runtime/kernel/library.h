@@ -119,6 +119,12 @@ inline ListRef difference(Eval& e, u32 rule, const TypeInfo* types, u16 type, Li
 inline bool subset(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l, ListRef of) {
     return count_of(difference(e, rule, types, type, l, of)) == 0;
 }
+// Whether they have an element in common.
+inline bool meets(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef l, ListRef other) {
+    for (u32 i = 0; i < count_of(other); ++i)
+        if (exists(e, rule, types, type, l, other->items[i])) return true;
+    return false;
+}
 inline ListRef list_union(Eval& e, u32 rule, const TypeInfo* types, u16 type, ListRef a, ListRef b) {
     return meld::append(e, a, difference(e, rule, types, type, b, a));
 }
