@@ -160,6 +160,13 @@ class Exports(Case):
         self.assertEqual(len(faces), 6 * 9 * 2)
         volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
         self.assertAlmostEqual(volume, 27, places=3)
+        # Of rounded ones the edges are round, and those that others surround are left out.
+        places, faces, corners = self.check_solid(self.export("b.glb", "--form", "rounded"))
+        self.assertEqual((len(places), len(faces)), (26 * 216, 26 * 300))
+        inner, r = 1 - 2 * 0.13, 0.13
+        volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        wanted = inner ** 3 + 6 * r * inner ** 2 + 3 * math.pi * r ** 2 * inner + 4 / 3 * math.pi * r ** 3
+        self.assertAlmostEqual(volume / (26 * wanted), 1, delta=0.01)
         # Up is y there, and z before.
         self.write("tower.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(1, 2, 5)"\n')
         places, _, _ = self.check_solid(self.export("c.glb", "--world", "tower.toml", "--form", "cube"))
