@@ -28,6 +28,11 @@ class Writer {
   public:
     Writer(const Surface& surface, double letter) : pen_(pen_for(surface)), letter_(letter) {
         cairo_select_font_face(pen_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+        // Letters are not moved to whole pixels: a text in letters of half the size is half as wide.
+        cairo_font_options_t* const options = cairo_font_options_create();
+        cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+        cairo_set_font_options(pen_.get(), options);
+        cairo_font_options_destroy(options);
         size(1);
     }
     cairo_t* pen() const { return pen_.get(); }
@@ -254,10 +259,9 @@ void write_callouts(Writer& writer, const Painted& picture, const Scene& scene, 
 }  // namespace
 
 double letters_wide(const std::string& text) {
-    // Letters stand on whole pixels, so texts in small ones are a little wider or narrower.
-    constexpr double kLarge = 100, kRounded = 1.07;
+    constexpr double kSize = 100, kRounded = 1.01;
     const Nowhere nowhere;
-    return kRounded * Writer(nowhere.surface, kLarge).width(text) / kLarge;
+    return kRounded * Writer(nowhere.surface, kSize).width(text) / kSize;
 }
 
 std::size_t room_for_callouts(std::size_t width, std::size_t height) {
