@@ -216,6 +216,11 @@ class Exports(Case):
         self.assertEqual(self.read("old.ply"), b"as it was")
         out, _ = self.call("meldsim", "export", "front.meld", "-o", "a.csv", "--tick", "0,end")
         self.assertEqual(out, "a.csv: 27 of 27 catoms, ticks 0, 8\n")
+        # A tick that is named twice is in it once, also as the end.
+        for colour in ((), DIST):
+            self.call("meldsim", "export", "front.meld", "-o", "b.csv", "--tick", "5,2,2,end,8", "--quiet", *colour)
+            rows = list(csv.DictReader(io.StringIO(self.read("b.csv").decode(), newline="")))
+            self.assertEqual([int(row["tick"]) for row in rows], [2] * 27 + [5] * 27 + [8] * 27)
         out, _ = self.call("meldsim", "export", "front.meld", "-o", "a.ply", "--only", "source(A)", "--json")
         self.assertEqual(json.loads(out), {"file": "a.ply", "ticks": [8], "catoms": 27, "shown": 1})
 
