@@ -29,7 +29,10 @@ int no_such_option(const CLI::App& command, const std::string& where, const std:
 
 // The option that a parser error is about, whose message starts with its name; nullptr: none.
 const CLI::Option* option_of(const CLI::App& command, const std::string& message) {
-    const std::string name = message.substr(0, message.find_first_of(": "));
+    std::string_view rest = message;
+    if (constexpr std::string_view kConversion = "Could not convert: "; rest.starts_with(kConversion))
+        rest.remove_prefix(kConversion.size());
+    const std::string name(rest.substr(0, rest.find_first_of(": ")));
     const CLI::Option* option = command.get_option_no_throw(name);
     // Some messages contain the name without its dashes.
     return option != nullptr ? option : command.get_option_no_throw("--" + name);
@@ -47,6 +50,11 @@ std::string names_of(const CLI::Option& option) {
 std::string about_value(const CLI::Option& option, const CLI::ParseError& error) {
     const std::string name = names_of(option), message = error.what();
     if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return name + " " + message.substr(message.find(": ") + 2);
+    // Options with a type of numbers are the only ones whose text is converted.
+    if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) {
+        const std::size_t equals = message.find(" = ");
+        return fmt::format("{} takes a number, not '{}'", name, equals == std::string::npos ? "" : message.substr(equals + 3));
+    }
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return "";
     if (option.get_items_expected_max() == 0) return name + " takes no value";
     if (option.count() > 1) return fmt::format("{} is given {} times, and may be given only once", name, option.count());

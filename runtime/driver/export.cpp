@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -47,8 +48,11 @@ class Export {
     // Calls it with each frame, on process 0.
     template <class Take>
     Result<void> pass(const Take& take) {
+        std::optional<std::int64_t> last;
         for (const std::size_t i : order_of(ticks_, onlooker_.at_checkpoint())) {
             if (auto there = onlooker_.reach(ticks_[i]); !there) return there;
+            // A tick that is named twice, or that is also the end, is written once.
+            if (std::exchange(last, onlooker_.tick()) == onlooker_.tick()) continue;
             Result<picture::Frame> frame = onlooker_.look(look_);
             if (!frame) return tl::unexpected<Error>(frame.error());
             if (auto taken = all(onlooker_.speaks() ? take(*frame) : Result<void>{}); !taken) return taken;

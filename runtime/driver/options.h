@@ -68,6 +68,7 @@ struct PictureOptions {
     std::string size = "1280x720";  // In pixels.
     // Bodies, in Meld; runtime/picture/frame.h says what of.
     std::string colour = {}, only = {}, hide = {}, links = {}, arrows = {}, labels = {};
+    std::vector<std::string> callouts = {};  // "@12", "@12=TEXT", or a body.
     std::string map = "viridis";
     std::string range = {};                              // "LOW:HIGH"
     std::string form = {};                               // Otherwise that of the lattice.
@@ -77,7 +78,7 @@ struct PictureOptions {
     std::optional<double> catom_size = {};  // As a part of what it is.
     std::string title = {};
     std::string background = "white";  // Or "transparent".
-    bool ground = false, scale = false, bare = false;
+    bool ground = false, scale = false, bare = false, edges = false;
     int samples = 2;
     std::variant<ShotOptions, MovieOptions, ExportOptions> of = ShotOptions{};
 };

@@ -28,7 +28,8 @@ CLI::App* add_command(CLI::App& app, Asking& asking, const std::string& name, co
 }
 
 void add_form(CLI::App& c, PictureOptions& picture) {
-    add(c, "--form", picture.form, "FORM", "Draw sphere, cube, disc or hexagon; otherwise what fits the lattice");
+    add(c, "--form", picture.form, "FORM",
+        "Draw sphere, cube, rounded (a cube with round edges), disc or hexagon; otherwise what fits the lattice");
     add(c, "--catom-size", picture.catom_size, "FACTOR",
         "Draw catoms so much smaller; otherwise 0.5 where lines are among them in space, or 1");
 }
@@ -39,6 +40,7 @@ void add_camera(CLI::App& c, PictureOptions& picture) {
     add(c, "--elevation", picture.elevation, "DEGREES", "How high the camera stands");
     add(c, "--angle", picture.angle, "DEGREES", "How much the camera sees; 0: parallel, without perspective");
     add(c, "--zoom", picture.zoom, "FACTOR", "Show the middle larger")->capture_default_str();
+    c.add_flag("--edges", picture.edges, "Draw lines at the edges of catoms, and around what is in front")->group(kGroup);
     c.add_flag("--ground", picture.ground, "Show shadows on a floor")->group(kGroup);
     c.add_flag("--scale", picture.scale, "Draw a scale")->group(kGroup);
     c.add_flag("--bare", picture.bare, "Write neither ticks nor a legend")->group(kGroup);
@@ -65,6 +67,10 @@ void add_view(CLI::App& c, PictureOptions& picture) {
     add(c, "--links", picture.links, "BODY", "Draw a line from a catom to the next variable that is a catom, or along a vec3");
     add(c, "--arrows", picture.arrows, "BODY", "The same with an arrow");
     add(c, "--labels", picture.labels, "BODY", "Write the value of the last variable at the catom");
+    add(c, "--callout", picture.callouts, "@N=TEXT|BODY",
+        "Write this beside the picture, with a line to the catom; or for each catom of a body the value of its last variable; repeatable")
+        ->take_all()
+        ->allow_extra_args(false);
     add_camera(c, picture);
 }
 

@@ -54,10 +54,21 @@ Result<std::optional<std::pair<double, double>>> parse_range(const std::string& 
 Result<std::optional<render::Form>> parse_form(const std::string& text) {
     using Form = render::Form;
     if (text.empty()) return std::nullopt;
-    for (const auto& [name, form] : {std::pair("sphere", Form::Sphere), std::pair("cube", Form::Cube), std::pair("disc", Form::Disc),
-                                     std::pair("hexagon", Form::Hexagon)})
+    for (const auto& [name, form] : {std::pair("sphere", Form::Sphere), std::pair("cube", Form::Cube), std::pair("rounded", Form::Rounded),
+                                     std::pair("disc", Form::Disc), std::pair("hexagon", Form::Hexagon)})
         if (text == name) return form;
-    return fail(fmt::format("--form: '{}' is none", text), "Write sphere, cube, disc or hexagon");
+    return fail(fmt::format("--form: '{}' is none", text), "Write sphere, cube, rounded, disc or hexagon");
+}
+
+Result<picture::Callout> parse_callout(const std::string& text) {
+    if (!text.starts_with('@')) return picture::Callout{.body = text};
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    const auto id = parse_count(name.substr(1));
+    if (!id || equals + 1 == text.size())
+        return fail(fmt::format("--callout: '{}' is no callout", text),
+                    "Write @12, @12='the source', or a body in Meld, as in 'leader(A), T = \"leader\"'");
+    return picture::Callout{.catom = *id, .text = equals == std::string::npos ? name : text.substr(equals + 1)};
 }
 
 Result<std::optional<render::Rgb>> parse_background(const std::string& text) {
@@ -178,6 +189,11 @@ Result<picture::Look> look_of(const PictureOptions& options) {
                          .range = *range,
                          .form = *form,
                          .ground = options.ground};
+    for (const std::string& text : options.callouts) {
+        auto callout = parse_callout(text);
+        if (!callout) return tl::unexpected<Error>(callout.error());
+        out.callouts.push_back(std::move(*callout));
+    }
     if (options.catom_size) out.size = static_cast<float>(*options.catom_size);
     return out;
 }
@@ -202,6 +218,7 @@ Result<picture::SheetOptions> sheet_of(const PictureOptions& options, const worl
     set(out.view.angle_deg, options.angle);
     out.view.zoom = static_cast<float>(options.zoom);
     out.quality.samples = static_cast<std::size_t>(options.samples);
+    out.quality.edges = options.edges;
     out.background = *background;
     out.title = options.title;
     out.scale = options.scale;

@@ -46,6 +46,8 @@ void add_share(CLI::App& app, ShareOrder& order) {
     CLI::Option* const file =
         app.add_option("--share", order.file, "Serve nothing: write the run to this file, as a page that needs no server")
             ->type_name("FILE");
+    // Nothing is served, and nobody waits.
+    for (const char* served : {"--port", "--no-open", "--for", "BESIDE"}) file->excludes(app.get_option(served));
     for (const auto& [name, body, help] : kBodies) app.add_option(name, order.*body, help)->type_name("BODY")->needs(file);
     app.add_option("--map", order.map, "With --share: colours of numbers: viridis, cividis, magma, coolwarm, grey")
         ->type_name("NAME")

@@ -57,8 +57,10 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
     if (world.is_graph()) return graph_text(world);
     const world::Lattice lattice(world.lattice);
     // Counting is exact and fast up to some hundred million.
-    const std::string count = size.cells_estimate < 2e8 ? fmt::format("{} catoms", world::count_catoms(world, lattice))
-                                                        : fmt::format("about {} catoms", format_count(size.cells_estimate));
+    const bool exact = size.cells_estimate < 2e8;
+    const std::uint64_t catoms = exact ? world::count_catoms(world, lattice) : 0;
+    const std::string count = exact ? fmt::format("{} catom{}", catoms, catoms == 1 ? "" : "s")
+                                    : fmt::format("about {} catoms", format_count(size.cells_estimate));
     return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count,
                        size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }

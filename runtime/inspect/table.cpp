@@ -97,6 +97,11 @@ void Table::finish() {
 
 std::string Table::text(std::size_t row, std::size_t column) const { return tuple::print_value(type(column), cell(row, column)); }
 
+std::string Table::plain(std::size_t row, std::size_t column) const {
+    const tuple::Type t = type(column);
+    return t.kind() == ValueType::String ? tuple::print_plain(t, cell(row, column)) : text(row, column);
+}
+
 std::string Table::to_text(std::uint64_t most_rows) const {
     if (columns_.empty()) return rows_ > 0 ? "yes\n" : "no\n";
     if (rows_ == 0) return "no rows\n";

@@ -34,6 +34,8 @@ class Table {
 
     // A value as the language writes it.
     std::string text(std::size_t row, std::size_t column) const;
+    // The same, but a string is only what is in it.
+    std::string plain(std::size_t row, std::size_t column) const;
     // Each with at most so many rows. Text has a line of names, and a line for each row; without columns, "yes" or "no".
     std::string to_text(std::uint64_t most_rows) const;
     // As in files of facts: catoms as their numbers; strings and whatever has parts as text.

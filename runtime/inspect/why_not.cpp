@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "runtime/base/bytes.h"
 #include "runtime/inspect/earlier_states.h"
+#include "runtime/inspect/gone.h"
 #include "runtime/inspect/heads.h"
 #include "runtime/inspect/why.h"
 #include "runtime/kernel/lists.h"
@@ -54,6 +57,8 @@ class WhyNot {
             if (auto done = explain(i); !done) return tl::unexpected<Error>(done.error());
         return std::move(out_);
     }
+    // The catom of the fact that was asked about, if there is none.
+    std::optional<u64> absent() const { return absent_; }
 
   private:
     struct Asked {
@@ -80,7 +85,10 @@ class WhyNot {
         const Known fact = facts_[i].fact;
         const check::Predicate& p = e_.predicate(fact.predicate);
         Facts& now = e_.facts(0);
-        if (!now.exists(*fact.catom)) return note(i, fmt::format("there is no catom @{}", *fact.catom));
+        if (!now.exists(*fact.catom)) {
+            if (i == 0) absent_ = fact.catom;
+            return note(i, fmt::format("there is no catom @{}", *fact.catom));
+        }
         if (p.world != WorldSource::None) return not_sensed(i);
         if (p.sensed) return note(i, "it is not sensed");
         if (const std::optional<Instead> other = instead_of(fact)) {
@@ -394,6 +402,7 @@ class WhyNot {
     Explainer& e_;
     const WhyOptions& options_;
     Explanation out_;
+    std::optional<u64> absent_;
     std::vector<Asked> facts_;  // By node.
     std::map<std::string, std::size_t> numbers_;
 };
@@ -402,13 +411,24 @@ class WhyNot {
 
 Result<Explanation> why_not(timeline::Timeline& timeline, const std::string& fact, const WhyOptions& options) {
     Explanation out;
+    std::optional<u64> absent;
     const Result<void> asked = ask_back(timeline, fact, [&](Explainer& explainer) -> Result<void> {
-        Result<Explanation> found = WhyNot(explainer, options).run(fact);
+        WhyNot question(explainer, options);
+        Result<Explanation> found = question.run(fact);
         if (!found) return tl::unexpected<Error>(found.error());
         out = std::move(*found);
+        absent = question.absent();
         return {};
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
+    // Process 0 alone has run the question.
+    ByteWriter mine;
+    if (absent) mine.write(*absent);
+    const std::vector<std::byte> first = timeline.simulation().subdomain().comm.allgather_any(mine.view()).front();
+    if (first.empty()) return out;
+    const Result<std::string> when = when_gone(timeline, ByteReader(first, "a catom").read<u64>());
+    if (!when) return tl::unexpected<Error>(when.error());
+    if (absent && !when->empty()) out.nodes[out.roots.front()].note += ": " + *when;
     return out;
 }
 

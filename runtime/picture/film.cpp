@@ -14,12 +14,13 @@ Film::Film(const Look& look, const SheetOptions& sheet, CameraPath path)
 
 void Film::measure(const Frame& frame) {
     palette_.include(frame);
+    callouts_.include(frame);
     outline_.include(frame.scene);
     if (frame.scene.ground) ground_ = std::min(ground_.value_or(*frame.scene.ground), *frame.scene.ground);
 }
 
 Result<void> Film::settle() {
-    Result<Layout> layout = Layout::make(1, palette_.settle(), sheet_);
+    Result<Layout> layout = Layout::make(1, palette_.settle(), callouts_, sheet_);
     if (!layout) return tl::unexpected<Error>(layout.error());
     layout_ = std::move(*layout);
     seen_ = outline_.scene();

@@ -21,7 +21,7 @@ class Film {
 
     // First every frame is measured: its values, and how far it reaches. Memory: see Palette.
     void measure(const Frame& frame);
-    // Then what all have in common is known. Errors: there is no room for them.
+    // Then what all have in common is known. Errors: those of Layout::make().
     Result<void> settle();
     // Then frames that were measured get their colours, and one floor for all of them,
     void colour(Frame& frame) const;
@@ -34,6 +34,7 @@ class Film {
     SheetOptions sheet_;
     CameraPath path_;
     Palette palette_;
+    Callouts callouts_;
     render::Outline outline_;
     std::optional<Layout> layout_;
     render::Scene seen_;  // In place of all frames.

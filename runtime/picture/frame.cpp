@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/visible.h"
 #include "runtime/comm/at_first.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/inspect/query.h"
@@ -21,8 +22,9 @@ using inspect::Table;
 using Kind = check::Type::Kind;
 using render::Vec;
 
-constexpr float kAbove = 0.62F;  // In the plane, lines are so much above the middles of catoms.
-constexpr float kSmall = 0.5F;   // In space, catoms are so much smaller where there are lines.
+constexpr float kAbove = 0.62F;            // In the plane, lines are so much above the middles of catoms.
+constexpr std::size_t kMaxCallouts = 200;  // No picture has room for more.
+constexpr float kSmall = 0.5F;             // In space, catoms are so much smaller where there are lines.
 // Links of a graph: more would be a grey surface.
 constexpr std::uint64_t kMostLinks = 200'000;
 constexpr render::Rgb kFaint = {150, 150, 150};
@@ -61,6 +63,8 @@ class Looker {
         std::size_t catom = 0;                // The column of the catom that it is about.
         std::optional<std::size_t> end = {};  // Of what a line goes to.
         std::optional<std::size_t> value = {};
+        // The value of a row as people read it; this instead if it has none.
+        std::string words(std::size_t row, const std::string& instead) const { return value ? visible(table.plain(row, *value)) : instead; }
     };
     enum class Wants { Catoms, Lines, Values };
     Result<Said> ask(const std::string& body, const char* option, Wants wants);
@@ -69,6 +73,7 @@ class Looker {
     Result<void> colour();
     Result<void> join(const std::string& body, const char* option, bool arrow);
     Result<void> name();
+    Result<void> call_out();
     // Where in the scene the catom of a row is; nothing if it is not shown.
     std::optional<std::size_t> place(const Said& said, std::size_t row, std::size_t column) const {
         const auto at = drawn_.find(said.table.cell(row, column).catom);
@@ -227,6 +232,35 @@ Result<void> Looker::name() {
     return {};
 }
 
+Result<void> Looker::call_out() {
+    std::vector<render::Note>& callouts = frame_.scene.callouts;
+    for (const Callout& callout : look_.callouts) {
+        if (callout.catom) {
+            const auto at = drawn_.find(*callout.catom);
+            if (!at)
+                frame_.missing.push_back(*callout.catom);
+            else if (places_[*at] >= 0)
+                callouts.push_back({frame_.scene.places[static_cast<std::size_t>(places_[*at])], callout.text});
+            continue;
+        }
+        const Result<Said> said = ask(callout.body, "--callout", Wants::Catoms);
+        if (!said) return tl::unexpected<Error>(said.error());
+        const Table& table = said->table;
+        std::vector<bool> has(frame_.scene.places.size());
+        for (std::size_t row = 0; row < table.rows(); ++row) {
+            const auto at = place(*said, row, said->catom);
+            if (!at || has[*at]) continue;
+            has[*at] = true;
+            if (callouts.size() <= kMaxCallouts) callouts.push_back({frame_.scene.places[*at], said->words(row, callout.body)});
+        }
+    }
+    Result<void> fits;
+    if (callouts.size() > kMaxCallouts)
+        fits = fail(fmt::format("--callout: there are more than {} callouts at tick {}", kMaxCallouts, frame_.tick),
+                    "Name fewer catoms, or write --labels");
+    return comm::outcome_of_first(subdomain_.comm, fits);
+}
+
 // What catoms have drawn themselves: labels and lines.
 void Looker::add_drawn() {
     render::Scene& scene = frame_.scene;
@@ -283,6 +317,7 @@ Result<Frame> Looker::frame() {
     if (auto done = join(look_.links, "--links", false); !done) return tl::unexpected<Error>(done.error());
     if (auto done = join(look_.arrows, "--arrows", true); !done) return tl::unexpected<Error>(done.error());
     if (auto done = name(); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = call_out(); !done) return tl::unexpected<Error>(done.error());
     uncover_lines();
     render::Scene& scene = frame_.scene;
     if (look_.ground && !scene.places.empty()) {

@@ -17,6 +17,13 @@
 
 namespace meld::picture {
 
+// A label beside the picture, with a line to a catom: to one of this number, or to each of a body, which has its value, or the body itself.
+struct Callout {
+    std::optional<std::uint64_t> catom = {};
+    std::string body = {};
+    std::string text = {};  // Of the catom.
+};
+
 // Bodies may be empty. Each is about the first of its variables that is a catom. The value of a catom is that of the last other variable;
 // of several the least.
 struct Look {
@@ -27,6 +34,7 @@ struct Look {
     std::string links = {};   // A line from the catom to the next variable that is a catom, or along a vec3,
     std::string arrows = {};  // or an arrow.
     std::string labels = {};  // The value is written at the catom.
+    std::vector<Callout> callouts = {};
     render::ColourMap map = *render::ColourMap::named("viridis");
     std::optional<std::pair<double, double>> range = {};  // Of numbers; otherwise from the least to the greatest that are shown.
     std::optional<render::Form> form = {};                // Otherwise that of the lattice.
@@ -48,6 +56,7 @@ struct Frame {
     std::vector<std::pair<std::size_t, double>> numbers = {};
     std::vector<std::pair<std::size_t, std::string>> words = {};
     bool whole_numbers = true;
+    std::vector<std::uint64_t> missing = {};  // Catoms that callouts name and that are not there.
 };
 
 // How catoms on such a lattice look.

@@ -34,6 +34,20 @@ std::uint32_t empty_pixel(const SheetOptions& options) {
 
 }  // namespace
 
+void Callouts::include(const Frame& frame) {
+    most_ = std::max(most_, frame.scene.callouts.size());
+    for (const render::Note& note : frame.scene.callouts) widest_ = std::max(widest_, render::letters_wide(note.text));
+    if (!missing_)
+        missing_ = frame.missing;
+    else
+        std::erase_if(*missing_, [&](std::uint64_t id) { return std::ranges::find(frame.missing, id) == frame.missing.end(); });
+}
+
+Result<void> Callouts::check() const {
+    if (!missing_ || missing_->empty()) return {};
+    return fail(fmt::format("--callout: there is no catom @{}", missing_->front()), "`meldsim query` lists catoms and what they have");
+}
+
 Layout::Panels Layout::panels_of(std::size_t frames, const SheetOptions& options, const render::Margins& margins) {
     const auto part = [](float of, std::size_t whole) { return static_cast<std::size_t>(of * static_cast<float>(whole)); };
     Panels out{.left = part(margins.left, options.width), .top = part(margins.top, options.height)};
@@ -45,7 +59,9 @@ Layout::Panels Layout::panels_of(std::size_t frames, const SheetOptions& options
     return out;
 }
 
-Result<Layout> Layout::make(std::size_t frames, const std::optional<render::Legend>& legend, const SheetOptions& options) {
+Result<Layout> Layout::make(std::size_t frames, const std::optional<render::Legend>& legend, const Callouts& callouts,
+                            const SheetOptions& options) {
+    if (const auto known = callouts.check(); !known) return tl::unexpected<Error>(known.error());
     const render::Rgb paper = options.background.value_or(render::Rgb{255, 255, 255});
     const render::Rgb ink = render::brightness(paper) > 0.45 ? render::Rgb{51, 51, 51} : render::Rgb{235, 235, 235};
     Layout out;
@@ -58,7 +74,13 @@ Result<Layout> Layout::make(std::size_t frames, const std::optional<render::Lege
     out.within_ = {.line = options.words ? fmt::format("tick {}", grouped(0)) : "",
                    .catom_metres = options.catom_metres,
                    .scale = options.words && options.scale,
+                   .callouts = callouts.widest(),
                    .ink = ink};
+    const std::size_t room = render::room_for_callouts(out.panels_.width, out.panels_.height);
+    if (callouts.most() > room)
+        return fail(fmt::format("--callout: {} x {} pixels have room for {} callouts, not for {}", out.panels_.width, out.panels_.height,
+                                room, callouts.most()),
+                    "Raise --size, or name fewer catoms");
     out.margins_ = render::margins(out.within_, out.panels_.width, out.panels_.height);
     for (float* side : {&out.margins_.left, &out.margins_.right, &out.margins_.top, &out.margins_.bottom}) *side += kBorder;
     return out;
@@ -89,7 +111,9 @@ Result<render::Image> Layout::paint(std::span<const Frame> frames, const render:
 }
 
 Result<render::Image> paint_sheet(std::span<Frame> frames, const Look& look, const SheetOptions& options, Workers& workers) {
-    const Result<Layout> layout = Layout::make(frames.size(), colour(frames, look), options);
+    Callouts callouts;
+    for (const Frame& frame : frames) callouts.include(frame);
+    const Result<Layout> layout = Layout::make(frames.size(), colour(frames, look), callouts, options);
     if (!layout) return tl::unexpected<Error>(layout.error());
     render::Camera camera = layout->camera(options.view);
     for (const Frame& frame : frames) camera.include(frame.scene);

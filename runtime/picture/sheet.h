@@ -29,11 +29,27 @@ struct SheetOptions {
     std::optional<double> catom_metres = {};  // Its diameter, for the scale.
 };
 
+// What the callouts of all frames need.
+class Callouts {
+  public:
+    void include(const Frame& frame);
+    std::size_t most() const { return most_; }  // Of one frame.
+    double widest() const { return widest_; }   // In heights of a letter; 0: there are none.
+    // Errors: one names a catom that is in no frame (2).
+    Result<void> check() const;
+
+  private:
+    std::size_t most_ = 0;
+    double widest_ = 0;
+    std::optional<std::vector<std::uint64_t>> missing_ = {};  // In all frames so far.
+};
+
 // Where frames and words are on a sheet.
 class Layout {
   public:
-    // Of so many frames. Errors: there is no room for them.
-    static Result<Layout> make(std::size_t frames, const std::optional<render::Legend>& legend, const SheetOptions& options);
+    // Of so many frames. Errors: there is no room for them, or for their callouts; a callout names a catom that is not there.
+    static Result<Layout> make(std::size_t frames, const std::optional<render::Legend>& legend, const Callouts& callouts,
+                               const SheetOptions& options);
 
     // For what is in the frames; nothing is included yet.
     render::Camera camera(const render::View& view) const;

@@ -87,6 +87,34 @@ Shape side(const Vec& normal) {
     return out;
 }
 
+// A cube with round edges: on each side a grid whose outer lines go around the edges, as far as the middle of each.
+Shape rounded(std::size_t how_many) {
+    // Where grid lines leave the smaller cube, and how much they lean from there.
+    struct Line {
+        float at, lean;
+    };
+    constexpr float kInner = 0.5F - render::kRound, kHalf = 0.41421356F;  // The tangent of half of 45 degrees.
+    std::vector<Line> lines = {{-kInner, -1}, {-kInner, 0}, {kInner, 0}, {kInner, 1}};
+    if (how_many <= kFew) lines = {{-kInner, -1}, {-kInner, -kHalf}, {-kInner, 0}, {kInner, 0}, {kInner, kHalf}, {kInner, 1}};
+    const auto side_length = static_cast<std::uint32_t>(lines.size());
+    Shape out;
+    for (const Vec& axis : render::kAxes) {
+        const Vec u(axis.y(), axis.z(), axis.x()), v = axis.cross(u);
+        const auto first = static_cast<std::uint32_t>(out.corners.size());
+        for (const Line& b : lines)
+            for (const Line& a : lines) {
+                out.normals.push_back((axis + a.lean * u + b.lean * v).normalized());
+                out.corners.push_back(kInner * axis + a.at * u + b.at * v + render::kRound * out.normals.back());
+            }
+        for (std::uint32_t y = 0; y + 1 < side_length; ++y)
+            for (std::uint32_t x = 0; x + 1 < side_length; ++x) {
+                const std::uint32_t at = first + y * side_length + x, above = at + side_length;
+                out.faces.insert(out.faces.end(), {{at, at + 1, above + 1}, {at, above + 1, above}});
+            }
+    }
+    return out;
+}
+
 void add(Solid& solid, const Shape& shape, const Vec& at, float diameter, Rgb colour) {
     const auto first = static_cast<std::uint32_t>(solid.places.size());
     for (const Vec& corner : shape.corners) solid.places.emplace_back(at + diameter * corner);
@@ -97,8 +125,10 @@ void add(Solid& solid, const Shape& shape, const Vec& at, float diameter, Rgb co
 
 // The catoms that can be seen from outside; all, unless those that touch others fill space.
 std::vector<std::size_t> exposed(const render::Scene& scene) {
-    const std::optional<render::Cells> cells =
-        scene.diameters.empty() && scene.form == Form::Sphere ? render::Cells::of(scene, scene.ways) : std::nullopt;
+    const bool round = scene.form == Form::Rounded, fills = round || scene.form == Form::Sphere;
+    const std::optional<render::Cells> cells = scene.diameters.empty() && fills
+                                                   ? render::Cells::of(scene, round ? std::span<const Vec>(render::kAxes) : scene.ways)
+                                                   : std::nullopt;
     const std::vector<std::uint8_t> depths = cells ? cells->depths(1) : std::vector<std::uint8_t>(scene.places.size());
     std::vector<std::size_t> out;
     for (std::size_t i = 0; i < depths.size(); ++i)
@@ -122,8 +152,9 @@ Solid cubes(const render::Scene& scene) {
 Solid solid_of(const render::Scene& scene) {
     if (scene.form == Form::Cube) return cubes(scene);
     const std::vector<std::size_t> seen = exposed(scene);
-    Solid out{.flat = scene.form != Form::Sphere};
+    Solid out{.flat = scene.form == Form::Disc || scene.form == Form::Hexagon};
     const Shape shape = scene.form == Form::Sphere    ? ball(seen.size())
+                        : scene.form == Form::Rounded ? rounded(seen.size())
                         : scene.form == Form::Hexagon ? polygon(6, std::numbers::inv_sqrt3_v<float>)
                                                       : polygon(24, 0.5F);
     for (const std::size_t i : seen) add(out, shape, scene.places[i], scene.diameter(i), scene.colours[i]);

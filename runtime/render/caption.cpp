@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/render/callouts.h"
 #include "runtime/render/surface.h"
 
 namespace meld::render {
@@ -16,6 +17,7 @@ constexpr double kGap = 0.7, kBar = 1.0, kLine = 1.5, kBorder = 1.2;
 constexpr double kTitle = 1.35;         // Of a title's letters.
 constexpr std::size_t kMostKinds = 20;  // Of a legend; the others are counted.
 constexpr double kLongestScale = 0.2;   // Of the width of the picture.
+constexpr double kWidestCallout = 0.3;  // Of the same.
 
 double letter_of(std::size_t width, std::size_t height) {
     return std::clamp(static_cast<double>(std::min(width, 2 * height)) / 60, 9.0, 60.0);
@@ -26,6 +28,11 @@ class Writer {
   public:
     Writer(const Surface& surface, double letter) : pen_(pen_for(surface)), letter_(letter) {
         cairo_select_font_face(pen_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+        // Letters are not moved to whole pixels: a text in letters of half the size is half as wide.
+        cairo_font_options_t* const options = cairo_font_options_create();
+        cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+        cairo_set_font_options(pen_.get(), options);
+        cairo_font_options_destroy(options);
         size(1);
     }
     cairo_t* pen() const { return pen_.get(); }
@@ -50,6 +57,12 @@ class Writer {
   private:
     Pen pen_;
     double letter_;
+};
+
+// A picture that is only there so that letters can be measured.
+struct Nowhere {
+    Image image{.width = 1, .height = 1, .pixels = {0}};
+    Surface surface = surface_of(image);
 };
 
 // 1, 2 or 5 times a power of ten, at least so large.
@@ -173,18 +186,101 @@ void write_notes(Writer& writer, const Painted& picture, const Scene& scene, con
     }
 }
 
+// With at most this width: what is too much of it is replaced by an ellipsis.
+std::string shortened(const Writer& writer, std::string text, double width) {
+    if (writer.width(text) <= width) return text;
+    while (!text.empty() && writer.width(text + "…") > width) {
+        // A whole letter, which may have several bytes.
+        while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0) == 0x80) text.pop_back();
+        if (!text.empty()) text.pop_back();
+    }
+    return text + "…";
+}
+
+double callout_width(double letters, double letter, double picture) {
+    return std::min(letters * letter, kWidestCallout * picture - (kBorder + kGap) * letter);
+}
+
+// Where labels beside a picture stand.
+Columns callout_columns(double letters, double letter, const Image& image) {
+    const double width = static_cast<double>(image.width), height = static_cast<double>(image.height);
+    const double text = callout_width(letters, letter, width) + (kBorder + kGap / 2) * letter;
+    return {.left = text, .right = width - text, .top = 4 * letter, .bottom = height - 4 * letter, .step = kLine * letter};
+}
+
+void draw_line(Writer& writer, const Anchor& from, const Anchor& to, Rgb ink, bool hidden) {
+    cairo_t* const pen = writer.pen();
+    const double width = std::max(0.09 * writer.letter(), 1.0), dot = 0.22 * writer.letter();
+    const Rgb paper = brightness(ink) < 0.5 ? Rgb{255, 255, 255} : Rgb{0, 0, 0};
+    // First something paler and wider, so that it is seen on any colour.
+    for (const bool halo : {true, false}) {
+        writer.ink(halo ? paper : ink, halo ? 0.7 : 1);
+        cairo_set_line_width(pen, halo ? 3 * width : width);
+        const double dashes[] = {4 * width, 3 * width};
+        cairo_set_dash(pen, dashes, hidden && !halo ? 2 : 0, 0);
+        cairo_move_to(pen, from.x, from.y);
+        cairo_line_to(pen, to.x, to.y);
+        cairo_stroke(pen);
+        cairo_set_dash(pen, dashes, 0, 0);
+        cairo_arc(pen, from.x, from.y, halo ? 1.6 * dot : dot, 0, 6.2832);
+        if (hidden && !halo)
+            cairo_stroke(pen);
+        else
+            cairo_fill(pen);
+    }
+}
+
+void write_callouts(Writer& writer, const Painted& picture, const Scene& scene, const Camera& camera, const Caption& caption) {
+    const Image& image = picture.image;
+    std::vector<Anchor> anchors;
+    std::vector<const Note*> notes;
+    std::vector<bool> hidden;
+    for (const Note& note : scene.callouts) {
+        const Camera::Pixel at = camera.project(note.at);
+        if (!(at.x >= 0 && at.y >= 0 && at.x < static_cast<float>(image.width) && at.y < static_cast<float>(image.height))) continue;
+        anchors.push_back({at.x, at.y});
+        notes.push_back(&note);
+        hidden.push_back(picture.distances[static_cast<std::size_t>(at.y) * image.width + static_cast<std::size_t>(at.x)] <
+                         at.distance - 1.2F);
+    }
+    const double letter = writer.letter(), gap = 0.3 * letter;
+    const Columns columns = callout_columns(caption.callouts, letter, image);
+    const std::vector<Label> labels = place_labels(anchors, columns);
+    for (std::size_t i = 0; i < labels.size(); ++i)
+        draw_line(writer, anchors[i], {labels[i].right ? columns.right : columns.left, labels[i].y}, caption.ink, hidden[i]);
+    writer.ink(caption.ink);
+    const double width = callout_width(caption.callouts, letter, static_cast<double>(image.width));
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+        const std::string text = shortened(writer, notes[i]->text, width);
+        writer.write(labels[i].right ? columns.right + gap : columns.left - gap - writer.width(text), labels[i].y + 0.35 * letter, text);
+    }
+}
+
 }  // namespace
 
+double letters_wide(const std::string& text) {
+    constexpr double kSize = 100, kRounded = 1.01;
+    const Nowhere nowhere;
+    return kRounded * Writer(nowhere.surface, kSize).width(text) / kSize;
+}
+
+std::size_t room_for_callouts(std::size_t width, std::size_t height) {
+    return 2 * callout_columns(0, letter_of(width, height), {.width = width, .height = height, .pixels = {}}).capacity();
+}
+
 Margins margins(const Caption& caption, std::size_t width, std::size_t height) {
-    Image none{.width = 1, .height = 1, .pixels = {0}};
-    const Surface surface = surface_of(none);
-    const Writer writer(surface, letter_of(width, height));
+    const Nowhere nowhere;
+    const Writer writer(nowhere.surface, letter_of(width, height));
     const double letter = writer.letter();
     const auto part = [](double pixels, std::size_t of) { return static_cast<float>(std::min(pixels / static_cast<double>(of), 0.4)); };
     Margins out;
     if (!caption.title.empty()) out.top = std::max(out.top, part((kBorder + kTitle + kGap) * letter, height));
     if (!caption.line.empty() || caption.scale) out.bottom = std::max(out.bottom, part((2 * kBorder + kGap) * letter, height));
     if (caption.legend) out.right = std::max(out.right, part((kBorder + kGap) * letter + legend_width(writer, *caption.legend), width));
+    if (caption.callouts > 0)
+        for (float* side : {&out.left, &out.right})
+            *side = std::max(
+                *side, part((kBorder + 2 * kGap) * letter + callout_width(caption.callouts, letter, static_cast<double>(width)), width));
     return out;
 }
 
@@ -193,6 +289,7 @@ void write_over(Painted& picture, const Scene& scene, const Camera& camera, cons
     Writer writer(surface, letter_of(picture.image.width, picture.image.height));
     const double letter = writer.letter();
     write_notes(writer, picture, scene, camera, caption.ink);
+    if (!scene.callouts.empty()) write_callouts(writer, picture, scene, camera, caption);
     if (caption.legend) write_legend(writer, *caption.legend, picture.image, caption.ink);
     if (caption.scale) write_length(writer, caption, camera, picture.image);
     writer.ink(caption.ink);

@@ -12,6 +12,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/render/cells.h"
+#include "runtime/render/rounded.h"
 
 namespace meld::render {
 
@@ -58,12 +59,18 @@ struct Balls {
     std::vector<float> radii;
 };
 
+// For each catom how many others are in front of it: of those that touch all around, if there are many; otherwise 0.
+std::vector<std::uint8_t> depths_of(const Scene& scene, std::span<const Vec> ways) {
+    const bool touch =
+        (scene.form == Form::Sphere || scene.form == Form::Rounded) && scene.diameters.empty() && scene.places.size() >= kMany;
+    const std::optional<Cells> cells = touch ? Cells::of(scene, ways) : std::nullopt;
+    return cells ? cells->depths(kLayers + 1) : std::vector<std::uint8_t>(scene.places.size());
+}
+
 // Of many catoms on a lattice only those near the surface; behind them, balls so large that no ray gets through between them.
 Balls balls_of(const Scene& scene) {
     Balls out;
-    const bool touch = scene.form == Form::Sphere && scene.diameters.empty() && scene.places.size() >= kMany;
-    const std::optional<Cells> cells = touch ? Cells::of(scene, scene.ways) : std::nullopt;
-    const std::vector<std::uint8_t> depths = cells ? cells->depths(kLayers + 1) : std::vector<std::uint8_t>(scene.places.size());
+    const std::vector<std::uint8_t> depths = depths_of(scene, scene.ways);
     // The gap in the middle of a cube of balls, or of six of them that touch, is no further away.
     const float tight = scene.ways.size() > 6 ? 0.7072F : 0.8661F;
     for (std::size_t i = 0; i < scene.places.size(); ++i) {
@@ -72,6 +79,68 @@ Balls balls_of(const Scene& scene) {
         out.radii.push_back(depths[i] == kLayers ? tight : scene.diameter(i) / 2);
     }
     return out;
+}
+
+// Cubes with round edges, and behind those near the surface some with sharp ones, between which no ray gets through.
+struct RoundedCubes {
+    std::vector<RoundedCube> cubes;
+    std::vector<std::uint32_t> catoms;
+};
+
+RoundedCubes rounded_of(const Scene& scene) {
+    RoundedCubes out;
+    const std::vector<std::uint8_t> depths = depths_of(scene, kAxes);
+    for (std::size_t i = 0; i < scene.places.size(); ++i) {
+        if (depths[i] > kLayers) continue;
+        const float diameter = scene.diameter(i);
+        out.cubes.push_back({scene.places[i], diameter / 2, depths[i] == kLayers ? 0 : kRound * diameter});
+        out.catoms.push_back(static_cast<std::uint32_t>(i));
+    }
+    return out;
+}
+
+void bounds_of(const RTCBoundsFunctionArguments* asked) {
+    const RoundedCube& cube = static_cast<const RoundedCube*>(asked->geometryUserPtr)[asked->primID];
+    RTCBounds& out = *asked->bounds_o;
+    std::tie(out.lower_x, out.lower_y, out.lower_z) =
+        std::tuple(cube.middle.x() - cube.half, cube.middle.y() - cube.half, cube.middle.z() - cube.half);
+    std::tie(out.upper_x, out.upper_y, out.upper_z) =
+        std::tuple(cube.middle.x() + cube.half, cube.middle.y() + cube.half, cube.middle.z() + cube.half);
+}
+
+// Calls `meets(i, t)` for each of the rays that meets a rounded cube after t, nearer than anything before.
+template <class Meets>
+void each_meeting(const int* valid, const RoundedCube& cube, RTCRayN* rays, unsigned count, const Meets& meets) {
+    for (unsigned i = 0; i < count; ++i) {
+        if (valid[i] != -1) continue;
+        const Vec from(RTCRayN_org_x(rays, count, i), RTCRayN_org_y(rays, count, i), RTCRayN_org_z(rays, count, i));
+        const Vec along(RTCRayN_dir_x(rays, count, i), RTCRayN_dir_y(rays, count, i), RTCRayN_dir_z(rays, count, i));
+        if (const auto t = cube.enters(from, along, RTCRayN_tfar(rays, count, i))) meets(i, from, along, *t);
+    }
+}
+
+void meet_rounded(const RTCIntersectFunctionNArguments* asked) {
+    const RoundedCube& cube = static_cast<const RoundedCube*>(asked->geometryUserPtr)[asked->primID];
+    const unsigned count = asked->N;
+    RTCRayN* const rays = RTCRayHitN_RayN(asked->rayhit, count);
+    RTCHitN* const hits = RTCRayHitN_HitN(asked->rayhit, count);
+    each_meeting(asked->valid, cube, rays, count, [&](unsigned i, const Vec& from, const Vec& along, float t) {
+        const Vec normal = cube.normal(from + t * along);
+        RTCRayN_tfar(rays, count, i) = t;
+        RTCHitN_Ng_x(hits, count, i) = normal.x();
+        RTCHitN_Ng_y(hits, count, i) = normal.y();
+        RTCHitN_Ng_z(hits, count, i) = normal.z();
+        RTCHitN_primID(hits, count, i) = asked->primID;
+        RTCHitN_geomID(hits, count, i) = asked->geomID;
+        RTCHitN_instID(hits, count, i, 0) = RTC_INVALID_GEOMETRY_ID;
+    });
+}
+
+void hide_behind_rounded(const RTCOccludedFunctionNArguments* asked) {
+    const RoundedCube& cube = static_cast<const RoundedCube*>(asked->geometryUserPtr)[asked->primID];
+    each_meeting(asked->valid, cube, asked->ray, asked->N, [&](unsigned i, const Vec&, const Vec&, float) {
+        RTCRayN_tfar(asked->ray, asked->N, i) = -std::numeric_limits<float>::infinity();
+    });
 }
 
 // The two halves of each hexagon, with corners between its neighbours.
@@ -160,6 +229,18 @@ struct Geometry::Parts {
         if (count < scene.places.size()) owners = std::move(seen.catoms);
         return add(points, kCatoms) && enough;
     }
+    bool add_rounded() {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        RoundedCubes seen = rounded_of(scene);
+        cubes = std::move(seen.cubes);
+        owners = std::move(seen.catoms);
+        rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(cubes.size()));
+        rtcSetGeometryUserData(geometry, cubes.data());
+        rtcSetGeometryBoundsFunction(geometry, bounds_of, nullptr);
+        rtcSetGeometryIntersectFunction(geometry, meet_rounded);
+        rtcSetGeometryOccludedFunction(geometry, hide_behind_rounded);
+        return add(geometry, kCatoms);
+    }
     bool add_faces(Faces faces) {
         RTCGeometry quads = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
         const std::size_t count = faces.corners.size();
@@ -207,6 +288,7 @@ struct Geometry::Parts {
         const bool catoms = scene.places.empty()          ? true
                             : scene.form == Form::Cube    ? add_faces(faces_of(scene))
                             : scene.form == Form::Hexagon ? add_faces(hexagons_of(scene))
+                            : scene.form == Form::Rounded ? add_rounded()
                                                           : add_points();
         if (!catoms || !add_strokes()) return false;
         rtcCommitScene(rays);
@@ -216,7 +298,8 @@ struct Geometry::Parts {
     const Scene& scene;
     RTCDevice device = nullptr;
     RTCScene rays = nullptr;
-    std::vector<std::uint32_t> owners;  // The catoms of faces and balls; empty: each has the number of its own.
+    std::vector<std::uint32_t> owners;  // The catoms of faces, balls and cubes; empty: each has the number of its own.
+    std::vector<RoundedCube> cubes;
     std::vector<std::uint32_t> tube_owners;
 };
 

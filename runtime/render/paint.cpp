@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/render/lines.h"
+
 namespace meld::render {
 
 namespace {
@@ -43,6 +45,9 @@ std::uint32_t screen(float c) {
     const float out = light <= 0.0031308F ? 12.92F * light : 1.055F * std::pow(light, 1 / 2.4F) - 0.055F;
     return static_cast<std::uint32_t>(std::lround(255 * out));
 }
+
+// Of lines at edges, for so many pixels of the picture; never less than one.
+float line_width(std::size_t width, std::size_t height) { return std::max(static_cast<float>(std::min(width, 2 * height)) / 800, 1.0F); }
 
 // Numbers of a pixel that fill the square evenly: a Hammersley set, turned so that pixels side by side differ evenly too (Jimenez, "Next
 // Generation Post Processing in Call of Duty", 2014: interleaved gradient noise).
@@ -85,7 +90,7 @@ std::array<Vec, 2> beside(const Vec& n) {
 
 class Painter {
   public:
-    Painter(const Scene& scene, const Geometry& geometry, const Camera& camera, const Quality& quality)
+    Painter(const Scene& scene, const Geometry& geometry, const Camera& camera, const Quality& quality, float line)
         : scene_(scene),
           geometry_(geometry),
           camera_(camera),
@@ -95,6 +100,7 @@ class Painter {
           sun_((Vec::UnitZ() * 0.9F - camera.right() * 0.5F - camera.forward() * 0.45F).normalized()),
           reach_(std::max(4.0F, 0.2F * camera.extent())) {
         across_sun_ = beside(sun_);
+        if (quality.edges) lines_.emplace(geometry, camera, quality.samples, line);
     }
 
     struct Seen {
@@ -117,22 +123,30 @@ class Painter {
         std::vector<std::uint32_t> askers;  // The place that each ray leaves.
         std::vector<std::uint8_t> met;
         std::vector<float> sky, sun;  // How much of each reaches each place.
+        Lines::Room edges;
+        std::vector<float> lines;  // How dark a line each ray through a pixel ends in; empty: no lines are drawn.
     };
     // The pixels from `left` and `top` on, in rows, `width` of them each.
     void tile(std::size_t left, std::size_t top, std::size_t width, std::span<Seen> out, Room& room) const {
         find_places(left, top, width, out, room);
         look_at_sun(room);
         look_at_sky(room);
+        room.lines.clear();
+        if (lines_) lines_->at(left, top, width, out.size() / width, room.lines, room.edges);
         for (std::size_t i = 0; i < room.places.size(); ++i) {
             const Place& place = room.places[i];
             Seen& seen = out[place.pixel];
+            // What a line covers is black; so it adds to how much of the pixel is filled, and nothing to the light.
+            const float line = room.lines.empty() ? 0 : std::exchange(room.lines[place.pixel * count_ + place.sample], 0);
             if (place.colour) {
-                seen.light.head<3>() += linear(*place.colour) * light(place.normal, room.sky[i], room.sun[i]);
+                seen.light.head<3>() += (1 - line) * linear(*place.colour) * light(place.normal, room.sky[i], room.sun[i]);
                 seen.light.w() += 1;
             } else {
-                seen.light.w() += shade_of_floor(room.sky[i], room.sun[i]);
+                seen.light.w() += line + (1 - line) * shade_of_floor(room.sky[i], room.sun[i]);
             }
         }
+        // Also beside things, where there is nothing.
+        for (std::size_t i = 0; i < room.lines.size(); ++i) out[i / count_].light.w() += room.lines[i];
         for (Seen& seen : out) seen.light /= static_cast<float>(count_);
     }
 
@@ -222,13 +236,14 @@ class Painter {
     std::size_t count_, sky_;  // Of rays through a pixel, and of those to the sky from where each of them ends.
     Vec sun_;
     std::array<Vec, 2> across_sun_;
+    std::optional<Lines> lines_;
     float reach_;  // How far away what darkens a place may be.
 };
 
-// Lines at the edges of things, which make a pixel darker.
-class Edges {
+// What makes it easier to see what is in front, without lines: pixels at its rim are darker.
+class Rims {
   public:
-    Edges(const std::vector<Painter::Seen>& seen, std::size_t width, std::size_t height, bool flat)
+    Rims(const std::vector<Painter::Seen>& seen, std::size_t width, std::size_t height, bool flat)
         : seen_(seen), width_(width), height_(height), flat_(flat) {}
 
     // What is left of a pixel's light.
@@ -259,7 +274,7 @@ class Edges {
 
 Painted paint(const Scene& scene, const Geometry& geometry, const Camera& camera, std::size_t width, std::size_t height,
               std::optional<Rgb> background, const Quality& quality, Workers& workers) {
-    const Painter painter(scene, geometry, camera, quality);
+    const Painter painter(scene, geometry, camera, quality, line_width(width, height));
     std::vector<Painter::Seen> seen(width * height);
     Painted out{.image = {.width = width, .height = height}, .distances = std::vector<float>(width * height)};
     const std::size_t across = (width + kTile - 1) / kTile, tiles = across * ((height + kTile - 1) / kTile);
@@ -281,13 +296,13 @@ Painted paint(const Scene& scene, const Geometry& geometry, const Camera& camera
         }
     });
     const bool flat = (scene.form == Form::Hexagon || scene.form == Form::Cube) && camera.scale() >= kOutlined;
-    const Edges edges(seen, width, height, flat);
+    const Rims rims(seen, width, height, flat);
     const Eigen::Array3f behind = background ? linear(*background) : Eigen::Array3f::Zero().eval();
     out.image.pixels.resize(width * height);
     workers.run(height, [&](int, std::size_t y) {
         for (std::size_t x = 0; x < width; ++x) {
             Eigen::Array4f light = seen[y * width + x].light;
-            light.head<3>() *= edges.at(x, y);
+            if (!quality.edges) light.head<3>() *= rims.at(x, y);
             if (background) light.head<3>() += (1 - light.w()) * behind;
             const float alpha = background ? 1 : light.w();
             std::uint32_t pixel = static_cast<std::uint32_t>(std::lround(255 * alpha));

@@ -13,6 +13,7 @@ namespace meld::render {
 struct Quality {
     std::size_t samples = 2;  // Rays through a pixel, along each side.
     std::size_t sky = 2;      // Rays to the sky from where each of them ends; 4 if one goes through a pixel.
+    bool edges = false;       // Draw lines where one catom or one side of it ends, as in Lines.
 };
 
 struct Painted {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <numbers>
 #include <optional>
@@ -19,8 +20,11 @@ struct Rgb {
     bool operator==(const Rgb&) const = default;
 };
 
-// How catoms look. Discs and hexagons lie flat, for lattices in the plane.
-enum class Form : std::uint8_t { Sphere, Cube, Disc, Hexagon };
+// How catoms look. Discs and hexagons lie flat, for lattices in the plane; rounded ones are cubes with round edges.
+enum class Form : std::uint8_t { Sphere, Cube, Disc, Hexagon, Rounded };
+
+// The radius of the edges of rounded cubes.
+inline constexpr float kRound = 0.13F;
 
 // A line between two places, with a round end or an arrow's.
 struct Stroke {
@@ -43,14 +47,16 @@ struct Scene {
     std::vector<Rgb> colours = {};      // One for each place.
     std::vector<Stroke> strokes = {};
     std::vector<Note> notes = {};
+    std::vector<Note> callouts = {};   // Written beside the picture, with a line to the place.
     std::vector<Vec> ways = {};        // From a catom to its neighbours on a lattice that fills space; of no use: empty.
     std::optional<float> ground = {};  // The height of a floor, which shows shadows only.
 
     float diameter(std::size_t i) const { return diameters.empty() ? 1.0F : diameters[i]; }
     // The radius of the ball around a catom: cubes and hexagons reach further than what they hold.
     float reach(std::size_t i) const {
-        constexpr float kCube = std::numbers::sqrt3_v<float> / 2, kHexagon = std::numbers::inv_sqrt3_v<float>;
-        return diameter(i) * (form == Form::Cube ? kCube : form == Form::Hexagon ? kHexagon : 0.5F);
+        constexpr float kSqrt3 = std::numbers::sqrt3_v<float>;
+        constexpr std::array<float, 5> kReach = {0.5F, kSqrt3 / 2, 0.5F, 1 / kSqrt3, kSqrt3 * (0.5F - kRound) + kRound};
+        return diameter(i) * kReach[static_cast<std::size_t>(form)];
     }
 };
 

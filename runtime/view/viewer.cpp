@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "runtime/base/parallel_for.h"
+#include "runtime/base/visible.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/debug/command.h"
 #include "runtime/debug/listing.h"
@@ -27,6 +28,7 @@ namespace {
 constexpr std::int64_t kMostTick = std::numeric_limits<std::int64_t>::max() - 1;
 constexpr double kLeastPixels = 16, kMostPixels = 2000;  // Along each side of a picture.
 constexpr std::int64_t kMostPoints = 100'000;
+constexpr const char* kVerbs = "There are hello, frame, image, command, play, pause, metrics, world, world-check, world-save and interrupt";
 
 // What every request may have besides its own keys.
 Fields fields_of(const Json& request) {
@@ -88,8 +90,8 @@ Result<Reply> Viewer::answer(const Json& request) {
     if (verb == "command") return command(request);
     if (verb == "metrics") return metrics(request);
     if (verb == "world" || verb == "world-check" || verb == "world-save") return about_world(request, verb);
-    return fail("the request does not say what to do, in \"do\"",
-                "There are hello, frame, image, command, play, pause, metrics, world, world-check, world-save and interrupt");
+    if (!verb.empty()) return fail(fmt::format("there is no request \"{}\"", visible(verb.substr(0, 40))), kVerbs);
+    return fail("the request does not say what to do, in \"do\"", kVerbs);
 }
 
 Result<debug::Answer> Viewer::execute(const debug::Command& command) {

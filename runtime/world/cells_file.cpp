@@ -76,6 +76,7 @@ Result<void> CellList::add_table(std::string_view bytes, const std::string& path
 
 Result<void> CellList::add_file(std::string_view text, const std::string& path) {
     if (NpyTable::is_one(text)) return add_table(text, path);
+    if (auto plain = NpyTable::check_text(text, path); !plain) return plain;
     return each_row(text, [&](std::string_view line, std::size_t number) -> Result<void> {
         const Result<std::vector<std::int64_t>> coordinates = parse_line(line, path, number);
         if (!coordinates) return tl::unexpected(coordinates.error());

@@ -55,6 +55,13 @@ std::optional<std::pair<std::size_t, std::size_t>> table_shape(std::string_view 
 
 }  // namespace
 
+Result<void> NpyTable::check_text(std::string_view bytes, std::string_view path) {
+    if (bytes.starts_with("PK\x03\x04"))
+        return fail(fmt::format("{} is an archive of files", path), fmt::format("{}, not numpy.savez", kCure));
+    if (!path.ends_with(".npy")) return {};
+    return fail(fmt::format("{} has the name of a NumPy file, and is none", path), fmt::format("Call a table of text .csv, or {}", kCure));
+}
+
 Result<NpyTable> NpyTable::read(std::string_view bytes, const std::string& path) {
     const auto wrong = [&path](std::string_view why) { return fail(fmt::format("{} {}", path, why), std::string(kCure)); };
     if (!is_one(bytes)) return wrong("is not a NumPy file");

@@ -17,6 +17,8 @@ class NpyTable {
     static Result<NpyTable> read(std::string_view bytes, const std::string& path);
     // Whether bytes begin like such a file.
     static bool is_one(std::string_view bytes) { return bytes.starts_with("\x93NUMPY"); }
+    // Errors: what is to be read as text is an archive of NumPy, or has the name of one of its files.
+    static Result<void> check_text(std::string_view bytes, std::string_view path);
 
     std::size_t rows() const { return rows_; }
     std::size_t columns() const { return columns_; }

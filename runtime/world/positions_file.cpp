@@ -95,6 +95,7 @@ Result<void> add_table(std::string_view bytes, const std::string& path, std::vec
 
 Result<void> add_positions(std::string_view text, const std::string& path, std::vector<PlacedCatom>& placed) {
     if (NpyTable::is_one(text)) return add_table(text, path, placed);
+    if (auto plain = NpyTable::check_text(text, path); !plain) return plain;
     std::vector<Column> columns = kPlace;
     const auto name_columns = [&](std::string_view line, std::size_t number) -> Result<void> {
         auto named = parse_names(line, path, number);

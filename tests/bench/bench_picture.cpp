@@ -49,10 +49,11 @@ Scene ball(double diameter, world::LatticeKind kind, Form form) {
 int main(int argc, char** argv) {
     const double diameter = argc > 1 ? std::atof(argv[1]) : 124;
     const bool fcc = argc > 2 && std::string_view(argv[2]) == "fcc";
-    const bool cubes = argc > 3 && std::string_view(argv[3]) == "cube";
+    const std::string_view name = argc > 3 ? argv[3] : "sphere";
+    const Form form = name == "cube" ? Form::Cube : name == "rounded" ? Form::Rounded : Form::Sphere;
     constexpr std::size_t kWidth = 1280, kHeight = 720;
     meld::bench::machine_line("wall seconds, medians of 5");
-    const Scene scene = ball(diameter, fcc ? world::LatticeKind::Fcc : world::LatticeKind::Cubic, cubes ? Form::Cube : Form::Sphere);
+    const Scene scene = ball(diameter, fcc ? world::LatticeKind::Fcc : world::LatticeKind::Cubic, form);
     Camera camera({}, kWidth, kHeight, {});
     camera.include(scene);
     camera.fit();
@@ -72,6 +73,6 @@ int main(int argc, char** argv) {
     rusage used{};
     getrusage(RUSAGE_SELF, &used);
     std::printf("%zu catoms, %s, %s: build %.3f s, paint %.3f s (%.3f s of CPU), peak %.2f GB\n", scene.places.size(),
-                fcc ? "fcc" : "cubic", cubes ? "cubes" : "spheres", meld::bench::median(built), meld::bench::median(painted),
-                meld::bench::median(worked), static_cast<double>(used.ru_maxrss) / 1e6);
+                fcc ? "fcc" : "cubic", name.data(), meld::bench::median(built), meld::bench::median(painted), meld::bench::median(worked),
+                static_cast<double>(used.ru_maxrss) / 1e6);
 }

@@ -30,6 +30,17 @@ class Options(Case):
         self.says("meldc", "compile", "p.meld", "-O", "9",
                   text="meldc compile: -O takes a whole number from 0 to 3, not '9'. see 'meldc compile --help'")
 
+        self.says("meldsim", "movie", "p.meld", "-o", "a.mp4", "--turn", "abc",
+                  text="meldsim movie: --turn takes a number, not 'abc'. see 'meldsim movie --help'")
+        self.says("meldsim", "shot", "p.meld", "-o", "a.png", "--zoom", "1,5",
+                  text="meldsim shot: --zoom takes a number, not '1,5'. see 'meldsim shot --help'")
+
+    def test_options_of_the_server_do_not_go_with_a_page_without_one(self):
+        for option in ("--port=8080", "--for=3", "--no-open"):
+            name = option.split("=")[0]
+            self.refused("meldsim", "view", "p.meld", "--share", "a.html", option, code=2, says=(name, "--share"))
+        self.refused("meldsim", "view", "p.meld", "q.meld", "--share", "a.html", code=2, says="--share")
+
     def test_a_missing_a_repeated_and_an_unwanted_value(self):
         self.says("meldsim", "run", "p.meld", "--facts-out",
                   text="meldsim run: --facts-out needs a value, its FILE. see 'meldsim run --help'")

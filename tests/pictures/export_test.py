@@ -160,6 +160,13 @@ class Exports(Case):
         self.assertEqual(len(faces), 6 * 9 * 2)
         volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
         self.assertAlmostEqual(volume, 27, places=3)
+        # Of rounded ones the edges are round, and those that others surround are left out.
+        places, faces, corners = self.check_solid(self.export("b.glb", "--form", "rounded"))
+        self.assertEqual((len(places), len(faces)), (26 * 216, 26 * 300))
+        inner, r = 1 - 2 * 0.13, 0.13
+        volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        wanted = inner ** 3 + 6 * r * inner ** 2 + 3 * math.pi * r ** 2 * inner + 4 / 3 * math.pi * r ** 3
+        self.assertAlmostEqual(volume / (26 * wanted), 1, delta=0.01)
         # Up is y there, and z before.
         self.write("tower.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(1, 2, 5)"\n')
         places, _, _ = self.check_solid(self.export("c.glb", "--world", "tower.toml", "--form", "cube"))
@@ -209,6 +216,11 @@ class Exports(Case):
         self.assertEqual(self.read("old.ply"), b"as it was")
         out, _ = self.call("meldsim", "export", "front.meld", "-o", "a.csv", "--tick", "0,end")
         self.assertEqual(out, "a.csv: 27 of 27 catoms, ticks 0, 8\n")
+        # A tick that is named twice is in it once, also as the end.
+        for colour in ((), DIST):
+            self.call("meldsim", "export", "front.meld", "-o", "b.csv", "--tick", "5,2,2,end,8", "--quiet", *colour)
+            rows = list(csv.DictReader(io.StringIO(self.read("b.csv").decode(), newline="")))
+            self.assertEqual([int(row["tick"]) for row in rows], [2] * 27 + [5] * 27 + [8] * 27)
         out, _ = self.call("meldsim", "export", "front.meld", "-o", "a.ply", "--only", "source(A)", "--json")
         self.assertEqual(json.loads(out), {"file": "a.ply", "ticks": [8], "catoms": 27, "shown": 1})
 

@@ -2,6 +2,7 @@
 
     shot_test.py --meldc PATH --meldsim PATH [unittest options]
 """
+import math
 import pathlib
 import sys
 
@@ -99,6 +100,61 @@ class Shots(Case):
                 seen = self.shot("corner.meld", option, *([] if value is None else [value]))
                 self.assertGreater((seen != plain).any(axis=2).sum(), 20)
 
+    def test_rounded_cubes_have_round_edges(self):
+        self.write("one.toml", square(1))
+        view = ("--world", "one.toml", "--bare", "--background", "transparent")
+        cube, rounded = [self.shot("painted.meld", *view, "--form", form, size=("--size", "300x300", "--quiet"))[:, :, 3] / 255
+                         for form in ("cube", "rounded")]
+        # It is a square without its four corners.
+        for pixels, lacks in ((cube, 0), (rounded, (4 - math.pi) * 0.13 ** 2)):
+            across, down = pixels.max(axis=0).sum(), pixels.max(axis=1).sum()
+            self.assertAlmostEqual(pixels.sum() / (across * down), 1 - lacks, delta=0.002)
+        # Its light changes little by little.
+        pixels = self.shot("painted.meld", "--world", "one.toml", "--bare", "--form", "rounded", "--elevation", "0", "--azimuth", "-80",
+                           size=("--size", "300x300", "--quiet"))
+        across = pixels[150, :, 0].astype(int)
+        inside = across[np.nonzero(across < 255)[0]][4:-4]
+        self.assertGreater(inside.max() - inside.min(), 8)
+        self.assertLess(np.abs(np.diff(inside)).max(), 25)
+
+    def test_edges_are_where_one_catom_ends(self):
+        plain, edges = (self.shot("corner.meld", "--bare", "--form", "cube", *options, size=("--size", "400x400", "--quiet")).astype(int)
+                        .sum(axis=2) for options in ((), ("--edges",)))
+        ys, xs = np.nonzero(plain < 700)
+        left, side, top = xs.min(), xs.max() + 1 - xs.min(), ys.min()
+        for along, first in ((edges[int(top + 0.375 * side)], left), (edges[:, int(left + 0.375 * side)], top)):
+            dark = np.flatnonzero(along < 450)
+            runs = [run.mean() for run in np.split(dark, np.flatnonzero(np.diff(dark) > 1) + 1)]
+            self.assertEqual(len(runs), 5, runs)
+            for number, at in enumerate(runs):
+                self.assertLess(abs(at - first - number * side / 4), 3, runs)
+        # Nothing else is changed.
+        middle_of_one = np.s_[int(top + 0.3 * side):int(top + 0.45 * side), int(left + 0.3 * side):int(left + 0.45 * side)]
+        self.assertLess(np.abs(edges - plain)[middle_of_one].max(), 12)
+
+    def test_callouts_stand_beside_the_picture(self):
+        size = ("--size", "640x480", "--quiet")
+        pixels = self.shot("corner.meld", "--bare", "--callout", "@0=the source", "--callout", 'dist(A, 6), T = "far away"', size=size)
+        dark = pixels.astype(int).sum(axis=2) < 300
+        catoms = (pixels < 250).any(axis=2) & ~dark
+        columns = np.flatnonzero(catoms.sum(axis=0) > 100)
+        left, right = columns.min(), columns.max()
+        rows = np.flatnonzero(catoms.sum(axis=1) > 100)
+        # The first is at the lower left, and its label beside it; the last at the upper right.
+        for number, column, row in ((0, np.s_[:left - 4], 7), (15, np.s_[right + 4:], 1)):
+            height = rows.min() + row * (rows.max() - rows.min()) / 8
+            ys, _ = np.nonzero(dark[:, column])
+            self.assertLess(abs(np.median(ys) - height), 4)
+            # The line ends with a dot in the middle of the catom.
+            x = int(left + (8 - row) * (right - left) / 8)
+            self.assertGreater(dark[int(height) - 3:int(height) + 4, x - 3:x + 4].sum(), 12, number)
+        self.assertGreater(left, 60)
+        # As many as there are, none over another.
+        pixels = self.shot("corner.meld", "--bare", "--callout", "dist(A, D)", size=size)
+        ink = (pixels.astype(int).sum(axis=2) < 450)[:, :np.flatnonzero((pixels < 250).any(axis=2).sum(axis=0) > 100).min() - 2]
+        words = np.flatnonzero(ink[:, :40].any(axis=1))
+        self.assertEqual(1 + (np.diff(words) > 1).sum(), 8)
+
     def test_several_ticks_stand_side_by_side(self):
         self.call("meldsim", "shot", "corner.meld", "-o", "a.png", "--tick", "0,2,end", "--size", "300x100", "--columns", "3", "--colour",
                   "dist(A, D)", "--quiet")
@@ -110,7 +166,8 @@ class Shots(Case):
         self.assertEqual(out, '{"file":"a.png","width":300,"height":100,"ticks":[0,2,8],"catoms":16,"shown":16}\n')
 
     def test_it_is_the_same_from_wherever_it_is_taken(self):
-        options = ("--colour", "dist(A, D)", "--labels", "name(A, N)", "--ground", "--elevation", "40")
+        options = ("--colour", "dist(A, D)", "--labels", "name(A, N)", "--ground", "--elevation", "40", "--form", "rounded", "--edges",
+                   "--callout", "@3", "--callout", "source(A)")
         self.shot("corner.meld", *options)
         wanted = self.read("a.png")
         for processes in (2, 3):
@@ -155,6 +212,10 @@ class Shots(Case):
                                ("--range: '3:1' is no range", "--range", "3:1"),
                                ("--map: there is no 'jet'. There are viridis", "--map", "jet"),
                                ("--form: 'ball' is none", "--form", "ball"),
+                               ("--callout: '@x' is no callout", "--callout", "@x"),
+                               ("--callout: there is no catom @16", "--callout", "@16=none"),
+                               ("--callout: error[E0301]: there is no predicate `dits`", "--callout", "dits(A, D)"),
+                               ("160 x 90 pixels have room for 4 callouts, not for 16", "--callout", "dist(A, D)", "--size", "160x90"),
                                ("--tick: 'x' is no tick", "--tick", "x"),
                                ("the run ends with tick 8, before tick 99", "--tick", "99"),
                                ("--background: 'pink' is no colour", "--background", "pink"),

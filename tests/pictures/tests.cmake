@@ -7,3 +7,10 @@ add_test(NAME pictures_movie COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_
 add_test(NAME pictures_export COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/export_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(pictures_movie pictures_export PROPERTIES TIMEOUT 120 PROCESSORS 2)
+# The gallery: some of its pictures are made again; the campaign makes all.
+add_test(NAME pictures_gallery COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/gallery_test.py
+  --bin $<TARGET_FILE_DIR:meldsim> heat life ring belief_propagation)
+set_tests_properties(pictures_gallery PROPERTIES TIMEOUT 120)
+add_test(NAME pictures_gallery_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/gallery_test.py
+  --bin $<TARGET_FILE_DIR:meldsim>)
+set_tests_properties(pictures_gallery_campaign PROPERTIES TIMEOUT 1800 LABELS campaign)

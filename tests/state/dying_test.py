@@ -160,6 +160,23 @@ class Dying(DebugTest):
         self.call("meldsim", "run", "dist.meld", "--world", "w.toml", "--ticks", 8, "--quiet", "--checkpoint", "kept")
         self.assertNotIn("nothing is killed", self.call("meldsim", "fork", "kept", "--ticks", 12, "--quiet")[1])
 
+    def test_why_not_says_when_a_catom_went(self):
+        self.write("dist.meld", DIST)
+        self.write("w.toml", square(6) + '[facts]\nsource = "id == 0"\n[[event]]\ntick = 3\nkill = [7]\n'
+                   '[[event]]\ntick = 5\nkill = "id == 9"\n')
+        for catom, says in ((7, "there is no catom @7: it was killed in tick 3"),
+                            (9, "there is no catom @9: it went in tick 5, in which an event killed a region"),
+                            (99, "there is no catom @99")):
+            for processes in (1, 2):
+                out, _ = self.call("meldsim", "why-not", "dist.meld", f"dist(@{catom}, 2)", "--world", "w.toml", "--quiet", "-n", processes)
+                self.assertIn(says, out)
+                self.assertNotIn("@99: ", out)
+        # From a checkpoint nobody knows what was before.
+        self.call("meldsim", "run", "dist.meld", "--world", "w.toml", "--ticks", 8, "--quiet", "--checkpoint", "kept")
+        out, _ = self.call("meldsim", "why-not", "kept", "dist(@7, 2)", "--quiet")
+        self.assertIn("there is no catom @7", out)
+        self.assertNotIn("@7: ", out)
+
     def test_what_is_wrong(self):
         self.write("dist.meld", DIST)
         for kill, says in (("true", "kill is true or false, not a region"), ('"x >"', "w.toml:6"), ("-1", "there is no catom @-1"),

@@ -108,6 +108,8 @@ class Strangers(Viewing):
             said = json.loads(page.message())
             self.assertFalse(said["ok"], text[:60])
             self.assertTrue(said["error"]["message"], text[:60])
+        page.socket.sendall(frame(TEXT, b'{"do": "frme"}'))
+        self.assertEqual(json.loads(page.message())["error"]["message"], 'there is no request "frme"')
         dice = random.Random(1)
         for _ in range(300):
             text = bytearray(json.dumps({"do": "frame", "look": {"colour": "p(A, N)"}, "tick": 3}).encode())

@@ -181,6 +181,11 @@ class Models(Case):
                             (cells.astype("c8"), "holds numbers of type <c8"), (cells.astype(bool), "holds numbers of type |b1")):
             self.write("cells.npy", npy(array))
             self.refused("meldsim", "world", "w.toml", code=2, says=says)
+        self.write("cells.npy", "0,0,0\n1,0,0\n")
+        self.refused("meldsim", "world", "w.toml", code=2, says="cells.npy has the name of a NumPy file, and is none", lines=None)
+        self.write("z.toml", 'lattice = "cubic"\n[[body]]\ncells = "cells.npz"\n')
+        np.savez(self.folder / "cells.npz", cells)
+        self.refused("meldsim", "world", "z.toml", code=2, says="cells.npz is an archive of files", lines=None)
         self.write("cells.npy", npy(cells)[:-1])
         self.refused("meldsim", "world", "w.toml", code=2, says="cells.npy ends too early")
 

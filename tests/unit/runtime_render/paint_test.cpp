@@ -41,7 +41,7 @@ Scene three_in_a_row() {
 const View kAbove{.azimuth_deg = -90, .elevation_deg = 90, .angle_deg = 0};
 
 TEST(Paint, GivesEachCatomItsColourAtItsPlace) {
-    for (const Form form : {Form::Sphere, Form::Cube, Form::Disc, Form::Hexagon}) {
+    for (const Form form : {Form::Sphere, Form::Cube, Form::Disc, Form::Hexagon, Form::Rounded}) {
         Scene scene = three_in_a_row();
         scene.form = form;
         const Seen seen = see(scene, kAbove);
