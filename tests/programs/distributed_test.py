@@ -192,13 +192,14 @@ def fragments(case):
 
 
 def token_ring_cases(folder):
-    for seed, (width, height) in enumerate(((3, 3), (7, 5), (4, 8))):
+    # Every tick is recorded, so that long runs are left to one process.
+    for seed, (width, height, sizes) in enumerate(((3, 3, [(1, 1), (2, 1), (3, 1)]), (7, 5, [(1, 1)]), (3, 5, [(1, 1)]))):
         world = ring(width, height)
         # A move takes three ticks, and a catom and what its neighbour sees of it are two machines.
         settle, lap = 16 * len(world.cells), 4 * len(world.cells)
         taps = f'\n[[event]]\ntick = {settle + lap}\ngive = {{ tap = ["id % 3 == 1"] }}\n'
         yield Case(world, "", ("--ticks", str(2 * settle + 2 * lap), "--seed", str(seed), "--record", folder / "ring.vtkhdf"), taps,
-                   ended="ticks", settle=settle, lap=lap, recording=folder / "ring.vtkhdf")
+                   sizes=sizes, ended="ticks", settle=settle, lap=lap, recording=folder / "ring.vtkhdf")
 
 
 def token_ring(case):
@@ -327,7 +328,7 @@ def byzantine(case):
     split = [part for part in honest if len({decided[a] for a in part}) > 1
              or len({vote[a] for a in part}) == 1 and decided[part[0]] != vote[part[0]]]
     require(bool(split) == case.known["fails"], f"{len(split)} of {len(honest)} groups do not agree: {split[:3]}")
-    case.at_most("messages", case.summary["stats"]["algorithm"]["messages"] if "stats" in case.summary else case.messages,
+    case.at_most("messages", case.messages,
                  sum(3 * ((len(part) - 1) // 3 + 1) * len(part) * (len(part) - 1) for part in case.parts()))
 
 
