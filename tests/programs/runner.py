@@ -40,11 +40,12 @@ class Outcome:
 
 
 def split(arguments):
-    """At the commas that stand in no list and no vector."""
-    words, depth = [""], 0
+    """At the commas that stand in no list, no vector and no string; strings here have no quotation marks inside."""
+    words, depth, quoted = [""], 0, False
     for letter in arguments:
-        depth += (letter in "[(") - (letter in ")]")
-        if letter == "," and depth == 0:
+        quoted ^= letter == '"'
+        depth += 0 if quoted else (letter in "[(") - (letter in ")]")
+        if letter == "," and depth == 0 and not quoted:
             words.append("")
         else:
             words[-1] += letter
@@ -54,6 +55,8 @@ def split(arguments):
 def literal(word):
     if word.startswith("["):
         return [literal(inner) for inner in split(word[1:-1])] if word != "[]" else []
+    if word.startswith('"') or word in ("true", "false"):
+        return json.loads(word)
     if word.startswith("@"):
         return int(word[1:])
     if word.startswith("vec3("):
