@@ -1,9 +1,10 @@
-// Where catoms are and who is next to whom, as plain arrays that a compiled module and the runtime share. Included by emitted code, so it uses
-// no standard library.
+// Where catoms are and who is next to whom, as plain arrays that a compiled module and the runtime share. Included by emitted code, so it
+// uses no standard library.
 //
-// Neighbours are found in one of two ways. In the lattice form they follow from geometry: from the cell of a catom and the catoms of the bricks
-// around it. In the links form, for graphs and for networks that take time, they are listed in a table, which a catom may have any number
-// of entries in. A module is compiled in one of the forms (ModuleInfo::by_links); the runtime asks each_link() and its like, which know both.
+// Neighbours are found in one of two ways. In the lattice form they follow from geometry: from the cell of a catom and the catoms of the
+// bricks around it. In the links form, for graphs and for networks that take time, they are listed in a table, which a catom may have any
+// number of entries in. A module is compiled in one of the forms (ModuleInfo::by_links); the runtime asks each_link() and its like, which
+// know both.
 #pragma once
 
 namespace meld {

@@ -53,8 +53,8 @@ class Evaluator {
     Requests& requests() { return requests_; }
     const Requests& requests() const { return requests_; }
 
-    // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for the
-    // catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
+    // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for
+    // the catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
     void read_apart(std::function<bool(u32)> acts) {
         apart_ = true;
         acts_ = std::move(acts);

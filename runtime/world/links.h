@@ -1,5 +1,5 @@
-// Who is linked with whom, as a table: for each catom a row of ports, and at each port a neighbour or nobody. A catom may have any number of
-// ports. Kept where neighbours do not follow from geometry alone: for graphs, and where links are cut or take time.
+// Who is linked with whom, as a table: for each catom a row of ports, and at each port a neighbour or nobody. A catom may have any number
+// of ports. Kept where neighbours do not follow from geometry alone: for graphs, and where links are cut or take time.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ using Port = std::uint32_t;
 
 class Links {
   public:
-    // apart: what a catom reads of its neighbours lies apart from them, in mailboxes, and somebody else says where (read_at). Otherwise it is
-    // read in place.
+    // apart: what a catom reads of its neighbours lies apart from them, in mailboxes, and somebody else says where (read_at). Otherwise it
+    // is read in place.
     explicit Links(bool apart);
 
     // Memory for so many catoms and ports of all.

@@ -1,12 +1,13 @@
 // A network that takes time, and catoms that pause: what a catom reads of a neighbour is what has arrived over their link.
 //
 // A mailbox is an index among the columns, one for each link and direction, at the process that owns the reader. Its exported columns hold
-// the neighbour's as the reader knows them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they do
-// in the ideal network, at the end of the tick; from there this class carries them into the mailboxes, each change after as many ticks as
-// world::fate() says, first in, first out for each link. Linear facts travel with them. So nothing of it depends on who owns which catom.
+// the neighbour's as the reader knows them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they
+// do in the ideal network, at the end of the tick; from there this class carries them into the mailboxes, each change after as many ticks
+// as world::fate() says, first in, first out for each link. Linear facts travel with them. So nothing of it depends on who owns which
+// catom.
 //
-// A catom that pauses is evaluated in a later tick. What arrives for it waits until then, so its pauses are part of the delays of its links,
-// and the quarantine of facts (docs/design.md) needs only the sum of both.
+// A catom that pauses is evaluated in a later tick. What arrives for it waits until then, so its pauses are part of the delays of its
+// links, and the quarantine of facts (docs/design.md) needs only the sum of both.
 #pragma once
 
 #include <cstdint>
@@ -57,8 +58,8 @@ class Network {
     // Linear facts that did not arrive since the last call.
     u64 take_lost() { return std::exchange(lost_, 0); }
 
-    // The mailboxes of this process and what is under way to them, for a snapshot; and back for those of catoms that `find` finds here, once
-    // all catoms of the ensemble are back. Not before follow_links_empty().
+    // The mailboxes of this process and what is under way to them, for a snapshot; and back for those of catoms that `find` finds here,
+    // once all catoms of the ensemble are back. Not before follow_links_empty().
     void save(i64 now, ByteWriter& out) const;
     // Of a run in whose world nothing was under way, everything is told anew.
     void load(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);

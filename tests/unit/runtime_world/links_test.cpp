@@ -37,11 +37,11 @@ TEST(Links, FollowARandomHistoryWhileRowsGrowAndAreWrittenAnew) {
     const auto port_for = [&](Catom c) {
         if (const auto vacant = links.vacant(c)) return *vacant;
         const Port had = links.ports(c);
-        links.room(c, had + 1 + had / 2);
+        links.room(c, static_cast<Port>(had + 1 + had / 2));
         return had;
     };
     for (int step = 0; step < 5000; ++step) {
-        const Catom a = random() % kCatoms, b = random() % kCatoms;
+        const auto a = static_cast<Catom>(random() % kCatoms), b = static_cast<Catom>(random() % kCatoms);
         switch (random() % 8) {
             case 0: {
                 links.clear(a);
