@@ -14,7 +14,7 @@ double unit(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-
 
 std::uint32_t between(std::uint64_t bits, std::uint32_t least, std::uint32_t most) {
     const std::uint64_t span = std::uint64_t{most} - least + 1;
-    return least + static_cast<std::uint32_t>(static_cast<unsigned __int128>(bits) * span >> 64);
+    return least + static_cast<std::uint32_t>((bits >> 32) * span >> 32);
 }
 
 }  // namespace
