@@ -14,10 +14,11 @@
 #include <string_view>
 
 #include "runtime/base/error.h"
-#include "runtime/comm/mpi_exchange.h"
 #include "runtime/comm/mpi_options.h"
+#include "runtime/comm/mpi_transport.h"
 #include "runtime/comm/mpi_wait.h"
 #include "runtime/comm/packets.h"
+#include "runtime/comm/sparse_exchange.h"
 
 namespace meld::comm {
 
@@ -91,7 +92,10 @@ MPI_Comm duplicate_of_world() {
 class Mpi final : public Communicator {
   public:
     explicit Mpi(const MpiOptions& options)
-        : communicator_(duplicate_of_world()), exchange_(communicator_, options.chunk_bytes), chunk_bytes_(options.chunk_bytes) {
+        : communicator_(duplicate_of_world()),
+          transport_(communicator_),
+          exchange_(transport_, options.chunk_bytes),
+          chunk_bytes_(options.chunk_bytes) {
         MPI_Comm_rank(communicator_, &process_);
         MPI_Comm_size(communicator_, &processes_);
         by_counts_ = options.exchange == ExchangeKind::Counts ||
@@ -213,7 +217,8 @@ class Mpi final : public Communicator {
 
     MPI_Comm communicator_;
     Peers peers_{communicator_};
-    MpiExchange exchange_;
+    MpiTransport transport_;
+    SparseExchange exchange_;
     std::size_t chunk_bytes_;
     int process_ = 0;
     int processes_ = 1;

@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <thread>
-#include <vector>
 
 #include "runtime/base/pulse.h"
 #include "runtime/comm/peers.h"
@@ -47,15 +46,6 @@ inline void wait_patiently(MPI_Request& request) {
     Backoff backoff;
     for (int complete = 0;;) {
         MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
-        if (complete != 0) return;
-        backoff.wait();
-    }
-}
-
-inline void wait_patiently(std::vector<MPI_Request>& requests) {
-    Backoff backoff;
-    for (int complete = 0;;) {
-        MPI_Testall(static_cast<int>(requests.size()), requests.data(), &complete, MPI_STATUSES_IGNORE);
         if (complete != 0) return;
         backoff.wait();
     }

@@ -97,6 +97,23 @@ class Counting {
         return {"bodies and contacts", {each + contact * at_start, each + contact * most}};
     }
 
+    // Where neighbours are listed: the table of links, which a graph has counted. Where messages take time also a mailbox for each link and
+    // direction, with what its reader knows of the neighbour; and on their way at most all that every catom exports, once.
+    MemoryPart links() const {
+        const double ends = world_.is_graph() ? ports_ * share_.catoms : 2 * lattice_contacts() * share_.catoms / std::max(1.0, here_);
+        const double table = world_.is_graph() ? 0 : kLinkRow * here_ + kLinkEnd * ends;
+        if (!world_.apart()) return {"links", exactly(table)};
+        double exported = 0, under_way = 0;
+        for (u32 c = 0; c < module_.column_count; ++c) {
+            if (!module_.columns[c].exported) continue;
+            exported += 1;
+            under_way += kParcel + (module_.columns[c].rows ? module_.columns[c].row_bytes * rows_of(c) : module_.columns[c].stride);
+        }
+        const double known = ends * (kMailbox + static_cast<double>(tuple::Columns::bytes_for(module_, 1)));
+        return {"links and messages on their way",
+                {table + known, table + known + share_.catoms * under_way + ends * kUnderWay * exported}};
+    }
+
     MemoryPart records() const {
         return {"facts, at most one of a predicate or one a link",
                 exactly(static_cast<double>(tuple::Columns::bytes_for(module_, whole(here_))))};
@@ -165,6 +182,9 @@ class Counting {
 
     // Of a graph: first entry, place, part and number of a node, an end of a link with its row; the same in the ensemble.
     static constexpr double kNode = 8 + 16 + 4 + 4, kEnd = 8, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 12, kDivided = 40;
+    // Of the table of links: a catom, and an end of a link. A mailbox, with its index among the catoms and the note of a new link. What is
+    // on its way for all links that it takes, and its place in the queue of each.
+    static constexpr double kLinkRow = 8, kLinkEnd = 16, kMailbox = 110, kParcel = 64, kUnderWay = 8;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
     // A message in the list of its sender, by receiver, and as it arrives; with the orders in which they are sorted.
@@ -246,6 +266,7 @@ MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, cons
                   : world.is_free() ? counting.bodies()
                                     : counting.ensemble(),
                   counting.records(), counting.rows(), counting.lists(options.threads), counting.tick()};
+    if (module.by_links && !world.is_free()) need.parts.push_back(counting.links());
     if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms));
     if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares.catoms));
     if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares.largest.catoms));

@@ -9,6 +9,7 @@
 #include "found.h"
 #include "model.h"
 #include "questions.h"
+#include "runtime/comm/cluster.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/inspect/query.h"
 #include "runtime/record/state_digest.h"
@@ -358,6 +359,10 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     if (setting.processes == 1) {
         const auto comm = comm::make_single();
         run_process(*comm, shared);
+    } else if (setting.threads == 1) {
+        // So that what differs once in many orders of turns differs again when the seed is run again.
+        comm::run_cluster({.processes = setting.processes, .seed = trial.world.seed},
+                          [&](comm::Communicator& comm) { run_process(comm, shared); });
     } else {
         comm::run_threads_as_processes(setting.processes, [&](comm::Communicator& comm) { run_process(comm, shared); });
     }

@@ -37,7 +37,7 @@ class ProgramTest : public testing::TestWithParam<Program> {
         if (!GetParam().component.empty()) world_.components[GetParam().component] = GetParam().implementation;
         if (!GetParam().engine.empty()) world_.physics.engine = GetParam().engine;
         if (!GetParam().solver.empty()) world_.physics.solver = GetParam().solver;
-        const Result<std::string> path = driver::compile_program({.program = program + ".meld"});
+        const Result<std::string> path = driver::compile_program({.program = program + ".meld", .by_links = world_.by_links});
         ASSERT_TRUE(path.has_value()) << path.error().message();
         Result<Module> module = load_module(*path, kAbiVersion);
         ASSERT_TRUE(module.has_value()) << module.error().message();
@@ -53,6 +53,10 @@ class ProgramTest : public testing::TestWithParam<Program> {
 };
 
 inline const std::string kOwn = CLAYMELD_STATE_TESTS "/programs/";
+// For other worlds than its own: late, lost and web.
+inline const std::string kGradient = CLAYMELD_EXAMPLES "/gradient";
+// All senses and actions of bodies.
+inline const std::string kCrowd = CLAYMELD_STATE_TESTS "/../programs/bodies/crowd";
 
 inline std::string program_name(const testing::TestParamInfo<Program>& program) {
     const std::string& name = program.param.name;

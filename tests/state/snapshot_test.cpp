@@ -150,15 +150,15 @@ TEST_P(Snapshot, GoesOnAsIfNothingHadHappened) {
     }
 }
 
-// All senses and actions of bodies.
-const std::string kCrowd = CLAYMELD_STATE_TESTS "/../programs/bodies/crowd";
-
 INSTANTIATE_TEST_SUITE_P(Programs, Snapshot,
                          testing::Values(Program{"gradient"}, Program{"flood"}, Program{"leader"}, Program{"heat", 30}, Program{"walk"},
                                          Program{"thermometer"}, Program{"thermometer", 30, "thermometer", "drift"},
                                          Program{"thermometer", 30, "thermometer", "weather"}, Program{"life", 30},
                                          Program{"shortest_paths"}, Program{"mutual_exclusion"}, Program{"belief_propagation", 20},
                                          Program{"shape_change", 80}, Program{kOwn + "waiting"}, Program{kOwn + "storm", 40},
+                                         Program{.name = kOwn + "late", .program = kGradient},
+                                         Program{.name = kOwn + "lost", .program = kGradient},
+                                         Program{.name = kOwn + "web", .program = kGradient},
                                          Program{"bridge", 10}, Program{"swarm", 30}, Program{kOwn + "doze", 36},
                                          Program{.name = kOwn + "heap", .ticks = 28, .program = kCrowd},
                                          Program{.name = kOwn + "heap", .ticks = 8, .program = kCrowd, .solver = "pgs20"},

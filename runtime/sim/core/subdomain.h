@@ -110,7 +110,7 @@ class Subdomain {
     // A catom's diameter, in units of the world's.
     bool has_diameters() const { return diameter_of_ != nullptr; }
     double diameter(Catom catom) const { return diameter_of_ ? diameter_of_(catom) : 1; }
-    std::size_t bytes() const { return members_.bytes() + facts_.bytes() + motion_bytes_; }
+    std::size_t bytes() const { return members_.bytes() + facts_.bytes() + (network_ ? network_->bytes() : 0) + motion_bytes_; }
     // Updates the arrays that the compiled module reads, after catoms or bricks have been added or removed.
     void refresh();
 

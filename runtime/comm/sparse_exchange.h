@@ -1,19 +1,18 @@
-// The sparse exchange over MPI, in two ways with the same result. Private to runtime/comm.
+// The sparse exchange of packets, in two ways with the same result. Private to runtime/comm.
 #pragma once
 
-#include <mpi.h>
-
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
-#include "runtime/comm/communicator.h"
+#include "runtime/comm/transport.h"
 
 namespace meld::comm {
 
-class MpiExchange {
+class SparseExchange {
   public:
-    // The communicator must be used by nothing else. Packets longer than chunk_bytes travel as several messages.
-    MpiExchange(MPI_Comm communicator, std::size_t chunk_bytes);
+    // The transport must be used by nothing else in the meantime. Packets longer than chunk_bytes travel as several messages.
+    SparseExchange(Transport& transport, std::size_t chunk_bytes);
 
     // Cost: one message for each packet and a barrier that runs in the background; only the logarithm in the barrier depends on the number
     // of processes.
@@ -23,18 +22,13 @@ class MpiExchange {
     std::vector<Packet> by_counts(const std::vector<Packet>& packets);
 
   private:
-    void send_chunks(const Packet& packet, int tag);
+    void send_chunks(const Packet& packet, int tag, Transport::Kind kind);
     bool receive_one(int tag, std::vector<Packet>& received);
-    Packet& packet_from(int process, std::vector<Packet>& received);
 
-    MPI_Comm communicator_;
-    int process_ = 0;
-    int processes_ = 1;
+    Transport& transport_;
     std::size_t chunk_bytes_;
     unsigned round_ = 0;
     std::vector<std::size_t> place_of_process_;  // In the packets of this round; kNowhere before its first chunk.
-    std::vector<MPI_Request> sends_;
-    std::vector<MPI_Request> receives_;
     std::vector<std::uint64_t> send_counts_;
     std::vector<std::uint64_t> receive_counts_;
 };

@@ -1,0 +1,8 @@
+# Runs in the virtual cluster, processes of which are killed and brought back. CLAYMELD_CLUSTER_SEEDS says how many for each program.
+meld_test(test_cluster SOURCES ${CMAKE_CURRENT_LIST_DIR}/cluster_test.cpp DEPENDS runtime/driver)
+target_compile_definitions(test_cluster PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld"
+                                                CLAYMELD_STATE_TESTS="${CMAKE_SOURCE_DIR}/tests/state")
+add_dependencies(test_cluster meldc)
+
+add_test(NAME cluster_campaign COMMAND ${CMAKE_COMMAND} -E env CLAYMELD_CLUSTER_SEEDS=150 $<TARGET_FILE:test_cluster>)
+set_tests_properties(cluster_campaign PROPERTIES LABELS campaign TIMEOUT 1800)
