@@ -226,8 +226,8 @@ void Network::deliver(i64 next, const Deliver& deliver) {
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     std::vector<Entry>& here = arriving(next);
-    const auto first = std::ranges::stable_partition(
-        here, [&](const Entry& entry) { return parcels_[entry.parcel].kind != Parcel::Kind::Message; });
+    const auto first =
+        std::ranges::stable_partition(here, [&](const Entry& entry) { return parcels_[entry.parcel].kind != Parcel::Kind::Message; });
     for (const Entry& entry : first) {
         const Mailbox& m = mailboxes_[entry.mailbox];
         const Parcel& parcel = parcels_[entry.parcel];
