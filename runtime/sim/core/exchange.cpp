@@ -37,7 +37,7 @@ void Exchange::run() {
     }
     if (subdomain_.alone()) {
         for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
-        return deliver();
+        return deliver_all();
     }
     pack();
     std::vector<comm::Packet> packets = comm::take_packets(packets_);
@@ -46,7 +46,7 @@ void Exchange::run() {
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     for (const comm::Packet& packet : received) unpack(packet, arguments, lists);
-    deliver();
+    deliver_all();
 }
 
 void Exchange::pack() {
@@ -70,11 +70,12 @@ void Exchange::come(Catom to, u64 from, u16 predicate, const Value* arguments) {
     arrivals_.push_back({to, predicate, arguments});
 }
 
-void Exchange::arrive() {
-    subdomain_.network_->arrive(subdomain_.tick(), [&](const std::vector<Network::Arrived>& facts) {
+// Linear facts come at the end of a tick, with or without a network: rules find them in the next.
+void Exchange::deliver_all() {
+    if (!subdomain_.network_) return deliver();
+    subdomain_.network_->deliver(subdomain_.tick() + 1, [&](const std::vector<Network::Arrived>& facts) {
         for (const Network::Arrived& fact : facts) arrivals_.push_back({fact.to, fact.predicate, fact.arguments});
         deliver();
-        arrivals_.clear();
     });
 }
 

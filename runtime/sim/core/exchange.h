@@ -24,8 +24,6 @@ class Exchange {
     void note_export(int worker, Catom catom, u16 column);
     // After the evaluation, on every process: sends and receives. Programs see the facts in the next tick.
     void run();
-    // With a network that takes time: puts what has arrived into the mailboxes, and gives linear facts.
-    void arrive();
     // The bytes sent to other processes in this tick.
     std::uint64_t sent_bytes() const { return sent_bytes_; }
 
@@ -56,6 +54,7 @@ class Exchange {
     void sort_arrivals();
     // Gives them all, several at a time for one catom.
     void deliver();
+    void deliver_all();
 
     Subdomain& subdomain_;
     std::vector<std::vector<std::vector<Export>>> exports_;  // By worker and destination.

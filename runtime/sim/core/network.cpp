@@ -205,32 +205,47 @@ void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* argu
 
 // ---- arrivals
 
-void Network::arrive(i64 now, const Deliver& deliver) {
+void Network::done_with(const Entry& entry) {
+    Mailbox& m = mailboxes_[entry.mailbox];
+    --under_way_;
+    if (--m.under_way == 0 && m.index < 0) free_mailboxes_.push_back(entry.mailbox);
+    if (--parcels_[entry.parcel].links == 0) release_parcel(entry.parcel);
+}
+
+void Network::arrive(i64 now) {
+    for (const Entry& entry : std::exchange(arriving(now), {})) {
+        MELD_EXPECT(parcels_[entry.parcel].kind != Parcel::Kind::Message, "a linear fact of tick {} was not delivered", now);
+        const Mailbox& m = mailboxes_[entry.mailbox];
+        if (m.index >= 0) open(m, parcels_[entry.parcel]);
+        done_with(entry);
+    }
+}
+
+void Network::deliver(i64 next, const Deliver& deliver) {
     std::vector<Arrived> messages;
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
-    std::vector<Entry> now_here = std::exchange(arriving(now), {});
-    for (const Entry& entry : now_here) {
-        Mailbox& m = mailboxes_[entry.mailbox];
-        Parcel& parcel = parcels_[entry.parcel];
+    std::vector<Entry>& here = arriving(next);
+    const auto first =
+        std::ranges::stable_partition(here, [&](const Entry& entry) { return parcels_[entry.parcel].kind != Parcel::Kind::Message; });
+    for (const Entry& entry : first) {
+        const Mailbox& m = mailboxes_[entry.mailbox];
+        const Parcel& parcel = parcels_[entry.parcel];
         if (m.index < 0) {
-            lost_ += parcel.kind == Parcel::Kind::Message;
-        } else if (parcel.kind == Parcel::Kind::Message) {
+            ++lost_;
+        } else {
             const PredicateInfo& p = module_.predicates[parcel.number];
             std::vector<Value>& values = arguments.emplace_back(p.arity);
             ByteReader in(parcel.bytes, "a linear fact under way");
             for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module_, p.fields[i]), in, lists);
             messages.push_back({m.reader, members_.ensemble.id(m.other), parcel.number, values.data()});
-        } else {
-            open(m, parcel);
         }
-        --under_way_;
-        if (--m.under_way == 0 && m.index < 0) free_mailboxes_.push_back(entry.mailbox);
-        if (--parcel.links == 0) release_parcel(entry.parcel);
+        done_with(entry);
     }
+    here.erase(first.begin(), first.end());
     // Of one sender in the order in which it sent them.
     std::ranges::stable_sort(messages, {}, [&](const Arrived& m) { return std::tuple(members_.ensemble.id(m.to), m.from); });
-    if (!messages.empty()) deliver(messages);
+    deliver(messages);
 }
 
 void Network::open(const Mailbox& m, const Parcel& parcel) {

@@ -27,8 +27,10 @@ class Network {
   public:
     Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts);
 
-    // In a tick: what has arrived is put into the mailboxes, and the readers are marked. `deliver` gets the linear facts
-    // among it, by receivers and senders; their arguments live until it returns.
+    // In a tick: what has arrived is put into the mailboxes, and the readers are marked.
+    void arrive(i64 now);
+    // At the end of the tick before `next`: `deliver` gets the linear facts that rules can use from `next` on, by receivers and senders.
+    // Their arguments live until it returns.
     struct Arrived {
         Catom to;
         u64 from;
@@ -36,7 +38,7 @@ class Network {
         const Value* arguments;
     };
     using Deliver = std::function<void(const std::vector<Arrived>&)>;
-    void arrive(i64 now, const Deliver& deliver);
+    void deliver(i64 next, const Deliver& deliver);
     // After links were made or removed: new ones get mailboxes, with all that the neighbour tells under way. What was under way over
     // those that are gone is lost.
     void follow_links(i64 now);
@@ -105,6 +107,7 @@ class Network {
     // Puts a parcel on its way to a mailbox, as sent in tick `now`.
     void post(i64 now, u32 mailbox, u32 parcel, bool linear);
     void put(i64 arrival, u32 mailbox, u32 parcel);
+    void done_with(const Entry& entry);
     void open(const Mailbox& m, const Parcel& parcel);
     std::optional<u32> mailbox_at(Catom reader, world::Port port) const;
     // Posts all that the neighbour exports.

@@ -30,7 +30,7 @@ void Tick::begin() {
     s.network_->take_down(now, [&](Catom catom) { wake(catom, kDirtyLinks); });
     // Mailboxes are taken away before anything arrives in them.
     s.network_->follow_links(now);
-    exchange_.arrive();
+    s.network_->arrive(s.tick());
 }
 
 const Totals& Tick::end() {
@@ -38,7 +38,7 @@ const Totals& Tick::end() {
     if (s.network_) {
         // What a new neighbour tells may be known at once.
         s.network_->follow_links(s.tick());
-        exchange_.arrive();
+        s.network_->arrive(s.tick());
     }
     s.refresh();
     MELD_EXPECT(s.abi_.greatest_rank <= s.totals.greatest_rank, "rank {} was known before {}", s.abi_.greatest_rank,
