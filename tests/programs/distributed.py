@@ -143,7 +143,7 @@ def alternating_bit(case):
         # What arrives: an answer to each frame that arrives, less those that are lost.
         require(case.messages > least, "nothing was sent twice")
         share = 1 - case.known["loss"] / 100
-        case.at_most("messages", case.messages, 1.5 * letters * (1 + 1 / share))
+        case.at_most("messages", case.messages, 2 * letters * (1 / share ** 2 + 1 / share))
     elif case.unit == 1:
         case.expect("messages", case.messages, least)
     else:

@@ -13,6 +13,9 @@ foreach(program echo diffusing snapshot alternating_bit luby fragments token_rin
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
+# The table of their costs in docs/algorithms.md.
+add_test(NAME costs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/costs_test.py $<TARGET_FILE:meldsim>)
+set_tests_properties(costs PROPERTIES TIMEOUT 300 PROCESSORS 2)
 
 # The invariants of shape change, watched from inside.
 meld_test(test_shape_change SOURCES ${CMAKE_CURRENT_LIST_DIR}/shape_change_test.cpp DEPENDS runtime/driver)
