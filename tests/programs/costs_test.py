@@ -35,7 +35,7 @@ HEAD = """| program | messages | the bound | rounds | time units, late | the bou
 
 
 class Run:
-    """A run with its counts, and what the bounds speak of: n catoms, e links, the diameter d, the greatest distance from the root, catom 0."""
+    """A run with its counts, and what the bounds speak of: n catoms, e links, the diameter d, the greatest distance from the root."""
 
     def __init__(self, summary, facts):
         self.summary, self.facts = summary, facts

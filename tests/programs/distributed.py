@@ -275,6 +275,39 @@ def byzantine(case):
                  sum(3 * ((len(part) - 1) // 3 + 1) * len(part) * (len(part) - 1) for part in case.parts()))
 
 
+def leader(case):
+    """Which finds the connected parts as well."""
+    case.expect("leader", case.map("leader"), {a: max(part) for part in case.parts() for a in part})
+    case.expect("elected", {a for a, in case.facts["elected"]}, {max(part) for part in case.parts()})
+
+
+def pagerank(case):
+    rounds, ranks = 30, dict.fromkeys(case.graph, 1.0)
+    for _ in range(rounds):
+        ranks = {a: 0.15 + 0.85 * sum(ranks[b] / len(case.links[b]) for b in others) if others else 1.0 for a, others in case.links.items()}
+    found = case.map("rank")
+    case.expect("rounds", {a: row[0] for a, row in found.items()}, {a: rounds if others else 0 for a, others in case.links.items()})
+    alike(case, {a: row[1] for a, row in found.items()}, ranks, 1e-9)
+    if all(case.links.values()):
+        # Thirty rounds leave 0.85 ** 30 of the start.
+        alike(case, ranks, {a: len(ranks) * rank for a, rank in networkx.pagerank(case.graph, tol=1e-12, max_iter=500).items()}, 0.03)
+
+
+def pagerank_async(case):
+    if all(case.links.values()):
+        wanted = networkx.pagerank(case.graph, tol=1e-12, max_iter=500)
+        residue = sum(case.map("residue").values())
+        alike(case, case.map("rank"), {a: len(wanted) * rank for a, rank in wanted.items()}, residue / 0.15 + 1e-6)
+    else:
+        case.expect("catoms with a rank", set(case.map("rank")), set(case.graph))
+
+
+def alike(case, found, wanted, apart):
+    case.expect("catoms", set(found), set(wanted))
+    worst = max(wanted, key=lambda a: abs(found[a] - wanted[a]))
+    require(abs(found[worst] - wanted[worst]) <= apart, f"@{worst} has {found[worst]}, not {wanted[worst]}")
+
+
 def judge_all(meldsim, examples, program, folder, cases):
     """Runs them one after the other, and says what came of each; ends with a message at the first that is not as it must be."""
     runner = Runner(meldsim, examples / f"{program}.meld", folder, TELLING)

@@ -13,6 +13,16 @@ foreach(program echo diffusing snapshot alternating_bit luby fragments token_rin
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
+# On graphs, files among them, where messages are late and lost: programs that program_test.py runs on lattices.
+foreach(program leader pagerank pagerank_async)
+  meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
+    ${CMAKE_SOURCE_DIR}/examples/meld ${program})
+endforeach()
+# Catoms that die while others go on.
+foreach(program walking_token shape_change)
+  meld_sizes_test(failures_${program} ${CMAKE_CURRENT_LIST_DIR}/failures_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
+    ${program})
+endforeach()
 # The table of their costs in docs/algorithms.md.
 add_test(NAME costs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/costs_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(costs PROPERTIES TIMEOUT 300 PROCESSORS 2)
