@@ -29,7 +29,7 @@ def sweep(program: Path, worlds: Any = None, parameters: Parameters = (), seeds:
     program : path or str
         As of run().
     worlds : world, list of worlds, or dict of them by name
-        Each as of run(). A dict with a key "body" is one world.
+        Each as of run(). A dict with a key "body" or "lattice" is one world.
     parameters : dict of lists, or list of dicts
         Of each constant of the program the values, which are all combined; or the combinations.
     seeds : int or iterable of int
@@ -120,7 +120,7 @@ def _numbers(run: Run) -> dict[str, Any]:
 
 
 def _worlds(worlds: Any) -> list[tuple[Any, World]]:
-    if isinstance(worlds, Mapping) and "body" not in worlds:
+    if isinstance(worlds, Mapping) and not {"body", "lattice"} & set(worlds):
         return list(worlds.items())
     if isinstance(worlds, (list, tuple)):
         return [(_name(world, number), world) for number, world in enumerate(worlds)]

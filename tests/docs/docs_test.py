@@ -35,7 +35,7 @@ from frame import OPEN_MPI  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PYTHON = "/usr/bin/python3"
 LANGUAGES = {"meld", "toml", "console", "sh", "python", "cpp", "text", ""}
-SECONDS = 60  # For one command.
+SECONDS = 120  # For one command.
 
 
 class Block:

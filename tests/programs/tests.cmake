@@ -5,12 +5,27 @@ foreach(program gradient spanning_tree leader census temperature flood height_co
   meld_sizes_test(program_${program} ${CMAKE_CURRENT_LIST_DIR}/program_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
     ${program})
 endforeach()
-# Distributed algorithms, on random graphs and beside the bounds of their papers.
+# Distributed algorithms, beside the bounds of their papers: on random lattices, and on graphs where messages are late and lost.
 foreach(program echo diffusing snapshot alternating_bit luby fragments token_ring stabilizing_tree gossip reliable_broadcast raymond
         echo_election triangles byzantine)
   meld_sizes_test(distributed_${program} ${CMAKE_CURRENT_LIST_DIR}/distributed_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
+  meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
+    ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
+# On graphs, files among them, where messages are late and lost: programs that program_test.py runs on lattices.
+foreach(program leader pagerank pagerank_async)
+  meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
+    ${CMAKE_SOURCE_DIR}/examples/meld ${program})
+endforeach()
+# Catoms that die while others go on.
+foreach(program walking_token shape_change)
+  meld_sizes_test(failures_${program} ${CMAKE_CURRENT_LIST_DIR}/failures_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
+    ${program})
+endforeach()
+# The table of their costs in docs/algorithms.md.
+add_test(NAME costs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/costs_test.py $<TARGET_FILE:meldsim>)
+set_tests_properties(costs PROPERTIES TIMEOUT 300 PROCESSORS 2)
 
 # The invariants of shape change, watched from inside.
 meld_test(test_shape_change SOURCES ${CMAKE_CURRENT_LIST_DIR}/shape_change_test.cpp DEPENDS runtime/driver)

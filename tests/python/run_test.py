@@ -209,6 +209,8 @@ class Sweeps(Runs):
         self.assertEqual((len(frame), frame["world"][0], frame["ticks"][0] > 5, frame["error"][0]), (1, "dir é/gradient.toml", True, None))
         frame = claymeld.sweep(GRADIENT, [LINE, LINE], [{}], ticks=2, measure=lambda run: {}["missing"])
         self.assertEqual((frame["world"].tolist(), set(frame["error"])), ([0, 1], {"KeyError"}))
+        frame = claymeld.sweep(GRADIENT, {"lattice": "graph", "graph": "ring(8)"})
+        self.assertEqual((frame["world"].tolist(), frame["catoms"].tolist()), ([0], [8]))
 
     def test_ctrl_c_ends_all(self):
         self.write("stop.py", "import claymeld\ntry:\n    claymeld.sweep('forever.meld', 'w.toml', seeds=20, workers=2)\n"
