@@ -184,7 +184,7 @@ class Counting {
     static constexpr double kNode = 8 + 16 + 4 + 4, kEnd = 8, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 12, kDivided = 40;
     // Of the table of links: a catom, and an end of a link. A mailbox, with its index among the catoms and the note of a new link. What is
     // on its way for all links that it takes, and its place in the queue of each.
-    static constexpr double kLinkRow = 8, kLinkEnd = 16, kMailbox = 110, kParcel = 64, kUnderWay = 8;
+    static constexpr double kLinkRow = 8, kLinkEnd = 12, kMailbox = 78, kParcel = 64, kUnderWay = 8;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
     // A message in the list of its sender, by receiver, and as it arrives; with the orders in which they are sorted.

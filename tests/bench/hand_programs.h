@@ -15,10 +15,41 @@ namespace meld::bench {
 // Calls visit(neighbour) for each neighbour of a catom, by port.
 template <class Visit>
 void each_neighbour(const Geometry& g, u32 catom, const Visit& visit) {
-    for (i32 port = 0; port < g.ports; ++port) {
-        const i32 other = catom_towards(g, g.catom_site[catom], port);
-        if (other >= 0) visit(static_cast<u32>(other));
+    each_link(g, catom, [&](i32, u32 other) { visit(other); });
+}
+
+// examples/meld/gradient.meld with one source: links from it, or -1. A search in breadth.
+inline std::vector<i32> hand_gradient(const Geometry& g, std::size_t catoms, u32 source) {
+    std::vector<i32> distance(catoms, -1);
+    std::vector<u32> queue = {source};
+    queue.reserve(catoms);
+    distance[source] = 0;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+        const u32 c = queue[next];
+        each_neighbour(g, c, [&](u32 b) {
+            if (distance[b] >= 0) return;
+            distance[b] = distance[c] + 1;
+            queue.push_back(b);
+        });
     }
+    return distance;
+}
+
+// The least catom of each connected component, by union-find with halving of paths.
+inline std::vector<u32> hand_components(const Geometry& g, std::size_t catoms) {
+    std::vector<u32> parent(catoms);
+    for (u32 c = 0; c < catoms; ++c) parent[c] = c;
+    const auto root = [&](u32 c) {
+        while (parent[c] != c) c = parent[c] = parent[parent[c]];
+        return c;
+    };
+    for (u32 c = 0; c < catoms; ++c)
+        each_neighbour(g, c, [&](u32 b) {
+            const u32 x = root(c), y = root(b);
+            (x < y ? parent[y] : parent[x]) = std::min(x, y);
+        });
+    for (u32 c = 0; c < catoms; ++c) parent[c] = root(c);
+    return parent;
 }
 
 // examples/meld/temperature.meld: each round a catom moves towards its neighbours by `rate` of each difference.

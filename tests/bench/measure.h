@@ -31,16 +31,16 @@ inline void need(Result<void> result) {
 
 // A program on a world, in this process.
 struct Run {
-    Module module;
     std::unique_ptr<world::World> world;
+    Module module;
     std::unique_ptr<world::Target> target;
     std::unique_ptr<comm::Communicator> comm = comm::make_single();
     std::unique_ptr<sim::Simulation> simulation;
 
     // `add`: called before the start, for modules of its own.
     Run(const std::string& program, const std::string& world_text, int threads = 1, const std::function<void(Run&)>& add = {})
-        : module(need(load_module(need(driver::compile_program({.program = program})), kAbiVersion))),
-          world(std::make_unique<world::World>(need(world::parse_world(world_text, "benchmark")))),
+        : world(std::make_unique<world::World>(need(world::parse_world(world_text, "benchmark")))),
+          module(need(load_module(need(driver::compile_program({.program = program, .by_links = world->by_links})), kAbiVersion))),
           target(std::make_unique<world::Target>(need(world::Target::make(*world, world::Lattice(world->lattice))))) {
         simulation = std::make_unique<sim::Simulation>(info(), *world, *target, *comm, threads);
         if (add) add(*this);

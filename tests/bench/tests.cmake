@@ -1,5 +1,5 @@
 # Benchmarks are built and run once on small worlds, so that they never rot; figures come from docs/benchmarks.md.
-foreach(bench gradient shape rows programs timeline query watch)
+foreach(bench gradient shape rows programs graph timeline query watch)
   add_executable(bench_${bench} ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_${bench}.cpp)
   target_link_libraries(bench_${bench} PRIVATE runtime_driver)
 endforeach()
@@ -23,6 +23,8 @@ add_test(NAME bench_checkpoint_bodies_small
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
 
 add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
+add_test(NAME bench_graph_small
+         COMMAND bench_graph ${CMAKE_SOURCE_DIR}/examples/meld ${CMAKE_CURRENT_LIST_DIR}/graphs small)
 
 add_executable(bench_physics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_physics.cpp)
 target_link_libraries(bench_physics PRIVATE physics_scene)

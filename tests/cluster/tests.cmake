@@ -4,5 +4,5 @@ target_compile_definitions(test_cluster PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURC
                                                 CLAYMELD_STATE_TESTS="${CMAKE_SOURCE_DIR}/tests/state")
 add_dependencies(test_cluster meldc)
 
-add_test(NAME cluster_campaign COMMAND ${CMAKE_COMMAND} -E env CLAYMELD_CLUSTER_SEEDS=150 $<TARGET_FILE:test_cluster>)
+add_test(NAME cluster_campaign COMMAND ${CMAKE_COMMAND} -E env CLAYMELD_CLUSTER_SEEDS=60 $<TARGET_FILE:test_cluster>)
 set_tests_properties(cluster_campaign PROPERTIES LABELS campaign TIMEOUT 1800)

@@ -20,7 +20,7 @@ INSTANTIATE_TEST_SUITE_P(Semantics, ClusterCase, testing::ValuesIn(semantics::al
 
 TEST_P(ClusterCase, HoldsInAnyOrderOfTurns) {
     for (int processes = 1; processes <= 4; ++processes) {
-        for (std::uint64_t seed = 0; seed < 3; ++seed) {
+        for (std::uint64_t seed = 0; seed < 2; ++seed) {
             SCOPED_TRACE("seed " + std::to_string(seed) + ", processes: " + std::to_string(processes));
             // Large packets in small pieces would take as many turns as pieces.
             run_cluster({.processes = processes, .seed = seed, .chunk_bytes = 1 << 16}, GetParam().run);
