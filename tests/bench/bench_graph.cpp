@@ -46,7 +46,7 @@ void measure(const std::string& what, const std::string& program, const std::str
         for (u32 node = 0; node < nodes; ++node) each_neighbour(g, node, [&](u32) { ++ends; });
         const double ours = median(seconds), theirs = median(by_hand);
         std::printf(
-            "%-12s %-24s %9zu nodes %10.0f links  %8.3f s  by hand %8.4f s  ratio %5.1f  %5.0f bytes a node, %4.0f a link  %5lld ticks\n",
+            "%-22s %-24s %9zu nodes %10.0f links  %8.3f s  by hand %8.4f s  ratio %5.1f  %5.0f bytes a node, %4.0f a link  %5lld ticks\n",
             what.c_str(), graph.c_str(), nodes, ends / 2, ours, theirs, ours / theirs,
             static_cast<double>(run.subdomain().bytes()) / static_cast<double>(nodes),
             static_cast<double>(run.subdomain().bytes()) / (ends / 2), static_cast<long long>(run.simulation->summary().ticks));
@@ -66,10 +66,12 @@ void breadth_first(const std::string& examples, const std::string& graph) {
         });
 }
 
-void components(const std::string& graphs, const std::string& graph) {
+using Components = std::vector<u32> (*)(const Geometry&, std::size_t);
+
+void components(const std::string& graphs, const std::string& graph, const char* how, Components by_hand) {
     measure(
-        "components", graphs + "/components.meld", graph, "",
-        [](Run& run) { return hand_components(run.subdomain().geometry(), run.subdomain().ensemble.index_count()); },
+        std::string("components, ") + how, graphs + "/components.meld", graph, "",
+        [&](Run& run) { return by_hand(run.subdomain().geometry(), run.subdomain().ensemble.index_count()); },
         [](Run& run, const std::vector<u32>& made) {
             for (sim::Catom node = 0; node < made.size(); ++node) {
                 const i64 ours = argument_of(run, "label", 1, node, Value{.integer = -1}).integer;
@@ -108,7 +110,8 @@ int main(int argc, char** argv) {
     if (graphs.empty()) graphs = {"scale_free(1000000, 8)", "geometric(1000000, 0.00226)"};
     for (const std::string& graph : graphs) {
         breadth_first(argv[1], graph);
-        components(argv[2], graph);
+        components(argv[2], graph, "union-find", hand_components);
+        components(argv[2], graph, "labels", hand_labels);
         pagerank(argv[1], graph, 0.01);
     }
     return 0;

@@ -66,6 +66,27 @@ inline std::vector<double> hand_diffuse(const Geometry& g, std::vector<double> n
     return now;
 }
 
+// The same by the steps of tests/bench/graphs/components.meld: in each round, nodes whose label has changed tell their neighbours.
+inline std::vector<u32> hand_labels(const Geometry& g, std::size_t catoms) {
+    std::vector<u32> label(catoms), changed(catoms), next;
+    std::vector<u8> noted(catoms, 0);
+    for (u32 c = 0; c < catoms; ++c) label[c] = changed[c] = c;
+    while (!changed.empty()) {
+        for (const u32 c : changed) noted[c] = 0;
+        const std::vector<u32> told = label;
+        for (const u32 c : changed)
+            each_neighbour(g, c, [&](u32 b) {
+                if (told[c] >= label[b]) return;
+                label[b] = told[c];
+                if (!noted[b]) next.push_back(b);
+                noted[b] = 1;
+            });
+        changed.swap(next);
+        next.clear();
+    }
+    return label;
+}
+
 struct Ranks {
     std::vector<double> rank, residue;
 };
