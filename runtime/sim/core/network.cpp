@@ -111,9 +111,9 @@ void Network::release_parcel(u32 parcel) {
     free_parcels_.push_back(parcel);
 }
 
-void Network::put(i64 arrival, u32 mailbox, u32 parcel) {
+void Network::put(i64 arrival, u32 mailbox, u32 parcel, bool late) {
     MELD_EXPECT(arrival >= 0, "tick {}", arrival);
-    arriving(arrival).push_back({mailbox, parcel});
+    arriving(arrival).push_back({mailbox, parcel, late});
     ++mailboxes_[mailbox].under_way;
     ++parcels_[parcel].links;
     ++under_way_;
@@ -186,6 +186,10 @@ void Network::take_down(i64 now, const std::function<void(Catom)>& mark) {
     down_.erase(due.begin(), due.end());
 }
 
+void Network::forget_loss(u64 a, u64 b) {
+    std::erase_if(down_, [&](const Down& d) { return (d.from == a && d.to == b) || (d.from == b && d.to == a); });
+}
+
 void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments) {
     const world::Ensemble& ensemble = members_.ensemble;
     const std::optional<Catom> sender = ensemble.find(from);
@@ -205,15 +209,37 @@ void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* argu
 
 // ---- arrivals
 
+i64 Network::jammed_until(i64 now, const Mailbox& m) const {
+    const world::Ensemble& ensemble = members_.ensemble;
+    i64 until = now;
+    for (const world::Event& event : world_.events) {
+        if (event.jam.empty()) continue;
+        const i64 begun = event.latest(now);
+        for (const world::Jam& jam : event.jam)
+            if (begun > 0 && begun + jam.ticks > until &&
+                jam.links.contains(ensemble.id(m.other), ensemble.id(m.reader), [&](const world::Region& region, int end) {
+                    return members_.in_region(region, end == 0 ? m.other : m.reader);
+                }))
+                until = begun + jam.ticks;
+    }
+    return until;
+}
+
 void Network::arrive(i64 now, const Deliver& deliver) {
     std::vector<Arrived> messages;
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     std::vector<Entry> now_here = std::exchange(arriving(now), {});
+    if (world_.longest_jam > 0) std::ranges::stable_partition(now_here, &Entry::late);
     for (const Entry& entry : now_here) {
         Mailbox& m = mailboxes_[entry.mailbox];
         Parcel& parcel = parcels_[entry.parcel];
-        if (m.index < 0) {
+        const i64 free = world_.longest_jam > 0 && m.index >= 0 ? jammed_until(now, m) : now;
+        const bool raw = world_.network.kind == world::NetworkKind::Raw;
+        if (free > now && !raw) {
+            // Counted anew, before it is counted out.
+            put(world_.clock.next(world_.seed, members_.ensemble.id(m.reader), free), entry.mailbox, entry.parcel, true);
+        } else if (m.index < 0 || free > now) {
             lost_ += parcel.kind == Parcel::Kind::Message;
         } else if (parcel.kind == Parcel::Kind::Message) {
             const PredicateInfo& p = module_.predicates[parcel.number];
@@ -291,6 +317,7 @@ void Network::save(i64 now, ByteWriter& out) const {
             out.write(ticks);
             out.write(saved[entry.mailbox]);
             out.write(entry.parcel);
+            out.write(entry.late);
         }
     out.write_count(down_.size());
     for (const Down& d : down_) out.write(d);
@@ -331,6 +358,7 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
     }
     for (std::size_t left = in.read_count(3 * sizeof(u32)); left > 0 && !in.failed(); --left) {
         const auto ticks = in.read<u32>(), mailbox = in.read<u32>(), parcel = in.read<u32>();
+        const auto late = in.read<bool>();
         if (ticks == 0 || parcel >= read.size()) return;
         if (mailbox >= numbers.size() || numbers[mailbox] == kNone32) continue;
         if (parcels[parcel] == kNone32) {
@@ -339,7 +367,7 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
             parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, std::move(bytes));
         }
         // This world's network may be faster.
-        put(now + std::min<i64>(ticks, world_.latency()), numbers[mailbox], parcels[parcel]);
+        put(now + std::min<i64>(ticks, world_.latency()), numbers[mailbox], parcels[parcel], late);
     }
     // Each process has noted those that it may have to take down.
     for (std::size_t left = in.read_count(sizeof(Down)); left > 0 && !in.failed(); --left) down_.push_back(in.read<Down>());
