@@ -11,6 +11,9 @@ import pandas
 # As in runtime/base/units.cpp.
 SECONDS = {"": 1.0, "ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
+# In the order in which they happen.
+FAILURES = ("kill", "hang", "restart", "cut", "heal", "join", "jam")
+
 
 def events(world: Mapping[str, Any], last: int) -> pandas.DataFrame:
     """Those up to a last tick; see `Recording.events`."""
@@ -18,8 +21,7 @@ def events(world: Mapping[str, Any], last: int) -> pandas.DataFrame:
     rows: list[tuple[Optional[int], str, Optional[str], Any]] = []
     for event in [tables] if isinstance(tables, Mapping) else tables:
         first = event["tick"] if "tick" in event else _tick_of(event["time"], world)
-        # In the order in which they happen.
-        whole: list[tuple[str, Optional[str], Any]] = [("kill", None, event["kill"])] if "kill" in event else []
+        whole: list[tuple[str, Optional[str], Any]] = [(kind, None, event[kind]) for kind in FAILURES if kind in event]
         whole += [(kind, name, what) for kind in ("take", "give") for name, what in event.get(kind, {}).items()]
         if first is None:
             rows += [(None, *row) for row in whole]

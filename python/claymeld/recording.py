@@ -276,9 +276,9 @@ class Recording:
         Returns
         -------
         pandas.DataFrame
-            "tick" (Int64), "kind" ("give", "take" or "kill"), "predicate" (None of "kill"), and "what": the region, or the list of
-            regions, arguments or numbers of catoms, of the world file. An event whose `time` is in ticks that the physics chooses is
-            last, without a tick.
+            "tick" (Int64), "kind" ("give", "take", "kill", "hang", "restart", "cut", "heal", "join" or "jam"), "predicate" (only of
+            "give" and "take"), and "what": the region, or the list of regions, arguments or numbers of catoms, of the world file. An
+            event whose `time` is in ticks that the physics chooses is last, without a tick.
         """
         return planned.events(self.world, int(self.ticks[-1]) if len(self) else 0)
 

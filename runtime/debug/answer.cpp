@@ -115,7 +115,8 @@ struct Text {
     std::string operator()(const EventsFound& found) const {
         std::string out;
         for (const EventsFound::One& one : found.events) {
-            const std::string count = one.killed.size() > 1 ? fmt::format(" ({} catoms)", one.killed.size()) : "";
+            const bool links = one.verb == "cut" || one.verb == "heal";
+            const std::string count = one.killed.size() > 1 && !links ? fmt::format(" ({} catoms)", one.killed.size()) : "";
             out += fmt::format("tick {}: {} {}{}\n", one.tick, one.verb, one.fact, count);
         }
         if (found.dropped > 0)

@@ -59,8 +59,8 @@ struct BreaksFound {
 struct EventsFound {
     struct One {
         std::int64_t tick = 0;  // In which it happens.
-        std::string verb = {};  // give, take or kill
-        std::string fact = {};  // Of kill: what says which catoms.
+        std::string verb = {};  // give, take, kill, hang, restart, cut or heal
+        std::string fact = {};  // Of failures: what says which catoms.
         std::string predicate = {};
         std::uint64_t catom = 0;
         std::vector<std::string> arguments = {};  // After the catom; literals.

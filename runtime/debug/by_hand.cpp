@@ -36,13 +36,13 @@ Result<void> exists(sim::Subdomain& subdomain, std::uint64_t id) {
 }
 
 // The catoms for which a body holds: those that its first variable that is a catom can be. The same on every process.
-Result<std::vector<std::uint64_t>> catoms_of(sim::Subdomain& subdomain, const std::string& body) {
+Result<std::vector<std::uint64_t>> catoms_of(sim::Subdomain& subdomain, const std::string& verb, const std::string& body) {
     const Result<inspect::Table> table = inspect::query(subdomain, body);
     if (!table) {
         Error error = table.error();
         // Regions are for worlds.
         if (body.find('(') == std::string::npos)
-            error.suggestion = "Write a catom, as in kill @5, or a body, as in kill cell(A, X, Y, Z), X = 0";
+            error.suggestion = fmt::format("Write a catom, as in {0} @5, or a body, as in {0} cell(A, X, Y, Z), X = 0", verb);
         return tl::unexpected<Error>(error);
     }
     std::vector<std::uint64_t> ids;
@@ -52,19 +52,28 @@ Result<std::vector<std::uint64_t>> catoms_of(sim::Subdomain& subdomain, const st
         const auto& columns = table->columns();
         const auto catom = std::ranges::find(columns, check::Type::Kind::Node, [](const auto& column) { return column.type.kind; });
         if (catom == columns.end())
-            fits = fail(fmt::format("kill: no variable is a catom in `{}`", body), "Write it as in kill dist(A, D), D > 9");
+            fits = fail(fmt::format("{}: no variable is a catom in `{}`", verb, body),
+                        fmt::format("Write it as in {} dist(A, D), D > 9", verb));
         else if (table->rows() == 0)
-            fits = fail(fmt::format("kill: `{}` holds for no catom in tick {}", body, subdomain.tick()));
+            fits = fail(fmt::format("{}: `{}` holds for no catom in tick {}", verb, body, subdomain.tick()));
         for (std::size_t row = 0; fits && row < table->rows(); ++row)
             mine.write(table->cell(row, static_cast<std::size_t>(catom - columns.begin())).catom);
     }
     if (auto all = comm::outcome_of_first(subdomain.comm, fits); !all) return tl::unexpected<Error>(all.error());
     for (const auto& theirs : subdomain.comm.allgather_any(mine.view()))
-        for (ByteReader in(theirs, "catoms to kill"); !in.done();) ids.push_back(in.read<std::uint64_t>());
+        for (ByteReader in(theirs, "catoms that fail"); !in.done();) ids.push_back(in.read<std::uint64_t>());
     std::ranges::sort(ids);
     const auto twice = std::ranges::unique(ids);
     ids.erase(twice.begin(), twice.end());
     return ids;
+}
+
+// Programs that find neighbours by geometry find those, whatever fails.
+Result<void> knows_links(const sim::Subdomain& subdomain, const std::string& verb) {
+    const world::Ensemble& ensemble = subdomain.ensemble;
+    if (ensemble.is_free() && !ensemble.is_graph()) return fail(fmt::format("{} is not for bodies", verb), "Use kill");
+    if (ensemble.keeps_links()) return {};
+    return fail(fmt::format("{}: this run finds neighbours by geometry, and needs a table of links", verb), "Begin it with --by-links");
 }
 
 }  // namespace
@@ -101,18 +110,44 @@ Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked)
 Result<Answer> ByHand::kill(timeline::Timeline& timeline, const Kill& asked) {
     sim::Subdomain& subdomain = timeline.simulation().subdomain();
     std::vector<std::uint64_t> killed;
+    if (asked.verb != "kill")
+        if (auto known = knows_links(subdomain, asked.verb); !known) return tl::unexpected<Error>(known.error());
     if (asked.catom) {
         if (auto is = exists(subdomain, *asked.catom); !is) return tl::unexpected<Error>(is.error());
         killed = {*asked.catom};
     } else {
-        auto found = catoms_of(subdomain, asked.body);
+        auto found = catoms_of(subdomain, asked.verb, asked.body);
         if (!found) return tl::unexpected<Error>(found.error());
         killed = std::move(*found);
     }
     const std::int64_t tick = timeline.tick() + 1;
     const std::string text = asked.catom ? fmt::format("@{}", *asked.catom) : asked.body;
-    Done done{.shown = {.tick = tick, .verb = "kill", .fact = text, .killed = killed}, .event = {.tick = tick}};
-    for (const std::uint64_t id : killed) done.event.kill.push_back({.id = id, .place = "kill " + text});
+    Done done{.shown = {.tick = tick, .verb = asked.verb, .fact = text, .killed = killed}, .event = {.tick = tick}};
+    auto& list = asked.verb == "kill" ? done.event.kill : asked.verb == "hang" ? done.event.hang : done.event.restart;
+    for (const std::uint64_t id : killed) list.push_back({.id = id, .place = asked.verb + " " + text});
+    return add(timeline, std::move(done));
+}
+
+Result<Answer> ByHand::cut_or_heal(timeline::Timeline& timeline, const CutOrHeal& asked) {
+    sim::Subdomain& subdomain = timeline.simulation().subdomain();
+    const std::string verb = asked.cuts ? "cut" : "heal";
+    if (auto known = knows_links(subdomain, verb); !known) return tl::unexpected<Error>(known.error());
+    std::vector<std::uint64_t> ends = {asked.catom};
+    std::string text = fmt::format("@{}", asked.catom);
+    if (asked.other) {
+        ends.push_back(*asked.other);
+        text += fmt::format(" @{}", *asked.other);
+    }
+    for (const std::uint64_t id : ends)
+        if (auto is = exists(subdomain, id); !is) return tl::unexpected<Error>(is.error());
+    const std::int64_t tick = timeline.tick() + 1;
+    Done done{.shown = {.tick = tick, .verb = verb, .fact = text, .killed = ends}, .event = {.tick = tick}};
+    world::LinkChoice choice{.place = verb + " " + text};
+    if (asked.other)
+        choice.pair = {asked.catom, *asked.other};
+    else
+        choice.where = *world::parse_region_text(fmt::format("id == {}", asked.catom));
+    (asked.cuts ? done.event.cut : done.event.heal).push_back(std::move(choice));
     return add(timeline, std::move(done));
 }
 
@@ -180,7 +215,11 @@ std::string ByHand::as_toml(std::int64_t after) const {
     for (const auto& [one, event] : state_.done) {
         if (one.tick <= after) continue;
         if (!one.killed.empty()) {
-            out += fmt::format("\n[[event]]\ntick = {}\nkill = [{}]\n", one.tick, fmt::join(one.killed, ", "));
+            const bool links = one.verb == "cut" || one.verb == "heal";
+            const std::string what = !links                   ? fmt::format("[{}]", fmt::join(one.killed, ", "))
+                                     : one.killed.size() == 1 ? fmt::format("\"id == {}\"", one.killed[0])
+                                                              : fmt::format("[[{}]]", fmt::join(one.killed, ", "));
+            out += fmt::format("\n[[event]]\ntick = {}\n{} = {}\n", one.tick, one.verb, what);
             continue;
         }
         std::string values;

@@ -36,8 +36,10 @@ class ByHand {
 
     // Errors: mistakes in the fact; the world could not give it; there is no such catom.
     Result<Answer> change(timeline::Timeline& timeline, const Change& asked);
-    // Errors: there is no such catom; mistakes in the body; it is about no catom, or holds for none.
+    // Errors: there is no such catom; mistakes in the body; it is about no catom, or holds for none; what hangs or restarts needs links.
     Result<Answer> kill(timeline::Timeline& timeline, const Kill& asked);
+    // Errors: there is no such catom; nobody knows links.
+    Result<Answer> cut_or_heal(timeline::Timeline& timeline, const CutOrHeal& asked);
     EventsFound all(std::int64_t tick) const;
     // The run begins anew at a tick: what was done before it does not happen again. Returns the number of those that did not happen before
     // that call, for happens_from(), which takes it back.

@@ -84,8 +84,26 @@ Result<Command> read_change(const Entry& entry, const Words& words) {
 
 Result<Command> read_kill(const Entry& entry, const Words& words) {
     if (words.empty()) return wrong(entry, "the catom is missing");
-    if (words.size() > 1 || words[0].front() != '@') return Kill{.body = std::string(rest(words))};
-    return number<std::uint64_t>(entry, words[0].substr(1), 0).map([](std::uint64_t id) -> Command { return Kill{.catom = id}; });
+    const std::string verb(entry.name);
+    if (words.size() > 1 || words[0].front() != '@') return Kill{.verb = verb, .body = std::string(rest(words))};
+    return number<std::uint64_t>(entry, words[0].substr(1), 0).map([&](std::uint64_t id) -> Command {
+        return Kill{.verb = verb, .catom = id};
+    });
+}
+
+Result<Command> read_link(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the catom is missing");
+    CutOrHeal asked{.cuts = entry.name == "cut"};
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (words[i].front() != '@') return wrong(entry, fmt::format("{} is no catom", words[i]));
+        const Result<std::uint64_t> id = number<std::uint64_t>(entry, words[i].substr(1), 0);
+        if (!id) return tl::unexpected<Error>(id.error());
+        if (i == 0)
+            asked.catom = *id;
+        else
+            asked.other = *id;
+    }
+    return asked;
 }
 
 // A path may have blanks in it.
@@ -183,7 +201,7 @@ Result<Command> read_help(const Entry&, const Words& words);
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
-constexpr std::array<Entry, 34> kCommands = {{
+constexpr std::array<Entry, 38> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
@@ -200,6 +218,10 @@ constexpr std::array<Entry, 34> kCommands = {{
     {"take", "FACT", "take a fact that was given, at the start of the next tick", kAnyNumber, read_change},
     {"kill", "@N|BODY", "end catom N, or those for which a body holds, at the start of the next tick: kill dist(A, D), D > 9", kAnyNumber,
      read_kill},
+    {"hang", "@N|BODY", "the same catoms do nothing any more, from the next tick on", kAnyNumber, read_kill},
+    {"restart", "@N|BODY", "the same catoms begin anew, with the facts of the start, in the next tick", kAnyNumber, read_kill},
+    {"cut", "@N [@M]", "cut all links of catom N at the start of the next tick, or that with catom M", 2, read_link},
+    {"heal", "@N [@M]", "bring these links back", 2, read_link},
     {"events", "", "what was done by hand, and in which ticks", 0, read_alone<Events>},
     {"save-events", "FILE", "write that as events of a world", kAnyNumber, read_save_events},
     {"fork", "NAME", "go on from here in a new branch of the run; the present one stays as it is", 1, read_branch<Fork>},

@@ -41,9 +41,16 @@ struct Change {
     std::string fact = {};  // In Meld, without variables.
     bool gives = true;      // Otherwise it is taken.
 };
+// Catoms fail: kill, hang, restart.
 struct Kill {
+    std::string verb = "kill";
     std::optional<std::uint64_t> catom = {};
     std::string body = {};  // Otherwise those for which it holds, in Meld: the first variable that is a catom.
+};
+struct CutOrHeal {
+    bool cuts = true;
+    std::uint64_t catom = 0;
+    std::optional<std::uint64_t> other = {};  // Otherwise all links of the catom.
 };
 struct Events {};  // Those that were made by hand.
 struct SaveEvents {
@@ -97,9 +104,9 @@ struct Help {
 };
 struct Quit {};
 
-using Command =
-    std::variant<Step, Back, To, Run, Reverse, Until, Break, Watch, Breaks, Delete, Change, Kill, Events, SaveEvents, Fork, BranchList,
-                 Switch, Reload, Save, Facts, Query, Why, History, Messages, Depends, Rules, Predicates, Where, Diff, Help, Quit>;
+using Command = std::variant<Step, Back, To, Run, Reverse, Until, Break, Watch, Breaks, Delete, Change, Kill, CutOrHeal, Events, SaveEvents,
+                             Fork, BranchList, Switch, Reload, Save, Facts, Query, Why, History, Messages, Depends, Rules, Predicates,
+                             Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -34,7 +35,7 @@ bool asks_for_links(const RunOptions& options) {
         return world && world->by_links;
     }
     const std::string path = world_path(options);
-    return !path.empty() && world::asks_for_links(path);
+    return (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links);
 }
 
 }  // namespace

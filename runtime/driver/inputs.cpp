@@ -85,7 +85,11 @@ Result<world::World> with_events(const world::World& world, const std::vector<st
     for (world::Event& event : with->events) {
         for (auto* facts : {&event.give, &event.take})
             for (world::GivenFact& fact : *facts) fact.place = all.placed(fact.place);
-        for (world::Killing& killing : event.kill) killing.place = all.placed(killing.place);
+        for (auto* catoms : {&event.kill, &event.hang, &event.restart})
+            for (world::CatomChoice& one : *catoms) one.place = all.placed(one.place);
+        for (auto* links : {&event.cut, &event.heal, &event.join})
+            for (world::LinkChoice& one : *links) one.place = all.placed(one.place);
+        for (world::Jam& jam : event.jam) jam.links.place = all.placed(jam.links.place);
     }
     const auto rest = [](std::map<std::string, std::uint64_t> parts) {
         parts.erase("event");

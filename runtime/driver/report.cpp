@@ -120,6 +120,11 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("ticks", grouped(static_cast<std::uint64_t>(s.ticks)));
     row("catoms", grouped(s.catoms));
     if (s.killed > 0) row("killed", fmt::format("{} catom{}, by events", grouped(s.killed), s.killed == 1 ? "" : "s"));
+    if (s.hung > 0) row("hung", fmt::format("{} catom{}", grouped(s.hung), s.hung == 1 ? "" : "s"));
+    if (s.restarted > 0) row("restarted", fmt::format("{} catom{}", grouped(s.restarted), s.restarted == 1 ? "" : "s"));
+    if (s.lost > 0) row("lost with them", fmt::format("{} linear fact{}", grouped(s.lost), s.lost == 1 ? "" : "s"));
+    if (s.links_cut > 0) row("links cut", grouped(s.links_cut));
+    if (s.links_made > 0) row("links made", grouped(s.links_made));
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
@@ -172,6 +177,11 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"ticks", s.ticks},
         {"catoms", s.catoms},
         {"killed", s.killed},
+        {"hung", s.hung},
+        {"restarted", s.restarted},
+        {"lost_linear_facts", s.lost},
+        {"links_cut", s.links_cut},
+        {"links_made", s.links_made},
         {"evaluations", s.evaluations},
         {"derivations", s.derivations},
         {"exported_changes", s.changes},

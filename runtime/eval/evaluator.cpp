@@ -334,7 +334,8 @@ const CpuSeconds* Evaluator::end_measuring() {
 }
 
 Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
-    agenda_.take(awake_, dirty_, [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned; });
+    agenda_.take(awake_, dirty_,
+                 [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !(left_out_ && left_out_(catom)); });
     if (acts_) postpone();
     subdomain.tombstones = !tombstones_.empty() || linear_;
     subdomain.undefined = !undefined_.empty();

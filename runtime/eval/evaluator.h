@@ -60,6 +60,9 @@ class Evaluator {
         acts_ = std::move(acts);
     }
 
+    // Catoms that are not evaluated any more: what is new to them is dropped. Empty: there are none.
+    void leave_out(std::function<bool(u32)> left_out) { left_out_ = std::move(left_out); }
+
     // Called for every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
@@ -119,7 +122,7 @@ class Evaluator {
     Timers timers_;
     Requests requests_;
     bool apart_ = false;
-    std::function<bool(u32)> acts_;
+    std::function<bool(u32)> acts_, left_out_;
     bool linear_ = false;  // The program has linear facts, so a catom may lose and gain within one evaluation.
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<u32> awake_;

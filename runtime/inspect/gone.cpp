@@ -44,11 +44,14 @@ Result<std::string> when_gone(timeline::Timeline& timeline, std::uint64_t catom)
     bool region = false;
     for (const world::Event& event : timeline.simulation().subdomain().world.events) {
         if (!event.happens_in(gone)) continue;
-        for (const world::Killing& killing : event.kill) {
+        for (const world::CatomChoice& killing : event.kill) {
             if (killing.id == catom) return fmt::format("it was killed in tick {}", gone);
             region = region || !killing.id;
         }
     }
+    const bool fault = std::ranges::any_of(timeline.simulation().subdomain().world.faults,
+                                           [&](const world::Faults& one) { return one.kill > 0 && one.strikes_in(gone); });
+    if (fault && !region) return fmt::format("it went in tick {}, in which faults kill", gone);
     return region ? fmt::format("it went in tick {}, in which an event killed a region", gone) : fmt::format("it went in tick {}", gone);
 }
 

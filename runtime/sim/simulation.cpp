@@ -12,7 +12,9 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/stage_clock.h"
 #include "runtime/sim/choices.h"
-#include "runtime/sim/core/kills.h"
+#include "runtime/sim/core/catom_failures.h"
+#include "runtime/sim/core/given.h"
+#include "runtime/sim/core/link_failures.h"
 #include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
@@ -28,7 +30,8 @@ double cpu_seconds() {
 // What a summary counts over a whole run, also if it was stopped in between.
 struct Counted {
     std::int64_t ticks = 0;
-    std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0, killed = 0;
+    std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0;
+    std::uint64_t killed = 0, hung = 0, restarted = 0, lost = 0, links_cut = 0, links_made = 0;
 
     Counted() = default;
     explicit Counted(const Summary& s)
@@ -40,7 +43,12 @@ struct Counted {
           messages(s.messages),
           dropped(s.dropped),
           sent_bytes(s.sent_bytes),
-          killed(s.killed) {}
+          killed(s.killed),
+          hung(s.hung),
+          restarted(s.restarted),
+          lost(s.lost),
+          links_cut(s.links_cut),
+          links_made(s.links_made) {}
     void give_back(Summary& s) const {
         s.ticks = ticks;
         s.catoms = catoms;
@@ -51,6 +59,11 @@ struct Counted {
         s.dropped = dropped;
         s.sent_bytes = sent_bytes;
         s.killed = killed;
+        s.hung = hung;
+        s.restarted = restarted;
+        s.lost = lost;
+        s.links_cut = links_cut;
+        s.links_made = links_made;
     }
 };
 
@@ -194,7 +207,7 @@ Result<void> Simulation::run_tick() {
         if (auto done = each_module(step); !done) return done;
     }
     enter(subdomain_.log(), TickLog::Stage::Events);
-    if (auto done = kill(); !done) return done;
+    if (auto done = strike(); !done) return done;
     tick_.change_given();
     enter(subdomain_.log(), TickLog::Stage::Code);
     if (!codes_.empty()) codes_.run(subdomain_);
@@ -209,6 +222,9 @@ Result<void> Simulation::run_tick() {
     summary_.messages += t.tick.messages;
     summary_.dropped += t.tick.dropped;
     summary_.sent_bytes += t.sent_bytes;
+    summary_.lost += t.lost;
+    summary_.links_cut += t.links_cut;
+    summary_.links_made += t.links_made;
     summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
     // The progress of the other catoms in such a tick depends on the processes, so nobody may see it.
     if (subdomain_.status().half_way()) return {};
@@ -220,13 +236,27 @@ Result<void> Simulation::run_tick() {
     return done;
 }
 
-Result<void> Simulation::kill() {
-    Kills kills(subdomain_);
-    const std::vector<Killed> killed = kills.of_this_tick();
-    if (killed.empty()) return {};
-    if (auto done = each_module([&](SimModule& m) { return m.lose(subdomain_, killed); }); !done) return done;
-    kills.take_out(killed);
-    summary_.killed += killed.size();
+Result<void> Simulation::strike() {
+    CatomFailures failures(subdomain_);
+    const Struck struck = failures.of_this_tick();
+    if (!struck.killed.empty()) {
+        if (auto done = each_module([&](SimModule& m) { return m.lose(subdomain_, struck.killed); }); !done) return done;
+        failures.take_out(struck.killed);
+        summary_.killed += struck.killed.size();
+    }
+    if (!struck.hung.empty()) {
+        failures.hang(struck.hung);
+        summary_.hung += struck.hung.size();
+    }
+    if (!struck.restarted.empty()) {
+        const std::vector<Catom> mine = failures.restart(struck.restarted);
+        for (const Killed& each : struck.restarted) codes_.forget(each.id);
+        GivenFacts(subdomain_).give_again(mine);
+        for (auto* list : {&modules_, &extra_})
+            for (auto& module : *list) module->restarted(subdomain_, mine);
+        summary_.restarted += struck.restarted.size();
+    }
+    LinkFailures(subdomain_).strike();
     return {};
 }
 

@@ -54,8 +54,10 @@ struct Summary {
     std::string undefined;
     // Facts of routes, at the end, that lead to a catom which does not touch.
     DeadRoutes dead_routes;
-    // Catoms that events have ended.
-    std::uint64_t killed = 0;
+    // Catoms that events and faults have ended, and the times that they have made one hang or restart.
+    std::uint64_t killed = 0, hung = 0, restarted = 0;
+    std::uint64_t lost = 0;  // Linear facts of those that were killed or have restarted.
+    std::uint64_t links_cut = 0, links_made = 0;
     // The actions that were not carried out, by action and reason.
     std::vector<Refused> refused;
 };
@@ -109,8 +111,8 @@ class Simulation {
     // The counts of all processes at a snapshot.
     Result<void> load_counters(std::span<const std::byte> counters);
     Result<void> run_tick();
-    // Ends the catoms that this tick's events say.
-    Result<void> kill();
+    // What this tick's events and faults do to catoms and links.
+    Result<void> strike();
     // Whether the last tick was the last of the run.
     std::optional<Ending> ended_with_this_tick(bool may_be_quiet) const;
     std::int64_t last_tick(const RunLimits& limits) const;

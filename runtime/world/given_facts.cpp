@@ -10,9 +10,6 @@
 namespace meld::world {
 namespace {
 
-// Beyond any run, and far from an overflow.
-constexpr std::uint64_t kMaxTicks = 1'000'000'000;
-
 bool all_digits(std::string_view text) {
     return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
@@ -57,24 +54,17 @@ std::string array_literal(TomlReader& reader, const toml::array& array, std::str
     return text + "]";
 }
 
-Region region(TomlReader& reader, const toml::node& node) {
-    const Parsed<Region> region = parse_region_text(**node.as_string(), &reader.models());
-    if (region) return *region;
-    reader.wrong_in(node, region.error());
-    return {};
-}
-
 // One of the items of a predicate: a region, or a table of a region and arguments.
 void read_item(TomlReader& reader, const toml::node& item, GivenFact fact, std::vector<GivenFact>& facts) {
     fact.place = reader.place(item.source());
     if (item.is_string()) {
-        fact.where = region(reader, item);
+        fact.where = read_region(reader, item);
     } else if (item.is_table()) {
         const Section section(reader, *item.as_table(), "a fact", {"where", "args"});
         std::string where;
         section.read("where", where);
         const toml::node* node = section.find("where");
-        if (node && node->is_string()) fact.where = region(reader, *node);
+        if (node && node->is_string()) fact.where = read_region(reader, *node);
         const toml::node* arguments = section.find("args");
         if (arguments && !arguments->is_array()) return reader.wrong(arguments->source(), "args " + type_mismatch(*arguments, "an array"));
         for (std::size_t i = 0; arguments && i < arguments->as_array()->size(); ++i) {
@@ -87,6 +77,13 @@ void read_item(TomlReader& reader, const toml::node& item, GivenFact fact, std::
 }
 
 }  // namespace
+
+Region read_region(TomlReader& reader, const toml::node& node) {
+    const Parsed<Region> region = parse_region_text(**node.as_string(), &reader.models());
+    if (region) return *region;
+    reader.wrong_in(node, region.error());
+    return {};
+}
 
 std::string literal(TomlReader& reader, const toml::node& node, std::string_view what) {
     if (node.is_integer()) return fmt::format("{}", **node.as_integer());
@@ -118,69 +115,6 @@ void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenF
         }
         for (const toml::node& item : *value.as_array()) read_item(reader, item, fact, facts);
     }
-}
-
-namespace {
-
-void read_killing(TomlReader& reader, const toml::node& node, std::vector<Killing>& kill) {
-    Killing one{.place = reader.place(node.source())};
-    const std::int64_t* const id = node.is_integer() ? &**node.as_integer() : nullptr;
-    if (id != nullptr && *id >= 0)
-        one.id = static_cast<std::uint64_t>(*id);
-    else if (node.is_string())
-        one.where = region(reader, node);
-    else if (id != nullptr)
-        return reader.wrong(node.source(), fmt::format("there is no catom @{}", *id), "catoms are numbered from 0");
-    else
-        return reader.wrong(node.source(), "kill " + type_mismatch(node, "a region or the number of a catom"), "write kill = \"x > 10\"");
-    kill.push_back(std::move(one));
-}
-
-void read_event(TomlReader& reader, const toml::table& table, double tick_seconds, std::vector<Event>& events) {
-    const Section section(reader, table, "[[event]]", {"tick", "time", "every", "times", "give", "take", "kill"});
-    Event event;
-    if (section.has("tick") == section.has("time"))
-        return reader.wrong(table.source(),
-                            section.has("tick") ? "an [[event]] has both tick and time" : "an [[event]] has neither tick nor time",
-                            "write tick = 10");
-    std::uint64_t tick = 1, every = 0, times = 1;
-    section.read_count("tick", tick, 1, kMaxTicks);
-    double seconds = tick_seconds;
-    section.read_seconds("time", seconds);
-    // As for a delay in the language: the number of whole ticks that fit, but at least one.
-    if (section.has("time"))
-        tick =
-            static_cast<std::uint64_t>(std::clamp(std::floor(seconds / tick_seconds * (1 + 1e-12)), 1.0, static_cast<double>(kMaxTicks)));
-    section.read_count("every", every, 1, kMaxTicks);
-    section.read_count("times", times, 1, kMaxTicks);
-    if (section.has("every") != section.has("times"))
-        return reader.wrong(table.source(), "an [[event]] that happens again has both every and times", "write every = 10 and times = 3");
-    event.tick = static_cast<std::int64_t>(tick);
-    event.every = static_cast<std::int64_t>(every);
-    event.times = static_cast<std::int64_t>(times);
-    for (const auto& [key, facts] : {std::pair("give", &event.give), std::pair("take", &event.take)}) {
-        const toml::node* node = section.find(key);
-        if (node != nullptr && !node->is_table())
-            return reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, "a table of facts")));
-        if (node != nullptr) read_facts(reader, *node->as_table(), *facts);
-    }
-    if (const toml::node* node = section.find("kill"); node != nullptr && node->is_array())
-        for (const toml::node& item : *node->as_array()) read_killing(reader, item, event.kill);
-    else if (node != nullptr)
-        read_killing(reader, *node, event.kill);
-    if (event.give.empty() && event.take.empty() && event.kill.empty())
-        return reader.wrong(table.source(), "this [[event]] does nothing", "write give = { tap = \"id == 0\" }");
-    events.push_back(std::move(event));
-}
-
-}  // namespace
-
-void read_events(TomlReader& reader, const toml::table& top, double tick_seconds, std::vector<Event>& events) {
-    const toml::node* node = top.get("event");
-    if (node == nullptr) return;
-    if (node->is_table()) return read_event(reader, *node->as_table(), tick_seconds, events);
-    if (!node->is_array_of_tables()) return reader.wrong(node->source(), "event " + type_mismatch(*node, "a table [[event]]"));
-    for (const toml::node& table : *node->as_array()) read_event(reader, *table.as_table(), tick_seconds, events);
 }
 
 void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set) {

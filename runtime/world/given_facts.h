@@ -1,4 +1,4 @@
-// The sections of a world file that contain predicates or literals of the language: [facts], [[event]] and [set].
+// The sections of a world file that contain predicates or literals of the language: [facts], those of [[event]], and [set].
 #pragma once
 
 #include <map>
@@ -16,12 +16,11 @@ namespace meld::world {
 // route = { args = [[1, 2], "text", "vec3(0, 0, 1)"] }            lists as arrays, all else that TOML cannot say as text
 void read_facts(TomlReader& reader, const toml::table& table, std::vector<GivenFact>& facts);
 
-// [[event]] tick = 10, give = { NAME = ... }, take = { NAME = ... }, each as in [facts]; kill = REGION, the number of a
-// catom, or several of both; `time` may stand for `tick`.
-void read_events(TomlReader& reader, const toml::table& top, double tick_seconds, std::vector<Event>& events);
-
 // name = value
 void read_settings(TomlReader& reader, const toml::table& table, std::map<std::string, std::string>& set);
+
+// A string that says which catoms are meant.
+Region read_region(TomlReader& reader, const toml::node& node);
 
 // A TOML value as a literal of the language. A string that is itself a number, true, false, or a catom such as "@3" means that value, any
 // other a string; an array means a list. Anything else is a mistake, which the message calls `what`.

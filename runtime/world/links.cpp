@@ -93,6 +93,16 @@ void Links::disconnect(Catom catom, Port port) {
     unset(*other, there);
 }
 
+void Links::renew(Catom catom) {
+    for (Port port = 0, end = ports(catom); port < end; ++port) {
+        const std::optional<Catom> other = at(catom, port);
+        if (!other) continue;
+        const Port there = port_there(catom, port);
+        disconnect(catom, port);
+        connect(catom, port, *other, there);
+    }
+}
+
 void Links::clear(Catom catom) {
     for (Port port = 0, end = ports(catom); port < end; ++port)
         if (at(catom, port)) disconnect(catom, port);

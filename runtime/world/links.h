@@ -28,6 +28,8 @@ class Links {
     void connect(Catom a, Port port_of_a, Catom b, Port port_of_b);
     // Removes the link at a port, on both sides.
     void disconnect(Catom catom, Port port);
+    // All links of a catom go and are made anew, at the same ports.
+    void renew(Catom catom);
     // Removes all links of a catom.
     void clear(Catom catom);
 

@@ -13,6 +13,7 @@
 #include "runtime/base/input_file.h"
 #include "runtime/base/nearest.h"
 #include "runtime/world/cells_file.h"
+#include "runtime/world/event_section.h"
 #include "runtime/world/given_facts.h"
 #include "runtime/world/graph_section.h"
 #include "runtime/world/network_section.h"
@@ -285,10 +286,10 @@ std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const 
     return parts;
 }
 
-// Graphs, networks that take time, and catoms that are not always there are known by their links.
+// Graphs, networks that take time, links that fail and catoms that hang are known by their links.
 bool by_links(const toml::table& top) {
     if (top["lattice"].value<std::string_view>() == "graph") return true;
-    return std::ranges::any_of(std::array{"network", "clock"}, [&](const char* section) { return top.contains(section); });
+    return top.contains("network") || top.contains("clock") || needs_links(top);
 }
 
 World read_sections(TomlReader& reader, const toml::table& table) {
@@ -296,8 +297,8 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     world.path = reader.path();
     world.by_links = by_links(table);
     const Section top(reader, table, "",
-                      {"lattice", "graph", "links", "nodes",  "directed", "radius", "seed",    "held",  "body", "target",
-                       "facts",   "event", "set",   "motion", "record",   "limits", "network", "clock", "time", "components"});
+                      {"lattice", "graph", "links",  "nodes",  "directed", "radius",  "seed",  "held", "body",       "target", "facts",
+                       "event",   "set",   "motion", "record", "limits",   "network", "clock", "time", "components", "faults"});
     read_top(reader, top, world);
     if (says_graph(top)) {
         if (!reader.error()) read_graph_world(reader, top, world);
@@ -314,7 +315,8 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_record(reader, table_at(reader, table, "record"), world.record);
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
     read_time(reader, table_at(reader, table, "time"), world);
-    read_events(reader, table, world.tick_seconds, world.events);
+    read_events(reader, table, world);
+    read_faults(reader, table, world);
     read_names(reader, table_at(reader, table, "components"), "components", world.components);
     if (!reader.error()) check_whole(reader, top, world);
     world.source_hash = reader.source_hash();

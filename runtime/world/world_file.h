@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/graph/graph.h"
+#include "runtime/world/failures.h"
 #include "runtime/world/lattice.h"
 #include "runtime/world/network.h"
 #include "runtime/world/physics_options.h"
@@ -25,24 +26,23 @@ struct GivenFact {
     std::string place;  // "world.toml:12:5", for errors found later.
 };
 
-// Catoms that an event ends: those in a region, or one by its number.
-struct Killing {
-    std::optional<std::uint64_t> id = {};  // Otherwise those in the region.
-    Region where = {};
-    std::string place = {};
-};
-
-// Events during the run: catoms that end, and facts given and taken back, at the start of a tick.
+// Events during the run, at the start of a tick: what fails, in this order, then facts that are taken back and given.
 struct Event {
     std::int64_t tick = 0;   // The first time; from 1.
     std::int64_t every = 0;  // Ticks between two repetitions, if there are several.
     std::int64_t times = 1;
     std::vector<GivenFact> give = {}, take = {};
-    std::vector<Killing> kill = {};
+    std::vector<CatomChoice> kill = {}, hang = {}, restart = {};
+    std::vector<LinkChoice> cut = {}, heal = {}, join = {};
+    std::vector<Jam> jam = {};
+    bool strikes_catoms() const { return !kill.empty() || !hang.empty() || !restart.empty(); }
+    bool strikes_links() const { return !cut.empty() || !heal.empty() || !join.empty(); }
     bool happens_in(std::int64_t now) const {
         return now == tick || (every > 0 && now > tick && (now - tick) % every == 0 && (now - tick) / every < times);
     }
     std::int64_t last() const { return tick + (times - 1) * every; }
+    // Its last time up to now, or 0.
+    std::int64_t latest(std::int64_t now) const;
 };
 
 struct MotionOptions {
@@ -87,6 +87,8 @@ struct World {
     int held = 0;  // Units of resource each catom starts with.
     std::vector<GivenFact> facts;
     std::vector<Event> events;
+    std::vector<Faults> faults;
+    std::uint32_t longest_jam = 0;           // The most ticks by which jams, one after the other, make a message late.
     std::map<std::string, std::string> set;  // Values for the program's constants, as Meld literals.
     MotionOptions motion;
     PhysicsOptions physics;  // If motion.kind is "bodies".
@@ -115,9 +117,11 @@ struct World {
     // "graph", or the name of the lattice.
     std::string_view lattice_name() const { return is_graph() ? "graph" : Lattice(lattice).name(); }
     // Whether what catoms read of their neighbours lies apart from these, as what has arrived: where messages take time, or catoms pause.
-    bool apart() const { return !network.ideal() || !clock.synchronous(); }
+    bool apart() const { return !network.ideal() || !clock.synchronous() || longest_jam > 0; }
     // The most ticks from a change at a catom until a neighbour has acted on it.
-    std::uint32_t latency() const { return network.bound() + clock.most - 1; }
+    std::uint32_t latency() const { return network.bound() + clock.most - 1 + longest_jam; }
+    // Whether events or faults are still to come.
+    bool expects_after(std::int64_t tick) const;
 };
 
 // Reads and checks a world file. Errors name file, line, column, and the nearest key or shape.

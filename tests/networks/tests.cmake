@@ -8,3 +8,13 @@ add_test(NAME random_networks_campaign COMMAND test_random --networks --first 50
   --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_networks PROPERTIES TIMEOUT 600 PROCESSORS 2)
 set_tests_properties(random_networks_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
+# Links that are cut, catoms that hang and restart, jams.
+add_test(NAME failures COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/failures_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(failures PROPERTIES TIMEOUT 180 PROCESSORS 2)
+add_test(NAME random_failures COMMAND test_random --failures --first 6001 --seeds 30 --worlds 2 --shipped 0 --jobs 2
+  --out ${CMAKE_BINARY_DIR}/random_failures)
+add_test(NAME random_failures_campaign COMMAND test_random --failures --first 6031 --seeds 600 --shipped 16 --jobs 2
+  --out ${CMAKE_BINARY_DIR}/random_failures)
+set_tests_properties(random_failures PROPERTIES TIMEOUT 600 PROCESSORS 2)
+set_tests_properties(random_failures_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)

@@ -158,6 +158,8 @@ class Reads(Recorded):
         dying = {"event": [{"tick": 2, "every": 3, "times": 2, "kill": [4, "x > 1"], "take": {"mark": "all"}}]}
         self.assertEqual(events(dying, 9).values.tolist(), [[2, "kill", None, [4, "x > 1"]], [2, "take", "mark", "all"],
                                                             [5, "kill", None, [4, "x > 1"]], [5, "take", "mark", "all"]])
+        failing = {"event": {"tick": 4, "heal": "all", "hang": 3, "cut": [[1, 2]]}}
+        self.assertEqual(events(failing, 9).values.tolist(), [[4, "hang", None, 3], [4, "cut", None, [[1, 2]]], [4, "heal", None, "all"]])
 
     def test_a_recording_that_is_being_written_is_read(self):
         self.write("w.toml", 'lattice = "square"\n[[body]]\nshape = "box(3, 3, 1)"\n[record]\nevery = 100\npredicates = ["p"]\n')

@@ -40,6 +40,17 @@ void set_conditions(world::World& world, std::uint64_t number) {
     world.clock.most = choose(1, 6);
 }
 
+void set_jams(world::World& world, std::uint64_t number) {
+    world.by_links = true;
+    if (!world.apart() || number / 1000 % 2 == 0) return;
+    world::Event event{.tick = 5, .every = 20, .times = 6};
+    event.jam.push_back({.links = {.where = *world::Region::parse("x >= 0")}, .ticks = 3});
+    event.jam.push_back({.links = {.where = *world::Region::parse("y < 0"), .other = *world::Region::parse("y >= 0")}, .ticks = 5});
+    // They are further from each other than any clock pauses.
+    world.longest_jam = 5 + world.clock.most - 1;
+    world.events.push_back(std::move(event));
+}
+
 std::string describe_conditions(std::uint64_t number) {
     if (number == 0) return "an ideal network";
     world::World world;

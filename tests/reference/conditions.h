@@ -11,6 +11,8 @@ namespace meld::reference {
 // Sets a network and a clock that follow from a number; 0: an ideal network, and all catoms act in every tick. Messages are delayed, lost
 // and sent again, but links do not go down in any time that a trial lasts.
 void set_conditions(world::World& world, std::uint64_t number);
+// Links are in a table, and in half of the worlds that are not ideal, by a number, they are jammed for a while.
+void set_jams(world::World& world, std::uint64_t number);
 // In words.
 std::string describe_conditions(std::uint64_t number);
 

@@ -21,7 +21,7 @@ std::string joined(const std::vector<std::string>& parts) {
     return text;
 }
 
-constexpr const char* kNames[] = {"give", "take", "remove", "add", "move"};
+constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "hang", "restart"};
 // Lines of a trial after the program begin so.
 constexpr std::string_view kMark = "//: ";
 
@@ -57,7 +57,7 @@ std::string print(const Trial& trial) {
         line("burst");
         for (const Change& c : burst) {
             std::string what = fmt::format("{} {} {}", c.tick, kNames[static_cast<int>(c.kind)], print(c.cell));
-            if (c.kind == Change::Kind::Move) what += " " + print(c.to);
+            if (c.has_other_cell()) what += " " + print(c.to);
             if (c.kind <= Change::Kind::Take) what += fmt::format(" {}", c.given);
             for (const std::int64_t a : c.arguments) what += fmt::format(" {}", a);
             line(what);
@@ -81,9 +81,8 @@ bool parse_change(const std::string& line, Change& c) {
     while (index < std::size(kNames) && kind != kNames[index]) ++index;
     if (index == std::size(kNames)) return false;
     c.kind = static_cast<Change::Kind>(index);
-    if (c.kind == Change::Kind::Move) return parse_cell(in, c.to);
-    if (c.kind > Change::Kind::Take) return true;
-    if (!(in >> c.given)) return false;
+    if (c.has_other_cell()) return parse_cell(in, c.to);
+    if (c.kind <= Change::Kind::Take && !(in >> c.given)) return false;
     for (std::int64_t a = 0; in >> a;) c.arguments.push_back(a);
     return true;
 }

@@ -30,6 +30,7 @@ struct Options {
     std::string out = "random_failures";
     std::string replay, show;
     bool keep_going = false;
+    bool failures = false;         // Links are cut, catoms hang and restart.
     bool networks = false;         // Under networks and clocks that follow from the seeds.
     std::uint64_t conditions = 0;  // For a trial that is run again.
     int why = 0;                   // Ask so many times at random ticks, instead of comparing the run.
@@ -43,8 +44,10 @@ std::string kind_of(const std::string& trouble) {
     return trouble.substr(0, trouble.find_first_of(trouble.starts_with("refused") ? "]\n" : ":\n"));
 }
 
-Trial trial_of(const Draft& draft, std::uint64_t seed, std::uint64_t world) {
-    return {draft, retraction::make_case(seed * 1000 + world, draft.given)};
+Trial trial_of(const Draft& draft, std::uint64_t seed, std::uint64_t world, bool failures) {
+    Trial trial{draft, retraction::make_case(seed * 1000 + world, draft.given)};
+    if (failures) retraction::add_failures(trial.world, draft.given);
+    return trial;
 }
 
 struct Verdict {
@@ -60,7 +63,8 @@ int processes_of(std::uint64_t seed) { return 1 + static_cast<int>((seed / 1000 
 
 // The conditions of a world, by its seed.
 std::uint64_t conditions_of(std::uint64_t seed, const Options& options) {
-    return options.conditions != 0 ? options.conditions : options.networks ? seed : 0;
+    if (options.conditions != 0) return options.conditions;
+    return options.networks || (options.failures && seed % 2 == 1) ? seed : 0;
 }
 
 // One seed: a program, and several worlds.
@@ -70,20 +74,20 @@ Verdict examine(std::uint64_t seed, const Options& options, Workshop& workshop) 
     v.tried = made.tried;
     v.kept = made.kept;
     v.rules = made.draft.rules.size();
-    v.trial = trial_of(made.draft, seed, 0);
+    v.trial = trial_of(made.draft, seed, 0, options.failures);
     if (!made.refused.empty()) {
         v.trouble = "refused: " + made.refused;
         return v;
     }
     const std::string text = print(made.draft);
     const Result<check::Program> program = checked(text);
-    const Result<Module> module = workshop.module(text, options.networks);
+    const Result<Module> module = workshop.module(text, options.networks || options.failures);
     if (!module) {
         v.trouble = "not compiled: " + module.error().message();
         return v;
     }
     for (std::uint64_t w = 0; w < options.worlds; ++w) {
-        v.trial = trial_of(made.draft, seed, w);
+        v.trial = trial_of(made.draft, seed, w, options.failures);
         if (options.why > 0) {
             v.trouble = trouble_of_inquiries(v.trial, *program, info_of(*module), processes_of(v.trial.world.seed), options.why, v.asked);
             if (v.trouble.empty()) continue;
@@ -121,7 +125,7 @@ std::string encode(const Verdict& v) {
                        t.questions, t.rows, t.told, t.too_large, a.why, a.why_not, a.queries, a.rows, a.falsified, j.nodes, j.ways, j.parts,
                        j.unranked, j.unknown, j.combined, j.made, j.quarantines, v.trouble);
 }
-Verdict decode(const std::string& text, std::uint64_t seed) {
+Verdict decode(const std::string& text, std::uint64_t seed, bool failures) {
     Verdict v;
     std::istringstream in(text);
     std::uint64_t world = 0;
@@ -135,7 +139,7 @@ Verdict decode(const std::string& text, std::uint64_t seed) {
         v.trouble = text;
     else
         v.trouble = text.substr(text.find('\n') + 1);
-    if (!v.trouble.empty()) v.trial = trial_of(make_program(seed).draft, seed, world);
+    if (!v.trouble.empty()) v.trial = trial_of(make_program(seed).draft, seed, world, failures);
     return v;
 }
 
@@ -219,7 +223,7 @@ Sum decode(const std::string& text) {
     if (text.starts_with("crash") || !(in >> s.done >> s.failures)) return {.failures = 1};
     std::string rest;
     std::getline(in, rest);
-    const Verdict v = decode(rest + "\n", 0);
+    const Verdict v = decode(rest + "\n", 0, false);
     s.tally = v.tally;
     s.asked = v.asked;
     s.tried = v.tried;
@@ -241,7 +245,7 @@ Sum work(const Options& options, std::atomic<std::uint64_t>& next) {
         if (number >= options.seeds) break;
         const std::uint64_t seed = options.first + number;
         workshop.level = level_of(seed, options);
-        const Verdict v = decode(isolated([&] { return encode(examine(seed, options, workshop)); }), seed);
+        const Verdict v = decode(isolated([&] { return encode(examine(seed, options, workshop)); }), seed, options.failures);
         sum.add({.tally = v.tally,
                  .asked = v.asked,
                  .done = 1,
@@ -297,7 +301,7 @@ int run_seeds(const Options& options) {
 }
 
 int show(std::uint64_t seed) {
-    fmt::print("{}", print(trial_of(make_program(seed).draft, seed, 0)));
+    fmt::print("{}", print(trial_of(make_program(seed).draft, seed, 0, false)));
     return 0;
 }
 
@@ -317,6 +321,8 @@ int main(int argc, char** argv) {
     app.add_option("--shrink-attempts", options.shrink_attempts, "How long to look for a smaller trial");
     app.add_option("--why", options.why, "Ask each run N times at random ticks why facts hold and why not, and judge the answers");
     app.add_flag("--networks", options.networks, "Run under networks that take time and clocks that pause, which follow from the seeds");
+    app.add_flag("--failures", options.failures,
+                 "Links are cut and healed, catoms hang and restart; every other world has a network or clock, and some have jams");
     app.add_option("--conditions", options.conditions, "With --replay: the network and clock of this number");
     app.add_flag("--keep-going", options.keep_going, "Do not stop at the first failure");
     CLI11_PARSE(app, argc, argv);

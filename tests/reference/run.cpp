@@ -72,12 +72,14 @@ class Watcher {
     // Records the changes that the runtime gets before this tick.
     void change(std::int64_t now) {
         const std::vector<Change>& burst = trial_.world.bursts[burst_];
+        mirror_.wake(now);
         for (; next_ < burst.size() && start_ + burst[next_].tick < now; ++next_) {
             const Change& c = burst[next_];
             const auto here = mirror_.at.find(c.cell);
             const std::int64_t id = here == mirror_.at.end() ? 0 : static_cast<std::int64_t>(here->second);
             const bool applied = mirror_.apply(c);
             scene_is_old_ = scene_is_old_ || (applied && c.kind > Change::Kind::Take);
+            if (applied && c.kind == Change::Kind::Hang) mirror_.hang(static_cast<std::uint64_t>(id), now + c.arguments.at(0));
             if (!applied || !linear_) continue;
             if (c.kind != Change::Kind::Give && c.kind != Change::Kind::Take) continue;
             const PredicateId p = predicate_of(program_, trial_.draft.given[c.given]);
@@ -145,7 +147,7 @@ class Watcher {
         const Result<inspect::Program> asked = inspect::Program::read(subdomain.module, body);
         if (!asked) return "question: " + asked.error().message();
         const Found found = collect(subdomain, asked->checked());
-        const Scene there = make_scene(asked->checked(), mirror_.at, trial_.world.lattice, now, trial_.world.cells.size());
+        const Scene there = make_scene(asked->checked(), mirror_.at, trial_.world.lattice, now, trial_.world.cells.size(), mirror_.missing);
         const Rows expected = answer(*asked, there, found.facts, found.linear), rows = rows_of(table);
         ++tally.questions;
         tally.rows += rows.size();
@@ -172,7 +174,7 @@ class Watcher {
   private:
     const Scene& scene(std::int64_t now) {
         if (scene_is_old_)
-            scene_ = make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size());
+            scene_ = make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size(), mirror_.missing);
         else
             set_tick(scene_, now);
         scene_is_old_ = false;
@@ -205,6 +207,7 @@ struct Shared {
     const world::Target& target;
     Watcher* watcher;  // Null: nobody watches.
     bool linear;
+    bool beyond;  // Networks, clocks and failures, under which the reference knows only where all comes to rest.
     Outcome outcome = {};
     std::optional<std::string> question;  // Watched in every tick, and asked in the end.
     std::string undefined_at_end = {};    // The error of the last burst, where the reference watches.
@@ -247,7 +250,7 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
             if (s.watcher) ++s.watcher->tally.too_large;
             return End::Failed;
         }
-        if (s.watcher && !s.world.apart()) {
+        if (s.watcher && !s.beyond) {
             s.outcome.trouble = s.watcher->compare_tick(subdomain.tick(), subdomain, trapped);
             if (s.outcome.trouble.empty() && trapped && !s.watcher->lost_track()) s.outcome.trouble = "trap";
             if (!s.outcome.trouble.empty() && trapped) s.outcome.trouble += ": " + eval::describe(subdomain.module, totals.failure);
@@ -287,7 +290,7 @@ void run_process(comm::Communicator& comm, Shared& s) {
         if (end == End::Failed) return;
         if (s.question && burst + 1 == s.trial.world.bursts.size()) ask(subdomain, s);
         if (subdomain.comm.process() == 0 && !s.outcome.trouble.empty()) return;
-        if (end == End::Restless || s.watcher == nullptr || (s.linear && s.world.apart())) continue;
+        if (end == End::Restless || s.watcher == nullptr || (s.linear && s.beyond)) continue;
         s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end);
         if (!s.outcome.trouble.empty()) return;
     }
@@ -345,6 +348,8 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     world.lattice = trial.world.lattice;
     world.cells = trial.world.cells;
     set_conditions(world, setting.conditions);
+    const bool fails = retraction::has_failures(trial.world);
+    if (fails) set_jams(world, trial.world.seed);
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
     if (!target) throw std::runtime_error(target.error().message());
     Watcher watcher(trial, program);
@@ -355,7 +360,8 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
                   .target = *target,
                   .watcher = watch == Watch::Reference ? &watcher : nullptr,
                   .linear = watcher.linear(),
-                  .question = setting.conditions == 0 ? question_of(trial, program) : std::nullopt};
+                  .beyond = world.apart() || fails,
+                  .question = setting.conditions == 0 && !fails ? question_of(trial, program) : std::nullopt};
     if (setting.processes == 1) {
         const auto comm = comm::make_single();
         run_process(*comm, shared);
@@ -375,7 +381,7 @@ std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector
     const std::string text = print(trial.draft);
     const Result<check::Program> program = checked(text);
     if (!program) return "refused: " + program.error().message();
-    const Result<Module> module = workshop.module(text, conditions != 0);
+    const Result<Module> module = workshop.module(text, conditions != 0 || retraction::has_failures(trial.world));
     if (!module) return "not compiled: " + module.error().message();
     const Outcome alone = run(trial, *program, info_of(*module), {.conditions = conditions}, Watch::Reference);
     if (!alone.trouble.empty()) return alone.trouble;

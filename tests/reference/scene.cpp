@@ -9,18 +9,16 @@ using check::WorldSource;
 namespace {
 
 // The facts of one catom; the target is empty in every case.
-std::vector<Row> sensed(WorldSource source, const world::Lattice& lattice, world::Cell cell, std::int64_t id,
-                        const std::vector<Link>& links, std::int64_t tick) {
+std::vector<Row> sensed(WorldSource source, const world::Lattice& lattice, const std::map<world::Cell, std::uint64_t>& at, world::Cell cell,
+                        std::int64_t id, const std::vector<Link>& links, std::int64_t tick) {
     const Value me = value_of(id);
     switch (source) {
         case WorldSource::NeighborCount:
             return {{me, value_of(static_cast<std::int64_t>(links.size()))}};
         case WorldSource::Vacant: {
-            std::vector<bool> taken(static_cast<std::size_t>(lattice.ports()), false);
-            for (const Link& link : links) taken[static_cast<std::size_t>(link.port)] = true;
             std::vector<Row> rows;
-            for (std::size_t port = 0; port < taken.size(); ++port)
-                if (!taken[port]) rows.push_back({me, value_of(static_cast<std::int64_t>(port))});
+            for (int port = 0; port < lattice.ports(); ++port)
+                if (!at.contains(lattice.neighbour(cell, port))) rows.push_back({me, value_of(std::int64_t{port})});
             return rows;
         }
         case WorldSource::Cell:
@@ -51,17 +49,18 @@ const world::Lattice& lattice_of(world::LatticeKind kind) {
 std::uint64_t Chance::next() { return random_bits(seed, catom, tick, draws++); }
 
 Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind kind, std::int64_t tick,
-                 std::size_t first_catoms) {
+                 std::size_t first_catoms, const std::set<std::pair<std::uint64_t, std::uint64_t>>& missing) {
     const world::Lattice& lattice = lattice_of(kind);
     Scene scene{.program = &program, .tick = tick, .first_catoms = static_cast<std::int64_t>(first_catoms), .links = {}, .world = {}};
     scene.world.resize(program.predicates.count());
     for (const auto& [cell, id] : at) {
         std::vector<Link>& links = scene.links[static_cast<std::int64_t>(id)];
         for (int port = 0; port < lattice.ports(); ++port)
-            if (const auto other = at.find(lattice.neighbour(cell, port)); other != at.end())
+            if (const auto other = at.find(lattice.neighbour(cell, port));
+                other != at.end() && !missing.contains(std::minmax(id, other->second)))
                 links.push_back({port, static_cast<std::int64_t>(other->second), lattice.opposite(port)});
         for (const PredicateId p : program.predicates.ids())
-            for (Row& row : sensed(program.predicates[p].world, lattice, cell, static_cast<std::int64_t>(id), links, tick))
+            for (Row& row : sensed(program.predicates[p].world, lattice, at, cell, static_cast<std::int64_t>(id), links, tick))
                 scene.world[p.index()].insert(std::move(row));
     }
     return scene;

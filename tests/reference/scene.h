@@ -2,6 +2,8 @@
 #pragma once
 
 #include <map>
+#include <set>
+#include <utility>
 
 #include "runtime/world/lattice.h"
 #include "value.h"
@@ -31,8 +33,9 @@ struct Scene {
     Chance* chance = nullptr;       // Where linear rules are applied.
 };
 
+// `missing`: catoms that touch and have no link, the lower number first.
 Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind lattice, std::int64_t tick,
-                 std::size_t first_catoms);
+                 std::size_t first_catoms, const std::set<std::pair<std::uint64_t, std::uint64_t>>& missing = {});
 // The same at another time.
 void set_tick(Scene& scene, std::int64_t tick);
 

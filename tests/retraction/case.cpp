@@ -99,6 +99,28 @@ Mirror::Mirror(const Case& c, const std::vector<Given>& the_given) : given(the_g
     for (const Cell& cell : c.cells) at[cell] = next_id++;
 }
 
+void Mirror::forget(std::uint64_t id) {
+    const Row from{static_cast<std::int64_t>(id)}, to{static_cast<std::int64_t>(id + 1)};
+    for (auto& [name, rows] : facts) rows.erase(rows.lower_bound(from), rows.lower_bound(to));
+}
+
+void Mirror::forget_links(std::uint64_t id) {
+    std::erase_if(missing, [&](const auto& link) { return link.first == id || link.second == id; });
+}
+
+void Mirror::restart(std::uint64_t id) {
+    forget(id);
+    hung.erase(id);
+}
+
+std::vector<std::uint64_t> Mirror::wake(std::int64_t now) {
+    std::vector<std::uint64_t> awake;
+    for (const auto& [id, until] : hung)
+        if (until <= now) awake.push_back(id);
+    for (const std::uint64_t id : awake) restart(id);
+    return awake;
+}
+
 bool Mirror::apply(const Change& c) {
     const auto here = at.find(c.cell);
     if ((c.kind == Change::Kind::Add) == (here != at.end())) return false;
@@ -107,8 +129,8 @@ bool Mirror::apply(const Change& c) {
             at[c.cell] = next_id++;
             return true;
         case Change::Kind::Remove: {
-            const Row from{static_cast<std::int64_t>(here->second)}, to{static_cast<std::int64_t>(here->second + 1)};
-            for (auto& [name, rows] : facts) rows.erase(rows.lower_bound(from), rows.lower_bound(to));
+            restart(here->second);
+            forget_links(here->second);
             at.erase(here);
             return true;
         }
@@ -117,8 +139,21 @@ bool Mirror::apply(const Change& c) {
             const std::uint64_t id = here->second;
             at.erase(here);
             at[c.to] = id;
+            forget_links(id);
             return true;
         }
+        case Change::Kind::Cut:
+        case Change::Kind::Heal: {
+            const auto there = at.find(c.to);
+            if (there == at.end()) return false;
+            const std::pair<std::uint64_t, std::uint64_t> link = std::minmax(here->second, there->second);
+            return c.kind == Change::Kind::Cut ? missing.insert(link).second : missing.erase(link) > 0;
+        }
+        case Change::Kind::Hang:
+            return !hung.contains(here->second);
+        case Change::Kind::Restart:
+            restart(here->second);
+            return true;
         case Change::Kind::Give:
         case Change::Kind::Take:
             break;
@@ -174,6 +209,58 @@ Case make_case(std::uint64_t seed, const std::vector<Given>& given) {
     return c;
 }
 
+bool has_failures(const Case& c) {
+    for (const std::vector<Change>& burst : c.bursts)
+        for (const Change& change : burst)
+            if (change.kind >= Change::Kind::Cut) return true;
+    return false;
+}
+
+void add_failures(Case& c, const std::vector<Given>& given) {
+    Random random(c.seed ^ 0xfa11);
+    const world::Lattice lattice(c.lattice);
+    Mirror mirror(c, given);
+    for (std::vector<Change>& burst : c.bursts) {
+        std::vector<Change> all;
+        const int last = burst.empty() ? 0 : burst.back().tick;
+        std::int64_t left = 1 + below(random, below(random, 4) == 0 ? 40 : 10);
+        for (std::size_t next = 0; next < burst.size() || left > 0;) {
+            const bool one = left > 0 && (next == burst.size() || below(random, static_cast<std::int64_t>(burst.size()) + 1) < left);
+            if (!one) {
+                if (mirror.apply(burst[next])) all.push_back(burst[next]);
+                ++next;
+                continue;
+            }
+            --left;
+            if (mirror.at.empty()) continue;
+            const int earliest = all.empty() ? 0 : all.back().tick, latest = next < burst.size() ? burst[next].tick : last + 12;
+            Change change{.tick = earliest + static_cast<int>(below(random, std::max(1, latest - earliest + 1)))};
+            const std::int64_t kind = below(random, 100);
+            change.cell = pick(random, mirror.at).first;
+            change.kind = kind < 45   ? Change::Kind::Cut
+                          : kind < 75 ? Change::Kind::Heal
+                          : kind < 88 ? Change::Kind::Hang
+                                      : Change::Kind::Restart;
+            if (change.kind == Change::Kind::Heal && !mirror.missing.empty()) {
+                const auto [a, b] = pick(random, mirror.missing);
+                for (const auto& [cell, id] : mirror.at) {
+                    if (id == a) change.cell = cell;
+                    if (id == b) change.to = cell;
+                }
+            } else if (change.has_other_cell()) {
+                change.to = lattice.neighbour(change.cell, static_cast<int>(below(random, lattice.ports())));
+            } else if (change.kind == Change::Kind::Hang) {
+                change.arguments.push_back(1 + below(random, 25));
+            }
+            if (!mirror.apply(change)) continue;
+            if (change.kind == Change::Kind::Hang) mirror.hang(mirror.at.at(change.cell), 0);
+            all.push_back(change);
+        }
+        burst = std::move(all);
+        mirror.wake(0);
+    }
+}
+
 Case make_large_case(std::uint64_t seed, const std::vector<Given>& given) {
     Random random(seed);
     Case c{.seed = seed, .lattice = LatticeKind::Square, .cells = {}, .bursts = {}};
@@ -188,12 +275,12 @@ Case make_large_case(std::uint64_t seed, const std::vector<Given>& given) {
 std::string print(const Case& c, const std::vector<Given>& given) {
     std::string text = fmt::format("seed {}, lattice {}, {} catoms at", c.seed, world::Lattice(c.lattice).name(), c.cells.size());
     for (const Cell& cell : c.cells) text += " " + print(cell);
-    constexpr const char* kNames[] = {"give", "take", "remove", "add", "move"};
+    constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "hang", "restart"};
     for (std::size_t b = 0; b < c.bursts.size(); ++b) {
         text += fmt::format("\nburst {}", b);
         for (const Change& change : c.bursts[b]) {
             text += fmt::format("\n  tick {}: {} {}", change.tick, kNames[static_cast<int>(change.kind)], print(change.cell));
-            if (change.kind == Change::Kind::Move) text += " to " + print(change.to);
+            if (change.has_other_cell()) text += " to " + print(change.to);
             if (change.kind > Change::Kind::Take) continue;
             text += " " + given[change.given].predicate;
             for (const std::int64_t a : change.arguments) text += fmt::format(" {}", a);

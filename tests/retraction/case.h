@@ -30,12 +30,14 @@ struct Given {
 };
 
 struct Change {
-    enum class Kind { Give, Take, Remove, Add, Move } kind = Kind::Give;
+    // Cut and Heal are for the link of two catoms that touch. One that hangs restarts after some ticks.
+    enum class Kind { Give, Take, Remove, Add, Move, Cut, Heal, Hang, Restart } kind = Kind::Give;
     int tick = 0;  // After the start of its burst.
     Cell cell = {};
-    Cell to = {};           // Move
+    Cell to = {};           // Move, Cut, Heal
     std::size_t given = 0;  // Give, Take: which predicate,
-    Row arguments = {};     // and its arguments after the catom.
+    Row arguments = {};     // and its arguments after the catom. Hang: for how many ticks.
+    bool has_other_cell() const { return kind >= Kind::Move && kind <= Kind::Heal; }
 };
 
 struct Case {
@@ -50,15 +52,32 @@ struct Mirror {
     Mirror(const Case& c, const std::vector<Given>& given);
     // Does what the change says and returns true; false, and nothing, where it makes no sense (any more).
     bool apply(const Change& change);
+    // Catoms that restart in this tick, because they have hung long enough.
+    std::vector<std::uint64_t> wake(std::int64_t now);
+    // In this tick a catom begins to hang.
+    void hang(std::uint64_t id, std::int64_t until) { hung[id] = until; }
+    void restart(std::uint64_t id);
 
     const std::vector<Given>& given;
     std::map<Cell, std::uint64_t> at;
     std::uint64_t next_id = 0;
     Facts facts;  // Given ones.
+    // Links that are cut, the lower number first; and in which tick a catom restarts that hangs.
+    std::set<std::pair<std::uint64_t, std::uint64_t>> missing = {};
+    std::map<std::uint64_t, std::int64_t> hung = {};
+
+  private:
+    void forget(std::uint64_t id);
+    void forget_links(std::uint64_t id);
 };
 
 using Random = std::mt19937_64;
 inline std::int64_t below(Random& random, std::int64_t n) { return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(n)); }
+
+// Adds links that are cut and healed, and catoms that hang and restart, at random.
+void add_failures(Case& c, const std::vector<Given>& given);
+// Whether there are any.
+bool has_failures(const Case& c);
 
 Case make_case(std::uint64_t seed, const std::vector<Given>& given);
 // A labyrinth of more than a thousand catoms with long ways round, and more and longer bursts.

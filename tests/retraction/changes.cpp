@@ -5,6 +5,8 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/comm/packets.h"
+#include "runtime/sim/core/catom_failures.h"
+#include "runtime/sim/core/link_failures.h"
 #include "runtime/sim/core/migration.h"
 #include "runtime/tuple/facts.h"
 
@@ -15,6 +17,7 @@ using sim::Subdomain;
 
 Result<void> Changes::step(Subdomain& subdomain) {
     const std::vector<Change>& burst = case_.bursts[burst_];
+    for (const std::uint64_t id : mirror_.wake(subdomain.tick())) restart(subdomain, id);
     for (; next_ < burst.size() && start_ + burst[next_].tick < subdomain.tick(); ++next_) {
         const Change& change = burst[next_];
         const std::uint64_t id = change.kind == Change::Kind::Add   ? mirror_.next_id
@@ -38,7 +41,32 @@ void Changes::apply(Subdomain& subdomain, const Change& change, std::uint64_t id
             return add(subdomain, id, change.cell);
         case Change::Kind::Move:
             return move(subdomain, id, change.cell, change.to);
+        case Change::Kind::Cut:
+        case Change::Kind::Heal:
+            return cut_or_heal(subdomain, change);
+        case Change::Kind::Hang:
+            mirror_.hang(id, subdomain.tick() + change.arguments.at(0));
+            return sim::CatomFailures(subdomain).hang(std::vector{sim::Killed{id, change.cell}});
+        case Change::Kind::Restart:
+            return restart(subdomain, id);
     }
+}
+
+void Changes::cut_or_heal(Subdomain& subdomain, const Change& change) {
+    using End = sim::LinkFailures::End;
+    const sim::LinkFailures::Which which = [&](const End& a, const End& b) {
+        return (a.cell == change.cell && b.cell == change.to) || (a.cell == change.to && b.cell == change.cell);
+    };
+    sim::LinkFailures links(subdomain);
+    if (change.kind == Change::Kind::Cut)
+        links.cut(which);
+    else
+        links.heal(which);
+}
+
+void Changes::restart(Subdomain& subdomain, std::uint64_t id) const {
+    for (const auto& [cell, there] : mirror_.at)
+        if (there == id) static_cast<void>(sim::CatomFailures(subdomain).restart(std::vector{sim::Killed{id, cell}}));
 }
 
 void Changes::give_or_take(Subdomain& subdomain, const Given& given, const Change& change) {

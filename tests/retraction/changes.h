@@ -17,7 +17,7 @@ class Changes : public sim::SimModule {
         start_ = tick;
         next_ = 0;
     }
-    bool done() const { return next_ == case_.bursts[burst_].size(); }
+    bool done() const { return next_ == case_.bursts[burst_].size() && mirror_.hung.empty(); }
     // This change happens in the book alone.
     void lose(const Change* change) { lost_ = change; }
 
@@ -26,6 +26,8 @@ class Changes : public sim::SimModule {
   private:
     void apply(sim::Subdomain& subdomain, const Change& change, std::uint64_t id);
     static void give_or_take(sim::Subdomain& subdomain, const Given& given, const Change& change);
+    static void cut_or_heal(sim::Subdomain& subdomain, const Change& change);
+    void restart(sim::Subdomain& subdomain, std::uint64_t id) const;
     static bool sees(const sim::Subdomain& subdomain, Cell cell);
     static void add(sim::Subdomain& subdomain, std::uint64_t id, Cell cell);
     static void move(sim::Subdomain& subdomain, std::uint64_t id, Cell from, Cell to);

@@ -142,6 +142,26 @@ class Dying(DebugTest):
         digests = self.run_of(GRADIENT, "w.toml", "--ticks", 140)[1].decode()
         self.assertIn(first[5]["digest"], digests.splitlines()[-1])
 
+    def test_failures_by_hand(self):
+        """Back and forth over them, too."""
+        self.write("dist.meld", DIST)
+        self.write("w.toml", square(8) + '[facts]\nsource = "id == 0"\n')
+        commands = ["to 12", "cut @9", "hang @20", "step", "cut @3 @4", "step 3", "restart dist(A, D), D > 9", "to 18", "heal @9", "to 45",
+                    "where", "back 20", "where", "to 45", "where", "save-events e.toml", "events"]
+        for processes in (1, 2, 3):
+            answers = self.answers(commands, "dist.meld", "--world", "w.toml", "--by-links", "--ticks", 60, "-n", processes)
+            self.assertEqual(answers[10]["digest"], answers[14]["digest"])
+            events = answers[16]["events"]
+            self.assertEqual([(e["tick"], e["kind"]) for e in events],
+                             [(13, "cut"), (13, "hang"), (14, "cut"), (17, "restart"), (19, "heal")])
+            self.assertEqual([e["catoms"] for e in events][:3], [[9], [20], [3, 4]])
+            self.write("both.toml", self.read("w.toml").decode() + self.read("e.toml").decode())
+            digests = self.run_of("dist.meld", "both.toml", "--ticks", 45)[1].decode()
+            self.assertIn(answers[10]["digest"], digests.splitlines()[-1])
+        for command in ("cut @3", "hang @3"):
+            self.assertIn("--by-links", self.session([command], "dist.meld", "--world", "w.toml", code=2)[1])
+        self.assertIn("no catom @99", self.session(["heal @3 @99"], "dist.meld", "--world", "w.toml", "--by-links", code=2)[1])
+
     def test_history_of_what_went_with_its_catom(self):
         """No rule is named that has not fired, and no event that has taken nothing."""
         self.write("k.meld", "type linear token(node, int).\ntype linear done(node, int).\ntype base(node).\ntype view(node).\n"

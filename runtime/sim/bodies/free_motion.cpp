@@ -14,7 +14,7 @@
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
 #include "runtime/sim/bodies/step_advice.h"
-#include "runtime/sim/core/kills.h"
+#include "runtime/sim/core/catom_failures.h"
 
 namespace meld::sim {
 

@@ -34,7 +34,7 @@ void CodeModules::run(Subdomain& subdomain) {
         const bool own = entry.shared->instances() == CodeModule::Instances::PerCatom;
         if (own && !subdomain.alone() && subdomain.world.motion.kind != "none") follow(subdomain, entry);
         for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
-            if (!subdomain.owned(c)) continue;
+            if (!subdomain.owned(c) || subdomain.is_silent(c)) continue;
             CatomView view(subdomain, c);
             if (!own) {
                 entry.shared->run(view);

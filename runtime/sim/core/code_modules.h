@@ -20,6 +20,10 @@ class CodeModules {
     // Runs every module at every catom of this process, catoms in the order of their indices. Cost: all catoms, in every tick, because such
     // code does not know what has changed.
     void run(Subdomain& subdomain);
+    // A catom begins anew: so does its object.
+    void forget(std::uint64_t id) {
+        for (Entry& entry : modules_) entry.own.erase(id);
+    }
     // The state of all modules, for a snapshot, and back: of the objects whose catoms this process owns now, and of those that are
     // shared as `shared` says, which is so for one of the processes that wrote it.
     void save(ByteWriter& out) const;

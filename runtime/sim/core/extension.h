@@ -38,6 +38,9 @@ class SimModule {
     // Catoms that events end in this tick, of all processes and by their numbers; called after step(), on every process at the same time,
     // while they are still there. On a lattice they are taken out afterwards; motion of another kind does so itself.
     virtual Result<void> lose(Subdomain&, std::span<const Killed>) { return {}; }
+    // Catoms of this process that have restarted in this tick: the facts that the module had given them are gone. Called when they have the
+    // facts of the start.
+    virtual void restarted(Subdomain&, std::span<const std::uint32_t> /*catoms*/) {}
     // After evaluation, before the tick is counted.
     virtual Result<void> after(Subdomain&) { return {}; }
     // Whether a snapshot can hold what it keeps between two ticks: yes for a module that keeps nothing, and for one that saves all of it

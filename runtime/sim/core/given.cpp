@@ -11,8 +11,9 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
 #include "runtime/base/nearest.h"
+#include "runtime/sim/core/catom_failures.h"
 #include "runtime/sim/core/graph_facts.h"
-#include "runtime/sim/core/kills.h"
+#include "runtime/sim/core/link_failures.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
@@ -94,7 +95,7 @@ std::vector<std::string> never_given(const ModuleInfo& module, const world::Worl
     return names;
 }
 
-Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u64* matched) {
+Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u64* matched, const std::vector<Catom>* only) {
     const std::optional<u32> predicate = tuple::find_predicate(subdomain_.module, fact.predicate, fact.arguments.size());
     if (!predicate) return no_predicate(subdomain_.module, fact);
     const PredicateInfo& p = subdomain_.module.predicates[*predicate];
@@ -113,7 +114,9 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
     for (u32 i = 0; i < p.arity; ++i) values[i] = lists_of_facts.keep(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
     const std::optional<std::size_t> route = as_route(fact, p, how);
-    for (Catom c = 0; c < subdomain_.ensemble.index_count() && (how != Change::Check || (matched != nullptr && *matched == 0)); ++c) {
+    const std::size_t count = only != nullptr ? only->size() : subdomain_.ensemble.index_count();
+    for (std::size_t i = 0; i < count && (how != Change::Check || (matched != nullptr && *matched == 0)); ++i) {
+        const Catom c = only != nullptr ? (*only)[i] : static_cast<Catom>(i);
         if (!fits || !subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
         if (matched != nullptr) ++*matched;
         if (how == Change::Check) continue;
@@ -136,12 +139,19 @@ Result<void> GivenFacts::start() {
     if (auto done = give_graph_facts(subdomain_); !done) return done;
     if (auto done = look_at_events(all); !done) return done;
     warn_of_unmatched(std::move(all));
-    Kills(subdomain_).look_at_events();
+    CatomFailures(subdomain_).look_at_events();
+    LinkFailures(subdomain_).look_at_events();
     if (still() || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
     // Catoms that move may come to touch.
     if (subdomain_.world.motion.kind != "none") return {};
     dead_links_.look_at_text();
     return dead_links_.verdict();
+}
+
+void GivenFacts::give_again(const std::vector<Catom>& catoms) {
+    for (const world::GivenFact& fact : subdomain_.world.facts)
+        MELD_CHECK(change_one(fact, Change::Give, nullptr, &catoms).has_value(), "a fact at {} that was given before", fact.place);
+    MELD_CHECK(give_graph_facts(subdomain_, &catoms).has_value(), "facts of the graph that were given before");
 }
 
 // A mistake in an event is reported now, however late the event is.
@@ -162,7 +172,8 @@ Result<void> GivenFacts::check_events() {
     Matched all;
     if (auto done = look_at_events(all); !done) return done;
     warn_of_unmatched(std::move(all));
-    Kills(subdomain_).look_at_events();
+    CatomFailures(subdomain_).look_at_events();
+    LinkFailures(subdomain_).look_at_events();
     if (still()) warn_of_missing_catoms();
     return {};
 }

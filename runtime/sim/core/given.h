@@ -21,6 +21,8 @@ class GivenFacts {
     // The facts of the start; those of events are checked. Every process calls it. Errors: the world gives something that the program
     // cannot take.
     Result<void> start();
+    // The facts of the start, again, for catoms of this process that have none.
+    void give_again(const std::vector<Catom>& catoms);
     // Only those of events: for a run that does not begin at the start. Every process calls it.
     Result<void> check_events();
     // A fact that is given or taken later. Errors: the world could not give it.
@@ -38,7 +40,7 @@ class GivenFacts {
     Result<void> look_at_events(Matched& all);
     // Gives the fact to the catoms of its region, or takes it from them; Check only reports what is wrong with it. `matched` counts the
     // catoms on this process; with Check it says whether there are any.
-    Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr);
+    Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr, const std::vector<Catom>* only = nullptr);
     // Whether the fact is given at the start and is a route in a world without motion.
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
     void warn_of_unmatched(Matched all);

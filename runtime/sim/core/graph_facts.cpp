@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -20,7 +21,7 @@ using graph::Node;
 
 class GraphFacts {
   public:
-    explicit GraphFacts(Subdomain& subdomain) : subdomain_(subdomain), graph_(*subdomain.world.graph) {}
+    GraphFacts(Subdomain& subdomain, const std::vector<Catom>* only) : subdomain_(subdomain), graph_(*subdomain.world.graph), only_(only) {}
 
     Result<void> give_links(const PredicateInfo& p) {
         if (tuple::type_of(subdomain_.module, p.fields[0]).kind() != ValueType::Node)
@@ -54,7 +55,9 @@ class GraphFacts {
   private:
     template <class Visit>
     Result<void> each_node(const Visit& visit) const {
-        for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c) {
+        const std::size_t count = only_ != nullptr ? only_->size() : subdomain_.ensemble.index_count();
+        for (std::size_t i = 0; i < count; ++i) {
+            const Catom c = only_ != nullptr ? (*only_)[i] : static_cast<Catom>(i);
             if (!subdomain_.owned(c)) continue;
             if (auto done = visit(c, *graph_.find(subdomain_.ensemble.id(c))); !done) return done;
         }
@@ -74,6 +77,7 @@ class GraphFacts {
 
     Subdomain& subdomain_;
     const Graph& graph_;
+    const std::vector<Catom>* only_;  // Otherwise all.
     std::vector<Value> values_;
     tuple::Arena scratch_;
 };
@@ -92,13 +96,20 @@ Result<void> check_senses(const ModuleInfo& module) {
 // Aggregates that wait keep a bit for each neighbour.
 constexpr u64 kMostAwaited = 32;
 
-Result<void> check_degrees(const ModuleInfo& module, const Graph& graph) {
-    for (Node node = 0; module.waits && node < graph.nodes(); ++node)
-        if (graph.degree(node) > kMostAwaited)
+Result<void> check_degrees(const ModuleInfo& module, const world::World& world) {
+    const Graph& graph = *world.graph;
+    std::map<std::uint64_t, u64> joined;
+    for (const world::Event& event : world.events)
+        for (const world::LinkChoice& choice : event.join) ++joined[choice.pair->first], ++joined[choice.pair->second];
+    for (Node node = 0; module.waits && node < graph.nodes(); ++node) {
+        const auto more = joined.find(graph.id(node));
+        const u64 degree = graph.degree(node) + (more == joined.end() ? 0 : more->second);
+        if (degree > kMostAwaited)
             return fail(
                 fmt::format("the program has an aggregate that waits for all neighbours, of which there may be {}, and node {} has {}",
-                            kMostAwaited, graph.id(node), graph.degree(node)),
+                            kMostAwaited, graph.id(node), degree),
                 "Use an aggregate that does not wait, or a graph with fewer links for each node");
+    }
     return {};
 }
 
@@ -114,11 +125,11 @@ bool graph_gives(const world::World& world, std::string_view name) {
     return false;
 }
 
-Result<void> give_graph_facts(Subdomain& subdomain) {
+Result<void> give_graph_facts(Subdomain& subdomain, const std::vector<Catom>* only) {
     if (!subdomain.world.is_graph()) return {};
     if (auto fine = check_senses(subdomain.module); !fine) return fine;
-    if (auto fine = check_degrees(subdomain.module, *subdomain.world.graph); !fine) return fine;
-    GraphFacts facts(subdomain);
+    if (auto fine = check_degrees(subdomain.module, subdomain.world); !fine) return fine;
+    GraphFacts facts(subdomain, only);
     for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
         const PredicateInfo& p = subdomain.module.predicates[i];
         if (!may_be_given(p)) continue;

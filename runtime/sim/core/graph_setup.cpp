@@ -40,7 +40,8 @@ std::vector<std::int32_t> owners(const Graph& graph, comm::Communicator& comm) {
 
 }  // namespace
 
-void populate_graph(Membership& members, const Graph& graph, comm::Communicator& comm, const std::vector<bool>* left) {
+void populate_graph(Membership& members, const Graph& graph, comm::Communicator& comm, const std::vector<bool>* left,
+                    std::span<const JoinedNodes> joined) {
     const int process = comm.process();
     const std::vector<std::int32_t> owner = owners(graph, comm);
     const auto nodes = static_cast<Node>(graph.nodes());
@@ -59,6 +60,11 @@ void populate_graph(Membership& members, const Graph& graph, comm::Communicator&
                 ports += graph.degree(other);
             }
     }
+    for (const JoinedNodes& link : joined)
+        for (const auto& [node, other] : {std::pair(link.a, link.b), std::pair(link.b, link.a)})
+            if (owner[node] == process && there(node) && owner[other] != process && there(other) &&
+                std::exchange(catom_of[other], 0) == kUnknown)
+                ghosts.push_back(other);
     std::sort(ghosts.begin(), ghosts.end());
     members.reserve_nodes(mine.size() + ghosts.size(), ports);
     const auto add = [&](Node node) {
@@ -78,6 +84,14 @@ void populate_graph(Membership& members, const Graph& graph, comm::Communicator&
                                                  port_towards(graph, other, node));
             ++port;
         }
+    }
+    for (const JoinedNodes& link : joined) {
+        if (!there(link.a) || !there(link.b) || (owner[link.a] != process && owner[link.b] != process)) continue;
+        const auto a = static_cast<Catom>(catom_of[link.a]), b = static_cast<Catom>(catom_of[link.b]);
+        members.ensemble.links().room(a, link.port_of_a + 1);
+        members.ensemble.links().room(b, link.port_of_b + 1);
+        if (!members.ensemble.links().at(a, link.port_of_a) && !members.ensemble.links().at(b, link.port_of_b))
+            members.ensemble.links().connect(a, link.port_of_a, b, link.port_of_b);
     }
     MELD_ENSURE(members.ensemble.owned_count() == mine.size() && members.ensemble.ghost_count() == ghosts.size(), "{} nodes", nodes);
 }

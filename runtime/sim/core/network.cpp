@@ -111,9 +111,9 @@ void Network::release_parcel(u32 parcel) {
     free_parcels_.push_back(parcel);
 }
 
-void Network::put(i64 arrival, u32 mailbox, u32 parcel) {
+void Network::put(i64 arrival, u32 mailbox, u32 parcel, bool late) {
     MELD_EXPECT(arrival >= 0, "tick {}", arrival);
-    arriving(arrival).push_back({mailbox, parcel});
+    arriving(arrival).push_back({mailbox, parcel, late});
     ++mailboxes_[mailbox].under_way;
     ++parcels_[parcel].links;
     ++under_way_;
@@ -186,6 +186,10 @@ void Network::take_down(i64 now, const std::function<void(Catom)>& mark) {
     down_.erase(due.begin(), due.end());
 }
 
+void Network::forget_loss(u64 a, u64 b) {
+    std::erase_if(down_, [&](const Down& d) { return (d.from == a && d.to == b) || (d.from == b && d.to == a); });
+}
+
 void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments) {
     const world::Ensemble& ensemble = members_.ensemble;
     const std::optional<Catom> sender = ensemble.find(from);
@@ -205,6 +209,34 @@ void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* argu
 
 // ---- arrivals
 
+i64 Network::jammed_until(i64 now, const Mailbox& m) const {
+    if (world_.longest_jam == 0 || m.index < 0) return now;
+    const world::Ensemble& ensemble = members_.ensemble;
+    i64 until = now;
+    for (const world::Event& event : world_.events) {
+        if (event.jam.empty()) continue;
+        const i64 begun = event.latest(now);
+        for (const world::Jam& jam : event.jam)
+            if (begun > 0 && begun + jam.ticks > until &&
+                jam.links.contains(ensemble.id(m.other), ensemble.id(m.reader), [&](const world::Region& region, int end) {
+                    return members_.in_region(region, end == 0 ? m.other : m.reader);
+                }))
+                until = begun + jam.ticks;
+    }
+    return until;
+}
+
+bool Network::comes_in(i64 now, const Entry& entry) {
+    const Mailbox& m = mailboxes_[entry.mailbox];
+    const i64 free = jammed_until(now, m);
+    if (m.index >= 0 && free == now) return true;
+    if (m.index < 0 || world_.network.kind == world::NetworkKind::Raw)
+        lost_ += parcels_[entry.parcel].kind == Parcel::Kind::Message;
+    else
+        put(world_.clock.next(world_.seed, members_.ensemble.id(m.reader), free), entry.mailbox, entry.parcel, true);
+    return false;
+}
+
 void Network::done_with(const Entry& entry) {
     Mailbox& m = mailboxes_[entry.mailbox];
     --under_way_;
@@ -212,11 +244,20 @@ void Network::done_with(const Entry& entry) {
     if (--parcels_[entry.parcel].links == 0) release_parcel(entry.parcel);
 }
 
+// What has waited for the end of a jam was sent before what comes in its time.
+std::vector<Network::Entry> Network::take_entries(i64 tick, bool linear) {
+    std::vector<Entry>& here = arriving(tick);
+    const auto is_other = [&](const Entry& entry) { return (parcels_[entry.parcel].kind == Parcel::Kind::Message) != linear; };
+    const auto others = std::ranges::stable_partition(here, is_other);
+    std::vector<Entry> taken(others.begin(), others.end());
+    here.erase(others.begin(), others.end());
+    if (world_.longest_jam > 0) std::ranges::stable_partition(taken, &Entry::late);
+    return taken;
+}
+
 void Network::arrive(i64 now) {
-    for (const Entry& entry : std::exchange(arriving(now), {})) {
-        MELD_EXPECT(parcels_[entry.parcel].kind != Parcel::Kind::Message, "a linear fact of tick {} was not delivered", now);
-        const Mailbox& m = mailboxes_[entry.mailbox];
-        if (m.index >= 0) open(m, parcels_[entry.parcel]);
+    for (const Entry& entry : take_entries(now, false)) {
+        if (comes_in(now, entry)) open(mailboxes_[entry.mailbox], parcels_[entry.parcel]);
         done_with(entry);
     }
 }
@@ -225,15 +266,10 @@ void Network::deliver(i64 next, const Deliver& deliver) {
     std::vector<Arrived> messages;
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
-    std::vector<Entry>& here = arriving(next);
-    const auto first =
-        std::ranges::stable_partition(here, [&](const Entry& entry) { return parcels_[entry.parcel].kind != Parcel::Kind::Message; });
-    for (const Entry& entry : first) {
-        const Mailbox& m = mailboxes_[entry.mailbox];
-        const Parcel& parcel = parcels_[entry.parcel];
-        if (m.index < 0) {
-            ++lost_;
-        } else {
+    for (const Entry& entry : take_entries(next, true)) {
+        if (comes_in(next, entry)) {
+            const Mailbox& m = mailboxes_[entry.mailbox];
+            const Parcel& parcel = parcels_[entry.parcel];
             const PredicateInfo& p = module_.predicates[parcel.number];
             std::vector<Value>& values = arguments.emplace_back(p.arity);
             ByteReader in(parcel.bytes, "a linear fact under way");
@@ -242,7 +278,6 @@ void Network::deliver(i64 next, const Deliver& deliver) {
         }
         done_with(entry);
     }
-    here.erase(first.begin(), first.end());
     // Of one sender in the order in which it sent them.
     std::ranges::stable_sort(messages, {}, [&](const Arrived& m) { return std::tuple(members_.ensemble.id(m.to), m.from); });
     deliver(messages);
@@ -306,6 +341,7 @@ void Network::save(i64 now, ByteWriter& out) const {
             out.write(ticks);
             out.write(saved[entry.mailbox]);
             out.write(entry.parcel);
+            out.write(entry.late);
         }
     out.write_count(down_.size());
     for (const Down& d : down_) out.write(d);
@@ -346,6 +382,7 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
     }
     for (std::size_t left = in.read_count(3 * sizeof(u32)); left > 0 && !in.failed(); --left) {
         const auto ticks = in.read<u32>(), mailbox = in.read<u32>(), parcel = in.read<u32>();
+        const auto late = in.read<bool>();
         if (ticks == 0 || parcel >= read.size()) return;
         if (mailbox >= numbers.size() || numbers[mailbox] == kNone32) continue;
         if (parcels[parcel] == kNone32) {
@@ -354,7 +391,7 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
             parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, std::move(bytes));
         }
         // This world's network may be faster.
-        put(now + std::min<i64>(ticks, world_.latency()), numbers[mailbox], parcels[parcel]);
+        put(now + std::min<i64>(ticks, world_.latency()), numbers[mailbox], parcels[parcel], late);
     }
     // Each process has noted those that it may have to take down.
     for (std::size_t left = in.read_count(sizeof(Down)); left > 0 && !in.failed(); --left) down_.push_back(in.read<Down>());

@@ -51,6 +51,9 @@ class Network {
     // At the beginning of a tick, before arrive(): links over which a message was lost for good are removed; both ends are marked.
     void take_down(i64 now, const std::function<void(Catom)>& mark);
 
+    // Between these catoms there is no link, or another one, so that nothing takes it down that was lost before.
+    void forget_loss(u64 a, u64 b);
+
     // Whether a catom is evaluated in a tick.
     bool acts(Catom catom, i64 now) const {
         return world_.clock.synchronous() || world_.clock.acts(world_.seed, members_.ensemble.id(catom), now);
@@ -88,6 +91,7 @@ class Network {
     };
     struct Entry {
         u32 mailbox, parcel;
+        bool late = false;  // Held up by a jam, so it is before all that was sent to arrive now.
     };
     // From this tick on there is no link between these catoms.
     struct Down {
@@ -106,8 +110,14 @@ class Network {
     void note_loss(i64 now, Catom from, Catom to);
     // Puts a parcel on its way to a mailbox, as sent in tick `now`.
     void post(i64 now, u32 mailbox, u32 parcel, bool linear);
-    void put(i64 arrival, u32 mailbox, u32 parcel);
+    void put(i64 arrival, u32 mailbox, u32 parcel, bool late = false);
+    // What arrives in this tick: linear facts, or all else.
+    std::vector<Entry> take_entries(i64 tick, bool linear);
+    // Whether what arrives comes in. Otherwise it is lost, or waits for the end of a jam.
+    bool comes_in(i64 now, const Entry& entry);
     void done_with(const Entry& entry);
+    // The first tick in which the jams of this one let something through to a mailbox; `now`, if none is about it.
+    i64 jammed_until(i64 now, const Mailbox& m) const;
     void open(const Mailbox& m, const Parcel& parcel);
     std::optional<u32> mailbox_at(Catom reader, world::Port port) const;
     // Posts all that the neighbour exports.

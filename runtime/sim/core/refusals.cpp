@@ -22,6 +22,7 @@ constexpr Words kWords[] = {
     {Refusal::Outside, "outside", "the cell was none of the lattice"},
     {Refusal::NotANeighbour, "not_a_neighbour", "the other catom was no neighbour"},
     {Refusal::NoUnit, "no_unit", "the catom held no unit"},
+    {Refusal::HoldsUnits, "holds_units", "the catom held units"},
     {Refusal::NoRoom, "no_room", "the other catom had no room for the units"},
     {Refusal::Occupied, "occupied", "a cell that had to be empty was not"},
     {Refusal::NoSupport, "no_support", "a cell that had to be occupied was empty"},

@@ -24,6 +24,7 @@ enum class Refusal : std::uint8_t {
     Outside,
     NotANeighbour,
     NoUnit,
+    HoldsUnits,
     NoRoom,
     Occupied,
     NoSupport,

@@ -19,6 +19,9 @@ void Totals::add(const Totals& other) {
     creations_requested += other.creations_requested;
     teleports += other.teleports;
     sent_bytes += other.sent_bytes;
+    lost += other.lost;
+    links_cut += other.links_cut;
+    links_made += other.links_made;
     awake = awake || other.awake;
     waiting = waiting || other.waiting;
     timers = timers || other.timers;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "runtime/eval/evaluator.h"
 
@@ -16,13 +17,15 @@ struct Totals {
     std::uint64_t creations_requested = 0;  // `create` actions among them.
     std::uint64_t teleports = 0;            // `moveTo` actions among them.
     std::uint64_t sent_bytes = 0;           // Between processes.
-    bool awake = false;                     // Something is left to do: an agenda, a message, an action.
-    bool waiting = false;                   // Something happens later: a timer or an event of the world.
-    bool timers = false;                    // A timer is set.
-    bool undefined = false;                 // Some view has an undefined derivation.
-    bool stop = false;                      // Somebody outside asked for the end.
-    bool save = false;                      // Somebody outside asked for a checkpoint after this tick.
-    bool finished = false;                  // A catom did, with `stop-program`.
+    std::uint64_t lost = 0;                 // Linear facts of catoms that were killed or have restarted.
+    std::uint64_t links_cut = 0, links_made = 0;
+    bool awake = false;      // Something is left to do: an agenda, a message, an action.
+    bool waiting = false;    // Something happens later: a timer or an event of the world.
+    bool timers = false;     // A timer is set.
+    bool undefined = false;  // Some view has an undefined derivation.
+    bool stop = false;       // Somebody outside asked for the end.
+    bool save = false;       // Somebody outside asked for a checkpoint after this tick.
+    bool finished = false;   // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
     // Nothing is left to do until the world changes: the views are the model of the facts that are given and sensed now.
@@ -51,6 +54,11 @@ class Status {
     bool stop_requested = false;
     // It ends with the tick that has just been; the same on all processes.
     bool ends_here = false;
+
+    // By their numbers, ascending; the same on all processes.
+    std::vector<std::uint64_t> hung;
+    // In this tick, on this process.
+    std::uint64_t lost = 0, links_cut = 0, links_made = 0;
 
     // A checkpoint is to be made at a tick boundary that all processes agree on; whoever makes it takes the request back.
     bool save_requested = false;

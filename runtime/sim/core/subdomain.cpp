@@ -1,5 +1,6 @@
 #include "runtime/sim/core/subdomain.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -61,6 +62,30 @@ void Subdomain::remove_catom(Catom catom) {
     facts_.forget(catom, ensemble.id(catom), abi_.now);
     members_.ensemble.remove(catom);
     mark_around(cell, kDirtyLinks);
+}
+
+bool Subdomain::hangs(std::uint64_t id) const { return std::ranges::binary_search(status_.hung, id); }
+
+void Subdomain::fall_silent(std::uint64_t id) {
+    if (hangs(id)) return;
+    status_.hung.insert(std::ranges::lower_bound(status_.hung, id), id);
+    facts_.evaluator.leave_out([this](u32 catom) { return hangs(ensemble.id(catom)); });
+}
+
+void Subdomain::wake_up(std::uint64_t id) {
+    if (!hangs(id)) return;
+    std::erase(status_.hung, id);
+    if (status_.hung.empty()) facts_.evaluator.leave_out({});
+}
+
+void Subdomain::restart(Catom catom) {
+    MELD_EXPECT(ensemble.keeps_links(), "catom {} in a world without links", catom);
+    const std::uint64_t id = ensemble.id(catom);
+    members_.ensemble.links().renew(catom);
+    if (network_) each_neighbour(catom, [&](Catom other) { network_->forget_loss(id, ensemble.id(other)); });
+    mark_neighbours(catom, kDirtyLinks);
+    facts_.forget(catom, id, abi_.now);
+    if (owned(catom)) mark(catom, kDirtyBirths);
 }
 
 void Subdomain::move_catom(Catom catom, Cell to) {

@@ -148,6 +148,15 @@ class Subdomain {
     // Ids for new catoms, this many on all processes together; returns the first.
     std::uint64_t take_ids(std::uint64_t count);
 
+    // ---- catoms that fail (runtime/sim/core/catom_failures.h)
+    // It hangs: it is not evaluated any more.
+    void fall_silent(std::uint64_t id);
+    // It no longer does, if it did.
+    void wake_up(std::uint64_t id);
+    bool is_silent(Catom catom) const { return !status_.hung.empty() && hangs(ensemble.id(catom)); }
+    // A catom, owned or ghost, loses all that it has, and its links begin anew, in a world of links. Its neighbours are marked.
+    void restart(Catom catom);
+
     // ---- catoms at arbitrary positions. A ghost has an owner, and is removed when nothing of this process touches it any more.
     Catom add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner);
     void remove_freely(Catom catom);
@@ -198,10 +207,12 @@ class Subdomain {
     void set_motion_bytes(std::size_t bytes) { motion_bytes_ = bytes; }
 
   private:
+    bool hangs(std::uint64_t id) const;
     friend class CatomView;
     friend class Setup;
     friend class GivenFacts;
-    friend class Kills;
+    friend class CatomFailures;
+    friend class LinkFailures;
     friend class Exchange;
     friend class Tick;
     friend class Saver;

@@ -1,6 +1,7 @@
 #include "runtime/sim/core/tick.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "runtime/abi/actions.h"
 #include "runtime/base/assert.h"
@@ -104,10 +105,12 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
         mine.finished = mine.finished || action.has(ActionInfo::kEndsRun);
     }
     mine.sent_bytes = exchange_.sent_bytes();
+    mine.lost = std::exchange(s.status_.lost, 0);
+    mine.links_cut = std::exchange(s.status_.links_cut, 0);
+    mine.links_made = std::exchange(s.status_.links_made, 0);
     mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving || (s.network_ && s.network_->busy());
     mine.timers = !s.timers().empty();
-    mine.waiting = mine.timers ||
-                   std::any_of(s.world.events.begin(), s.world.events.end(), [&](const world::Event& e) { return e.last() > s.tick(); });
+    mine.waiting = mine.timers || s.world.expects_after(s.tick());
     mine.undefined = !s.facts_.evaluator.undefined().empty();
     mine.stop = s.status_.stop_requested;
     mine.save = s.status_.save_requested;

@@ -11,7 +11,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/comm/packets.h"
-#include "runtime/sim/core/kills.h"
+#include "runtime/sim/core/catom_failures.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -124,6 +124,11 @@ Result<void> LatticeMotion::lose(Subdomain& subdomain, std::span<const Killed> k
     return {};
 }
 
+// Units are matter, and stay.
+void LatticeMotion::restarted(Subdomain& subdomain, std::span<const Catom> catoms) {
+    for (const Catom catom : catoms) hold(subdomain, catom, held_[catom]);
+}
+
 // New catoms are numbered in the order of their cells, over all processes.
 std::vector<CellKey> LatticeMotion::number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const {
     std::vector<CellKey> creations;
@@ -162,7 +167,7 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
                 break;
             }
             case ActionKind::Destroy:
-                announce(subdomain, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
+                if (p.to != p.from) announce(subdomain, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
                 announce(subdomain, {.kind = Change::Kind::Remove, .cell = p.from});
                 break;
             case ActionKind::Give:

@@ -25,6 +25,7 @@ class LatticeMotion : public SimModule {
     Result<void> start(Subdomain& subdomain) override;
     Result<void> step(Subdomain& subdomain) override;
     Result<void> lose(Subdomain& subdomain, std::span<const Killed> killed) override;
+    void restarted(Subdomain& subdomain, std::span<const Catom> catoms) override;
     Result<void> resume(Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
     // The units that catoms hold; in which tick anything moved last.

@@ -138,6 +138,13 @@ LatticeMotion::Objection LatticeMotion::propose_give(const Subdomain& subdomain,
     const std::int32_t units = held_[action.catom];
     const std::int32_t amount = p.kind == ActionKind::Give ? 1 : 1 + units;
     if (p.kind == ActionKind::Give && units < 1) return Refusal::NoUnit;
+    if (p.kind == ActionKind::Destroy && action.arguments[0].catom == p.id) {
+        // It ends alone: nobody receives anything.
+        if (units > 0) return Refusal::HoldsUnits;
+        p.to = p.from;
+        claims.push_back(kBody | subdomain.ensemble.key(p.from));
+        return std::nullopt;
+    }
     for (int port = 0; port < subdomain.lattice.ports(); ++port) {
         const std::int32_t other = catom_towards(subdomain.geometry(), subdomain.geometry().catom_site[action.catom], port);
         if (other < 0 || subdomain.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;

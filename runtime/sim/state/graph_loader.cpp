@@ -35,7 +35,7 @@ Result<void> Loader::add_nodes() {
     });
     // They place the nodes together.
     if (auto all = comm::outcome_of_all(subdomain_.comm, known); !all) return all;
-    populate_graph(subdomain_.members_, graph, subdomain_.comm, &left);
+    populate_graph(subdomain_.members_, graph, subdomain_.comm, &left, failed_.joined());
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<FreePlaces> all = nodes(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());

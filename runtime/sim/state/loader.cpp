@@ -66,6 +66,8 @@ Loader::Head Loader::read_head(ByteReader& in) {
     const auto schema = in.read_block();
     head.schema.assign(schema.begin(), schema.end());
     for (auto left = in.read_count(sizeof(std::uint32_t)); left > 0; --left) head.modules.push_back(in.read_string());
+    const auto failed = in.read_block();
+    head.failed.assign(failed.begin(), failed.end());
     return head;
 }
 
@@ -166,10 +168,35 @@ Result<void> Loader::divide() {
     return {};
 }
 
+Result<void> Loader::read_failed() {
+    for (std::size_t share = 0; share < shares_.count(); ++share) {
+        const Result<BlockView> block = shares_.rest(share, room_);
+        if (!block) return tl::unexpected<Error>(block.error());
+        ByteReader in = reader(*block, "the end of a snapshot");
+        const Head head = read_head(in);
+        if (in.failed()) return in.outcome();
+        ByteReader failed = reader(head.failed, "what has failed in a snapshot");
+        if (auto done = failed_.read(subdomain_.world, failed); !done) return done;
+        if (auto whole = read_to_its_end(failed, "what has failed"); !whole) return whole;
+    }
+    return {};
+}
+
 Result<void> Loader::add_catoms() {
     found_.resize(shares_.count());
-    if (subdomain_.ensemble.is_graph()) return add_nodes();
-    if (subdomain_.ensemble.is_free()) return add_freely();
+    Result<void> added = read_failed();
+    if (subdomain_.ensemble.is_graph()) {
+        // Nodes are placed by all processes together.
+        if (auto all = comm::outcome_of_all(subdomain_.comm, added); !all) return all;
+        added = add_nodes();
+    } else if (added) {
+        added = subdomain_.ensemble.is_free() ? add_freely() : add_cells();
+    }
+    if (added) failed_.cut(subdomain_.members_.ensemble);
+    return added;
+}
+
+Result<void> Loader::add_cells() {
     const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<CellPlaces> all = places(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
@@ -238,8 +265,7 @@ void Loader::load_totals(const Totals& saved) {
     Totals totals = saved;
     totals.stop = totals.save = false;
     // The world may have got other events since.
-    const auto later = [&](const world::Event& event) { return event.last() > subdomain_.tick(); };
-    totals.waiting = totals.timers || std::any_of(subdomain_.world.events.begin(), subdomain_.world.events.end(), later);
+    totals.waiting = totals.timers || subdomain_.world.expects_after(subdomain_.tick());
     totals.awake = totals.awake || how_ == Loads::LooksAgain || how_ == Loads::Anew;
     if (how_ == Loads::Anew) {
         totals.waiting = totals.timers = totals.undefined = totals.finished = false;
@@ -263,6 +289,7 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
         subdomain_.abi_.first_unborn = in.read<std::uint64_t>();
         subdomain_.members_.next_id = in.read<std::uint64_t>();
         load_totals(in.read<Totals>());
+        for (const std::uint64_t id : failed_.hung()) subdomain_.fall_silent(id);
         const auto counted = in.read_block();
         counters.assign(counted.begin(), counted.end());
         const auto owned = [&](u64 id) -> std::optional<u32> {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/sim/state/cell_places.h"
+#include "runtime/sim/state/failed.h"
 #include "runtime/sim/state/free_places.h"
 #include "runtime/sim/state/saver.h"
 #include "runtime/sim/state/take_over.h"
@@ -77,6 +78,7 @@ class Loader {
     Result<void> count_bricks(CountOf& count_of);
     Result<void> divide();
     Result<void> add_catoms();
+    Result<void> add_cells();
     Result<void> add(const CellPlaces& all, Found& found);
     // Calls rest(catoms, reader) for what modules keep for the catoms of each chunk.
     using Rest = std::function<Result<void>(std::span<const tuple::SavedCatom>, ByteReader&)>;
@@ -94,13 +96,15 @@ class Loader {
     Result<void> add_own(Free& free);
     Result<void> add_ghosts(Free& free);
     Result<void> link(const FreePlaces& all, std::span<const tuple::SavedCatom> here);
-    // What a share says first at its end: how facts are stored, and who kept something.
+    // What a share says first at its end: how facts are stored, who kept something, and what has failed.
     struct Head {
         Block schema;
         std::vector<std::string> modules;
+        Block failed;
     };
     static Head read_head(ByteReader& in);
     Result<void> prepare(const Modules& modules);
+    Result<void> read_failed();
     Result<void> load_rest(CodeModules& codes, Block& counters);
     void load_totals(const Totals& saved);
 
@@ -113,6 +117,7 @@ class Loader {
     // By chunk of all shares. They are read several times; where there is no other process, all are here anyway, and read once.
     std::vector<FreePlaces> free_places_;
     std::vector<SimModule*> kept_by_;  // By the modules of the snapshot; none: nobody here reads that.
+    Failed failed_;
     std::optional<TakeOver> take_over_;
     TakenOver taken_over_;
 };

@@ -7,6 +7,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/pulse.h"
 #include "runtime/sim/state/cell_places.h"
+#include "runtime/sim/state/failed.h"
 #include "runtime/sim/state/free_places.h"
 #include "runtime/tuple/schema.h"
 
@@ -85,6 +86,9 @@ void Saver::rest(std::span<const std::byte> counters, ByteWriter& out) const {
     out.end_block(schema);
     out.write_count(modules_.size());
     for (const NamedModule& each : modules_) out.write_string(each.name);
+    const std::size_t failed = out.begin_block();
+    Failed::save(subdomain_, out);
+    out.end_block(failed);
     out.write(subdomain_.tick());
     out.write(subdomain_.abi_.world_catoms);
     out.write(subdomain_.abi_.first_unborn);

@@ -1,0 +1,98 @@
+#include "runtime/sim/state/failed.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "runtime/sim/state/reading.h"
+
+namespace meld::sim {
+
+using world::Port;
+
+namespace {
+
+using Pair = std::pair<std::uint64_t, std::uint64_t>;
+
+void find_in_graph(const Subdomain& subdomain, Catom catom, std::vector<Pair>& missing, std::vector<JoinedNodes>& joined) {
+    const graph::Graph& graph = *subdomain.world.graph;
+    const world::Ensemble& ensemble = subdomain.ensemble;
+    const graph::Node node = *graph.find(ensemble.id(catom));
+    const auto row = graph.neighbours(node);
+    for (Port port = 0; port < ensemble.links().ports(catom); ++port) {
+        const std::optional<Catom> other = ensemble.links().at(catom, port);
+        if (port < row.size()) {
+            // Also a node that has been killed: it is not known here.
+            if (!other && graph.id(row[port]) > ensemble.id(catom)) missing.emplace_back(ensemble.id(catom), graph.id(row[port]));
+        } else if (other && ensemble.id(*other) > ensemble.id(catom)) {
+            joined.push_back({node, *graph.find(ensemble.id(*other)), port, ensemble.links().port_there(catom, port)});
+        }
+    }
+}
+
+void find_on_lattice(const Subdomain& subdomain, Catom catom, std::vector<Pair>& missing) {
+    const world::Ensemble& ensemble = subdomain.ensemble;
+    for (int port = 0; port < subdomain.lattice.ports(); ++port) {
+        if (ensemble.links().at(catom, static_cast<Port>(port))) continue;
+        const std::optional<Catom> other = ensemble.at(subdomain.lattice.neighbour(ensemble.cell(catom), port));
+        if (other && ensemble.id(*other) > ensemble.id(catom)) missing.emplace_back(ensemble.id(catom), ensemble.id(*other));
+    }
+}
+
+}  // namespace
+
+void Failed::save(const Subdomain& subdomain, ByteWriter& out) {
+    const world::Ensemble& ensemble = subdomain.ensemble;
+    std::vector<Pair> missing;
+    std::vector<JoinedNodes> joined;
+    const bool bodies = ensemble.is_free() && !ensemble.is_graph();
+    for (Catom c = 0; ensemble.keeps_links() && !bodies && c < ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        if (ensemble.is_graph())
+            find_in_graph(subdomain, c, missing, joined);
+        else
+            find_on_lattice(subdomain, c, missing);
+    }
+    const auto write = [&](const auto& list) {
+        out.write_count(list.size());
+        for (const auto& item : list) out.write(item);
+    };
+    write(subdomain.status().hung);
+    out.write_count(missing.size());
+    for (const auto& [a, b] : missing) out.write(a), out.write(b);
+    write(joined);
+}
+
+Result<void> Failed::read(const world::World& world, ByteReader& in) {
+    hung_.resize(in.read_count(sizeof(std::uint64_t)));
+    for (std::uint64_t& id : hung_) id = in.read<std::uint64_t>();
+    if (!std::ranges::is_sorted(hung_, std::ranges::less_equal())) return damaged("has catoms that hang in no order");
+    for (std::size_t left = in.read_count(sizeof(Pair)); left > 0; --left) {
+        const auto a = in.read<std::uint64_t>();
+        missing_.emplace_back(a, in.read<std::uint64_t>());
+    }
+    for (std::size_t left = in.read_count(sizeof(JoinedNodes)); left > 0; --left) {
+        const auto link = in.read<JoinedNodes>();
+        // Ports beyond those of the graph are taken one after the other.
+        const auto fits = [&](graph::Node node, Port port) {
+            return world.is_graph() && node < world.graph->nodes() && port >= world.graph->degree(node) &&
+                   port < world.graph->degree(node) + world.graph->nodes();
+        };
+        if (!fits(link.a, link.port_of_a) || !fits(link.b, link.port_of_b) || link.a == link.b)
+            return damaged(fmt::format("has a link of nodes {} and {} that cannot be", link.a, link.b));
+        joined_.push_back(link);
+    }
+    return in.failed() ? in.outcome() : Result<void>{};
+}
+
+void Failed::cut(world::Ensemble& ensemble) const {
+    if (!ensemble.keeps_links()) return;
+    for (const auto& [a, b] : missing_) {
+        const std::optional<Catom> here = ensemble.find(a), there = ensemble.find(b);
+        const std::optional<Port> port = here && there ? ensemble.links().towards(*here, *there) : std::nullopt;
+        if (port) ensemble.links().disconnect(*here, *port);
+    }
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,34 @@
+// What a snapshot says of catoms and links that fail: which catoms hang, which links are missing although their catoms touch or the graph
+// has them, and which links of nodes the graph does not have.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/bytes.h"
+#include "runtime/sim/core/graph_setup.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::sim {
+
+class Failed {
+  public:
+    // Of this process: a link is the end's with the lower number. Cost: a look at each link, where links are listed.
+    static void save(const Subdomain& subdomain, ByteWriter& out);
+    // Adds what another share says. Errors: it cannot be.
+    Result<void> read(const world::World& world, ByteReader& in);
+
+    const std::vector<JoinedNodes>& joined() const { return joined_; }
+    // Takes the missing links out, once all catoms are there.
+    void cut(world::Ensemble& ensemble) const;
+    // By their numbers.
+    const std::vector<std::uint64_t>& hung() const { return hung_; }
+
+  private:
+    std::vector<std::uint64_t> hung_;
+    std::vector<std::pair<std::uint64_t, std::uint64_t>> missing_;
+    std::vector<JoinedNodes> joined_;
+};
+
+}  // namespace meld::sim
