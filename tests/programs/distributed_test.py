@@ -9,6 +9,7 @@ import itertools
 import math
 import pathlib
 import random
+import re
 import sys
 import tempfile
 
@@ -45,10 +46,21 @@ class Case:
         return self.world if isinstance(self.world, str) else self.world.name
 
     def run(self, runner, examples):
-        path = examples / self.world if isinstance(self.world, str) else runner.folder / "world.toml"
-        if not isinstance(self.world, str):
-            path.write_text(self.world.text(self.facts_given) + self.events)
-        outcome = runner.run_sizes(path, self.options, self.sizes)
+        named = isinstance(self.world, str)
+        text = (examples / self.world).read_text() if named else self.world.text(self.facts_given) + self.events
+        programs = re.findall(r'^file = "(.*)"', text, re.M)
+        path, plain = examples / self.world if named and not programs else runner.folder / "world.toml", None
+        if path.parent == runner.folder:
+            path.write_text(text)
+        if programs:
+            plain = runner.folder / "plain/world.toml"
+            plain.parent.mkdir(exist_ok=True)
+            plain.write_text(text)
+        for name in programs:
+            program = (examples / name).read_text()
+            plain.with_name(name).write_text(program)
+            (runner.folder / name).write_text(program + TELLING)
+        outcome = runner.run_sizes(path, self.options, self.sizes, plain_world=plain)
         self.facts, self.summary = outcome.facts, outcome.summary
         self.graph = networkx.Graph()
         self.graph.add_nodes_from(a for a, in self.facts.pop("graph-node"))
@@ -297,6 +309,8 @@ def triangles(case):
     case.expect("triangles", case.facts["triangles"], [(case.root, sum(corners[a] for a in case.reached) // 3)])
 
 
+# What liars run, from the examples.
+LIAR = "byzantine_liar.meld"
 # Four balls that all touch each other, and three of them.
 FOUR = [(0, 0, 0), (1, 0, 0), (0, 0, 1), (0, -1, 1)]
 
@@ -308,8 +322,9 @@ def groups(size, count, seed):
     liars = [draw.choice(place) for i, place in enumerate(places) if i % 5]
     ones = [cell for i, place in enumerate(places) for cell in place if (i // 3 % 2 if i % 3 == 0 else draw.randrange(2))]
     zeros = [cell for place in places for cell in place if cell not in ones]
-    facts = "liar = [" + ", ".join(f'"cell == {cell}"' for cell in liars) + "]\nvote = ["
+    facts = "vote = ["
     facts += ", ".join(f'{{ where = "cell == {cell}", args = [{v}] }}' for v, cells in enumerate((zeros, ones)) for cell in cells) + "]"
+    facts += "".join(f'\n[[program]]\nwhere = "cell == {cell}"\nfile = "{LIAR}"' for cell in liars)
     return World(f"{count} groups of {size}", "fcc", sorted(itertools.chain(*places))), facts
 
 

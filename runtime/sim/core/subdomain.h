@@ -202,6 +202,7 @@ class Subdomain {
     friend class Setup;
     friend class GivenFacts;
     friend class Kills;
+    friend class Programs;
     friend class Exchange;
     friend class Tick;
     friend class Saver;
