@@ -7,6 +7,7 @@ namespace meld::check {
 
 Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
     Program program;
+    merge_programs(tree, report);
     expand_stable(tree, report);
     expand_type_names(tree, report);
     check_imports(tree, report);
@@ -17,6 +18,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     resolve_rules(files, tree, program, report);
     refuse_random_views(program, report);
     find_sites(program, report);
+    guard_programs(tree, program, report);
     check_bindings(program, report);
     stratify(program, report);
     if (!report.has_errors()) expect_well_formed(program);

@@ -17,6 +17,8 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
 // Modules: names of a module become `module-name`, imported names the names of what they import. Rules that use names which their module
 // does not export are reported and left out.
 void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
+// Several programs in one tree: what more than one of them declares is kept once; declarations that differ are reported.
+void merge_programs(syntax::Tree& tree, diagnostics::Reporter& report);
 // `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for that long.
 void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
 // Type names: each becomes the type it stands for, `list int` for `vector`, `node` for a kind of nodes.
@@ -40,6 +42,8 @@ void refuse_random_views(Program& program, diagnostics::Reporter& report);
 void check_bindings(Program& program, diagnostics::Reporter& report);
 // Execution sites: which catom a rule runs at, and whether links connect the others to it.
 void find_sites(Program& program, diagnostics::Reporter& report);
+// Several programs in one tree: each rule asks whether its catom runs the program that the rule is of. Assumes execution sites.
+void guard_programs(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Strata in order, recursion through negation and aggregates.
 void stratify(Program& program, diagnostics::Reporter& report);
 }  // namespace meld::check

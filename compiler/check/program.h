@@ -48,6 +48,7 @@ struct Predicate {
     bool repeated = false;   // Also declared by the program.
     bool auxiliary = false;  // Made by the compiler.
     bool refused = false;    // An error in its declaration was reported; rules that use it are not examined further.
+    bool in_rounds = false;  // Of a stratum that is recursive in rounds.
     Aggregate aggregate = Aggregate::None;
     std::size_t aggregate_at = 0;  // Index into arguments; those between 1 and it are the group, those after it the payload.
     FunctionId fold;               // Aggregate::Custom
@@ -198,7 +199,8 @@ struct Stratum {
     bool recursive = false;
     bool local = false;         // Some rule reads the stratum at its own catom.
     bool links = false;         // Some rule reads the stratum at another catom.
-    bool tree = false;          // Recursive over links through an aggregate that needs_all().
+    bool tree = false;          // Recursive over links through an aggregate that needs_all(), or in rounds.
+    bool rounds = false;        // Facts negate or aggregate each other, and rounds separate them (rounds.h).
     bool feeds_itself = false;  // The same at one catom: reported as an error.
 
     bool contains(PredicateId p) const { return std::binary_search(predicates.begin(), predicates.end(), p); }
@@ -206,12 +208,14 @@ struct Stratum {
 
 struct Program {
     std::string name;
-    // The files that it was read from, the program's own first: where each is, from the folder of that one, and its text. Not those that
-    // are part of the compiler.
+    // The files that it was read from, the program's own first, then those of other programs that some of the catoms run: where each is,
+    // from the folder of that one, and its text. Not those that are part of the compiler.
     struct Source {
         std::string path, text;
     };
     std::vector<Source> sources;
+    // How many of them are programs of the same ensemble, which come first: each catom runs the rules of one of them.
+    std::uint32_t programs = 1;
     // Which of them each include and import means, in the order of reading; none: a library of the compiler.
     std::vector<std::optional<std::uint32_t>> includes;
     Table<Predicate> predicates;

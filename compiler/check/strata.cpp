@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <string_view>
 
 #include "compiler/check/check.h"
 #include "compiler/check/forall.h"
+#include "compiler/check/rounds.h"
 #include "runtime/base/assert.h"
 
 namespace meld::check {
@@ -23,6 +25,9 @@ struct Edge {
     bool aggregated = false;   // By an aggregate in a body.
     bool remote = false;
     bool waits = false;  // For all neighbours over this link.
+
+    // Asks what has changed in a tick, which no round says.
+    bool changes() const { return asks == std::string_view("delta"); }
 };
 
 class Strata {
@@ -129,14 +134,18 @@ class Strata {
     void classify(Stratum& c) {
         for (const PredicateId p : c.predicates) c.rules.insert(c.rules.end(), rules_of_[p.index()].begin(), rules_of_[p.index()].end());
         std::sort(c.rules.begin(), c.rules.end());
-        for (const PredicateId p : c.predicates) {
-            const Predicate& head = program_.predicates[p];
-            const bool all = head.needs_all();
+        for (const PredicateId p : c.predicates)
             for (const Edge& e : edges_[p.index()]) {
                 if (!c.contains(e.to)) continue;
                 c.recursive = true;
                 (e.remote ? c.links : c.local) = true;
-                c.tree = c.tree || all;
+                c.tree = c.tree || program_.predicates[p].needs_all();
+            }
+        count(c);
+        for (const PredicateId p : c.predicates) {
+            const Predicate& head = program_.predicates[p];
+            for (const Edge& e : edges_[p.index()]) {
+                if (!c.contains(e.to) || (c.rounds && !e.waits && !e.changes())) continue;
                 if (e.waits)
                     refuse(Kind::AggregateRecursion,
                            fmt::format("`{}` waits for all of `{}`, and `{}` needs `{}`", head.name, program_.predicates[e.to].name,
@@ -156,7 +165,22 @@ class Strata {
                            p, e, c);
             }
         }
-        if (c.tree) check_tree(c);
+        if (c.tree && !c.rounds) check_tree(c);
+    }
+
+    // Where facts negate or aggregate each other: whether rounds separate them. What the planner adds to such a stratum follows its rounds.
+    void count(Stratum& c) {
+        bool needed = false, known = false;
+        for (const PredicateId p : c.predicates) {
+            known = known || program_.predicates[p].in_rounds;
+            for (const Edge& e : edges_[p.index()])
+                needed = needed || (c.contains(e.to) && (e.negated || (program_.predicates[p].needs_all() && feeds_itself(p, e, c))));
+        }
+        if (!needed && !known) return;
+        counted_ = known ? Rounds::Bounded : count_rounds(program_, c);
+        if (counted_ != Rounds::Bounded) return;
+        c.rounds = c.tree = true;
+        for (const PredicateId p : c.predicates) program_.predicates[p].in_rounds = true;
     }
 
     // `not p`, or p inside another word that asks for what is absent.
@@ -172,7 +196,7 @@ class Strata {
         for (const PredicateId p : c.predicates) {
             if (program_.predicates[p].aggregate == Aggregate::None) continue;
             for (const Edge& e : edges_[p.index()])
-                if (c.contains(e.to) && !e.remote && !e.waits && local_cycle(p, e.to, c)) {
+                if (feeds_itself(p, e, c)) {
                     refuse(Kind::AggregateRecursion,
                            fmt::format("the {} `{}` feeds itself at one catom", aggregate_name(program_, program_.predicates[p]),
                                        program_.predicates[p].name),
@@ -181,6 +205,9 @@ class Strata {
                     return;
                 }
         }
+    }
+    bool feeds_itself(PredicateId p, const Edge& e, const Stratum& c) {
+        return c.contains(e.to) && !e.remote && !e.waits && local_cycle(p, e.to, c);
     }
     bool local_cycle(PredicateId goal, PredicateId from, const Stratum& c) {
         MELD_EXPECT(c.contains(goal) && c.contains(from), "{} and {} are of two strata", program_.predicates[goal].name,
@@ -225,7 +252,10 @@ class Strata {
             const std::string& from = program_.predicates[(*e)->from].name;
             d.labels.push_back({(*e)->span, fmt::format("and `{}` from `{}` here", from, program_.predicates[(*e)->to].name)});
         }
-        d.help = through.waits                     ? "derive the links without the facts that wait for them"
+        const bool may_count = !through.waits && !through.changes();
+        d.help = through.waits ? "derive the links without the facts that wait for them"
+                 : may_count && counted_ == Rounds::Endless
+                     ? "bound the number of the round, as in R < 20: then each round reads only earlier ones"
                  : kind == Kind::NegativeRecursion ? "break the cycle: decide one of these facts without the other"
                                                    : fmt::format(
                                                          "derive another predicate here, such as `{}-of-all`, and read that "
@@ -237,6 +267,7 @@ class Strata {
     diagnostics::Reporter& report_;
     std::vector<std::vector<Edge>> edges_;       // By the predicate of the head.
     std::vector<std::vector<RuleId>> rules_of_;  // The views that derive a predicate.
+    Rounds counted_ = Rounds::None;              // Of the stratum at hand.
 };
 
 }  // namespace

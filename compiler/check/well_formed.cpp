@@ -206,8 +206,9 @@ class WellFormed {
             const std::size_t own = stratum[r.heads[0].atom.predicate.index()];
             each_atom(r.body, [&](const Atom& a, bool negated) {
                 const std::size_t read = stratum[a.predicate.index()];
-                MELD_CHECK(negated ? read < own : read <= own, "rule {} reads {}, which is evaluated later", r.name,
-                           program_.predicates[a.predicate].name);
+                const bool of_earlier_rounds = read == own && program_.strata[own].rounds;
+                MELD_CHECK(read < own || (read == own && !negated) || of_earlier_rounds, "rule {} reads {}, which is evaluated later",
+                           r.name, program_.predicates[a.predicate].name);
             });
         }
     }

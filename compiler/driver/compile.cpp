@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <utility>
@@ -31,6 +32,26 @@ Result<std::string> read_linked(const std::string& path) {
     if (std::none_of(std::begin(endings), std::end(endings), [&](std::string_view ending) { return path.ends_with(ending); }))
         return fail(fmt::format("cannot link {}: it is not a C or C++ file", path), "Link files that end in .c or .cpp");
     return read_input(path, kMaxLinked_bytes);
+}
+
+// The files with other programs. Errors: one cannot be read, or is named twice; there are too many.
+Result<std::vector<std::uint32_t>> read_programs(const std::string& path, const std::vector<std::string>& others, source::FileSet& files) {
+    if (others.size() >= syntax::kMaxPrograms)
+        return fail(fmt::format("there are {} programs of one ensemble, and the maximum is {}", others.size() + 1, syntax::kMaxPrograms));
+    std::vector<std::uint32_t> read;
+    for (std::size_t i = 0; i < others.size(); ++i) {
+        const auto same = [&](const std::string& other) {
+            std::error_code error;
+            return other == others[i] || std::filesystem::equivalent(other, others[i], error);
+        };
+        const auto before = others.begin() + static_cast<std::ptrdiff_t>(i);
+        if (same(path) || std::any_of(others.begin(), before, same))
+            return fail(fmt::format("{} is named twice among the programs of the ensemble", others[i]), "Name each once");
+        const Result<std::uint32_t> file = files.read(others[i]);
+        if (!file) return tl::unexpected<Error>(file.error());
+        read.push_back(*file);
+    }
+    return read;
 }
 
 // -O2 takes half as long again to compile, and its code runs some 7 % faster: worth it as long as nobody waits for it.
@@ -112,7 +133,10 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         out.result = syntax::print_tokens(out.files, *file, out.report);
         return {};
     }
-    front::ParsedProgram parsed = front::parse_program(out.files, *file, prelude_files, out.report, {options.library_paths});
+    const Result<std::vector<std::uint32_t>> programs = read_programs(path, options.programs, out.files);
+    if (!programs) return tl::unexpected<Error>(programs.error());
+    front::ParsedProgram parsed =
+        front::parse_program(out.files, *file, prelude_files, out.report, {.library_paths = options.library_paths, .programs = *programs});
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);
         return {};

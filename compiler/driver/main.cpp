@@ -66,6 +66,7 @@ Result<void> copy_module(const std::string& module, const std::string& path) {
 Result<void> check_paths(const Options& options) {
     std::vector<NamedPath> paths = {{"the program", options.file}, {"-o", options.output, NamedPath::Written}};
     for (const std::string& file : options.compile.link) paths.push_back({"--link", file});
+    for (const std::string& file : options.compile.programs) paths.push_back({"--with", file});
     return check_distinct(paths);
 }
 
@@ -162,6 +163,10 @@ int run_program(int argc, char** argv) {
         sub->add_flag("--all", options.all, "Print all messages, not only the 50 most severe of a program");
         sub->add_option("-I,--library", options.compile.library_paths, "Search this folder for include, use and import; repeatable")
             ->type_name("DIR")
+            ->take_all()
+            ->allow_extra_args(false);
+        sub->add_option("--with", options.compile.programs, "Another program that some catoms of the same ensemble run; repeatable")
+            ->type_name("FILE")
             ->take_all()
             ->allow_extra_args(false);
         sub->add_option("--timeout", options.timeout_seconds, "End after so many seconds, with exit code 4")

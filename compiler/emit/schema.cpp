@@ -318,7 +318,7 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.line("static constexpr u32 kIncludes[] = {{{}kNone32}};", includes);
     w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
-    w.line("kAbiVersion, {}, {}, {}, kSources, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(),
+    w.line("kAbiVersion, {}, {}, {}, kSources, {}, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(), p.programs,
            p.includes.size());
     w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {},",
            types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,

@@ -105,6 +105,30 @@ void evaluate_plainly(const plan::Plan& plan, const StratumPlan& stratum, Writer
     w.line("if (evaluate_plain(*s.e, {}{})) changed |= {};", view(plan, p), reduction(plan, p), own_bit(plan, p));
 }
 
+// Each round is computed from those before it, so after as many passes as there are rounds nothing changes any more.
+void evaluate_in_rounds(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
+    for (const PredicateId p : stratum.predicates) {
+        const std::string name = predicate_name(plan.program, p);
+        w.line("const auto* before_{0} = s.{0}.rows;", name);
+        w.line("const u32 before_{0}_count = s.{0}.count;", name);
+    }
+    w.raw("u64 passes = 0;");
+    w.open("for (bool again = true; again && s.e->trap == Trap::None;) {");
+    w.raw("again = false;");
+    run_all_rules(plan, stratum, w);
+    for (const PredicateId p : stratum.predicates)
+        w.line("again = evaluate_plain(*s.e, {}{}) || again;", view(plan, p), reduction(plan, p));
+    w.line(
+        "if (++passes > s.e->subdomain->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
+        "static_cast<i64>(s.e->subdomain->max_derivations));",
+        culprit(plan, stratum).index());
+    w.close();
+    for (const PredicateId p : stratum.predicates) {
+        const std::string name = predicate_name(plan.program, p);
+        w.line("if (s.{0}.rows != before_{0} && s.{0}.end_rounds(before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
+    }
+}
+
 // Where a recursion within the catom does not end: the first of its rules that still derives something new. Each is run by itself
 // once more, for the message.
 void emit_guilty(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
@@ -291,6 +315,9 @@ void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_
             break;
         case Recursion::Mutual:
             evaluate_mutually(plan, stratum, w);
+            break;
+        case Recursion::Rounds:
+            evaluate_in_rounds(plan, stratum, w);
             break;
     }
     w.raw("return changed;");

@@ -24,14 +24,17 @@ Result<std::optional<syntax::Rule>> body_of_rule(source::FileSet& files, const A
 }  // namespace
 
 Result<check::Program> check_carried(source::FileSet& files, const Carried& carried, const Asked& asked, diagnostics::Reporter& report) {
-    MELD_EXPECT(!carried.sources.empty(), "a program without sources");
+    MELD_EXPECT(carried.programs > 0 && carried.programs <= carried.sources.size(), "{} programs in {} sources", carried.programs,
+                carried.sources.size());
     const std::uint32_t prelude_files = add_prelude(files);
     const auto own = static_cast<std::uint32_t>(files.count());
     for (const check::Program::Source& source : carried.sources) files.add(source.path, source.text, source::File::From::Disk);
     std::vector<std::optional<std::uint32_t>> meant = carried.includes;
     for (std::optional<std::uint32_t>& file : meant)
         if (file) *file += own;
-    ParsedProgram parsed = parse_program(files, own, prelude_files, report, {.meant = std::move(meant)});
+    std::vector<std::uint32_t> others;
+    for (std::uint32_t i = 1; i < carried.programs; ++i) others.push_back(own + i);
+    ParsedProgram parsed = parse_program(files, own, prelude_files, report, {.meant = std::move(meant), .programs = std::move(others)});
     if (!asked.text.empty()) {
         Result<std::optional<syntax::Rule>> question =
             asked.file.empty() ? parse_body(files, asked.text, report) : body_of_rule(files, asked, report);

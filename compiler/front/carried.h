@@ -23,6 +23,7 @@ struct Asked {
 // What a module says of the program it was made from: its files, its own first, and which of them each include means.
 struct Carried {
     std::vector<check::Program::Source> sources;
+    std::uint32_t programs = 1;                          // As in check::Program.
     std::vector<std::optional<std::uint32_t>> includes;  // As in check::Program.
 };
 

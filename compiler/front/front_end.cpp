@@ -21,22 +21,23 @@ std::vector<syntax::Library> libraries() {
     return result;
 }
 
-void add_sources(const source::FileSet& files, std::uint32_t main, const std::vector<syntax::Tree::Include>& includes,
-                 check::Program& program) {
+void add_sources(const source::FileSet& files, std::uint32_t main, const std::vector<std::uint32_t>& others,
+                 const std::vector<syntax::Tree::Include>& includes, check::Program& program) {
     namespace fs = std::filesystem;
     std::error_code error;
     const fs::path folder = fs::absolute(files.file(main).path(), error).lexically_normal().parent_path();
     std::vector<std::optional<std::uint32_t>> numbers(files.count());
     const auto add = [&](std::uint32_t i) {
         const source::File& file = files.file(i);
-        if (!file.on_disk()) return;
+        if (!file.on_disk() || numbers[i]) return;
         const std::string path = fs::absolute(file.path(), error).lexically_normal().lexically_relative(folder).string();
         numbers[i] = static_cast<std::uint32_t>(program.sources.size());
         program.sources.push_back({path, file.text()});
     };
     add(main);
-    for (std::uint32_t i = 0; i < files.count(); ++i)
-        if (i != main) add(i);
+    for (const std::uint32_t other : others) add(other);
+    program.programs = static_cast<std::uint32_t>(1 + others.size());
+    for (std::uint32_t i = 0; i < files.count(); ++i) add(i);
     // A text without a file, as an editor has.
     if (program.sources.empty()) program.sources.push_back({files.file(main).path(), files.file(main).text()});
     for (const syntax::Tree::Include& include : includes) program.includes.push_back(include.file ? numbers[*include.file] : std::nullopt);
@@ -57,12 +58,14 @@ ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uin
     syntax::ParseOptions with_libraries = options;
     with_libraries.libraries = libraries();
     parsed.program = syntax::parse(files, file, report, with_libraries);
+    parsed.others = options.programs;
     return parsed;
 }
 
 check::Program check_program(const source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, ParsedProgram parsed,
                              diagnostics::Reporter& report) {
     const std::vector<syntax::Tree::Include> includes = std::move(parsed.program.includes);
+    const std::vector<std::uint32_t> others = std::move(parsed.others);
     syntax::Tree tree = std::move(parsed.prelude);
     tree.append(std::move(parsed.program));
     check::separate_modules(tree, prelude_files, report);
@@ -70,7 +73,7 @@ check::Program check_program(const source::FileSet& files, std::uint32_t file, s
     check::Program program = check::check(files, tree, prelude_files, report);
     lint::lint(program, file, unused_names, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
-    add_sources(files, file, includes, program);
+    add_sources(files, file, others, includes, program);
     return program;
 }
 

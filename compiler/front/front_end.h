@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "compiler/check/program.h"
 #include "compiler/diagnostics/diagnostics.h"
@@ -17,6 +18,7 @@ std::uint32_t add_prelude(source::FileSet& files);
 struct ParsedProgram {
     syntax::Tree prelude;
     syntax::Tree program;
+    std::vector<std::uint32_t> others = {};  // ParseOptions::programs
 };
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options);

@@ -4,13 +4,13 @@
 #include <map>
 
 #include "compiler/check/fronts.h"
+#include "compiler/check/rounds.h"
 #include "compiler/check/values_read.h"
 #include "compiler/lint/growth.h"
 #include "compiler/lint/guarded.h"
 #include "compiler/lint/inverted.h"
 #include "compiler/lint/lint.h"
 #include "compiler/lint/replaced.h"
-#include "compiler/lint/rounds.h"
 
 namespace meld::lint {
 
@@ -34,7 +34,7 @@ class Recursion {
     void warn(const check::Stratum& c) {
         if (!c.recursive) return;
         if (c.tree) {
-            if (!c.feeds_itself) warn_tree(c);
+            if (!c.feeds_itself && !c.rounds) warn_tree(c);
             return;
         }
         // If a bounded number of rounds is counted, no value leads to itself.

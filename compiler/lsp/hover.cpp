@@ -62,6 +62,7 @@ std::string stratum(const Analysis& analysis, const Symbol& symbol) {
         if (!here || c.rules.empty()) continue;
         std::string text = fmt::format("- stratum {} of {}: ", i + 1, program.strata.size());
         text += !c.recursive         ? "not recursive"
+                : c.rounds           ? "recursive in rounds"
                 : c.tree             ? "recursive, sums over a tree"
                 : c.local && c.links ? "recursive at the catom and over links"
                 : c.links            ? "recursive over links"

@@ -116,7 +116,8 @@ class DeltaPlanner {
         if (stratum_.predicates.size() != 1 || plan_.of(stratum_.predicates[0]).storage != Storage::Rows ||
             head_.kind != PredicateKind::Persistent)
             return false;
-        if (stratum_.recursion == Recursion::LocalSets || stratum_.recursion == Recursion::Mutual) return false;
+        if (stratum_.recursion != Recursion::None && stratum_.recursion != Recursion::Ranked && stratum_.recursion != Recursion::Tree)
+            return false;
         if (group_arguments(head_) == 0 || !all_plain(head_) || !any_order(head_)) return false;
         if (head_.fold.valid() && !Steady(plan_.program).function(head_.fold)) return false;
         return std::all_of(stratum_.rules.begin(), stratum_.rules.end(), [&](const RulePlan& r) {

@@ -101,6 +101,7 @@ bool keeps_front(const Plan& plan, const check::Stratum& c) {
 Recursion recursion_of(const Plan& plan, const check::Stratum& c) {
     if (!c.recursive) return Recursion::None;
     if (c.tree && !c.local) return Recursion::Tree;
+    if (c.rounds) return Recursion::Rounds;
     if (!is_ranked(plan, c.predicates)) return Recursion::LocalSets;
     return c.local || c.predicates.size() > 1 || keeps_front(plan, c) ? Recursion::Mutual : Recursion::Ranked;
 }

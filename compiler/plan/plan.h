@@ -87,7 +87,7 @@ struct DeltaRules {
 };
 
 // How the support of recursive predicates is maintained (docs/design.md, "Recursion").
-enum class Recursion { None, LocalSets, Ranked, Mutual, Tree };
+enum class Recursion { None, LocalSets, Ranked, Mutual, Tree, Rounds };
 std::string recursion_name(Recursion recursion);
 
 // How a stratum of the program is evaluated.

@@ -37,6 +37,8 @@ std::string recursion_name(Recursion r) {
             return "mutually recursive, ranks and quarantine";
         case Recursion::Tree:
             return "sums over a tree";
+        case Recursion::Rounds:
+            return "recursive in rounds, from scratch";
     }
     return "";
 }

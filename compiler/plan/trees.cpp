@@ -60,7 +60,9 @@ class Tree {
     }
     check::Stratum part(std::size_t p, std::vector<bool>& done) const {
         check::Stratum c;
-        c.recursive = c.links = c.tree = true;
+        c.recursive = c.tree = true;
+        c.links = whole_.links;
+        c.rounds = whole_.rounds;
         c.local = reaches(p, p);
         for (std::size_t q = 0; q < reads_.size(); ++q) {
             if (q != p && !(reaches(p, q) && reaches(q, p))) continue;

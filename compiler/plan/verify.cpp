@@ -117,7 +117,8 @@ void verify_reads(const Program& program, const Rule& rule, std::size_t own, con
         MELD_CHECK(other <= own || along_tree, "rule {} reads {}, which is evaluated later", rule.name, p.name);
         MELD_CHECK(other != own || (program.strata[own].recursive && (at_site ? program.strata[own].local : program.strata[own].links)),
                    "rule {} reads {} in a stratum that does not say so", rule.name, p.name);
-        MELD_CHECK(other != own || !negated, "rule {} negates or aggregates {} of its own stratum", rule.name, p.name);
+        MELD_CHECK(other != own || !negated || program.strata[own].rounds, "rule {} negates or aggregates {} of its own stratum", rule.name,
+                   p.name);
     });
 }
 

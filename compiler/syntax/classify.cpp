@@ -100,6 +100,8 @@ class Classifier {
     // A declaration on a new line whose predecessor has no full stop: two words in a row are nothing else.
     bool starts_forgotten_item(const Token& name) const {
         if (!name.first_on_line || in_let_or_if(next(), token(1).text)) return false;
+        // `extern type handle.` on two lines.
+        if (name.text == "type" && last() == TokenKind::Extern) return false;
         if (is_one_of(name.text, {"include", "use"})) return next() == TokenKind::String;
         if (name.text == "const") return (next() == TokenKind::Name || next() == TokenKind::Variable) && next(2) == TokenKind::Equal;
         return is_one_of(name.text, {"type", "fun", "extern", "export", "import"}) && next() == TokenKind::Name;

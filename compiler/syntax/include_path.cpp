@@ -49,10 +49,14 @@ std::string library_name(const std::string& path) { return path.ends_with(".meld
 
 Includes::Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file)
     : files_(files), library_paths_(std::move(library_paths)), libraries_(std::move(libraries)) {
-    MELD_EXPECT(main_file < files.count(), "there is no file {}", main_file);
-    by_identity_[identity(files.file(main_file).path())] = main_file;
-    modules_[main_file] = 0;
-    read_.emplace(main_file, 0);
+    add_program(main_file);
+}
+
+void Includes::add_program(std::uint32_t file) {
+    MELD_EXPECT(file < files_.count(), "there is no file {}", file);
+    by_identity_[identity(files_.file(file).path())] = file;
+    modules_[file] = 0;
+    read_.emplace(file, 0);
 }
 
 std::optional<std::uint32_t> Includes::module_of(std::uint32_t file) const {

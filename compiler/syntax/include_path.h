@@ -28,6 +28,9 @@ class Includes {
     // library_paths: folders searched after the including file's own; main_file is read already, as unit 0.
     Includes(source::FileSet& files, std::vector<std::string> library_paths, std::vector<Library> libraries, std::uint32_t main_file);
 
+    // Another program, whose items are those of unit 0 too.
+    void add_program(std::uint32_t file);
+
     // From now on find() gives these files of the set, one after the other, and searches nothing; none: a library of the compiler.
     void mean(std::vector<std::optional<std::uint32_t>> files) { meant_ = std::move(files); }
 

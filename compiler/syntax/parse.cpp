@@ -308,6 +308,24 @@ void read_imports(source::FileSet& files, diagnostics::Reporter& report, Include
     }
 }
 
+// Every file belongs to the programs from which includes lead to it.
+std::vector<std::uint64_t> programs_of_files(const source::FileSet& files, std::uint32_t first, const std::vector<std::uint32_t>& others,
+                                             const Tree& tree) {
+    std::vector<std::uint64_t> programs(files.count());
+    programs[first] = 1;
+    for (std::size_t i = 0; i < others.size(); ++i) programs[others[i]] |= std::uint64_t{2} << i;
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (const Tree::Include& include : tree.includes) {
+            if (!include.file) continue;
+            const std::uint64_t before = programs[*include.file];
+            programs[*include.file] |= programs[include.where.file];
+            changed = changed || programs[*include.file] != before;
+        }
+    }
+    return programs;
+}
+
 }  // namespace
 
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options) {
@@ -316,8 +334,13 @@ Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& re
     tree.units.emplace_back();
     Includes includes(files, options.library_paths, options.libraries, file);
     if (options.meant) includes.mean(*options.meant);
+    MELD_EXPECT(options.programs.size() < kMaxPrograms, "{} other programs", options.programs.size());
+    for (const std::uint32_t program : options.programs) includes.add_program(program);
     FileParser(files, file, report, options.follow_includes ? &includes : nullptr).run(0, tree);
+    for (const std::uint32_t program : options.programs)
+        FileParser(files, program, report, options.follow_includes ? &includes : nullptr).run(0, tree);
     if (options.follow_includes) read_imports(files, report, includes, tree);
+    if (!options.programs.empty()) tree.programs_of = programs_of_files(files, file, options.programs, tree);
     return tree;
 }
 

@@ -23,14 +23,20 @@ struct ParseOptions {
     // Which file of the set each include and import means, in the order of reading; none: a library of the compiler. Then nothing is
     // searched for or read from disk.
     std::optional<std::vector<std::optional<std::uint32_t>>> meant = {};
+    // Files of the set with other programs of the same ensemble. Their names are those of the program.
+    std::vector<std::uint32_t> programs = {};
 };
+
+// One for each bit of Tree::programs_of.
+constexpr std::size_t kMaxPrograms = 64;
 
 // Brackets and operators nested deeper than this are refused, so that all code can walk a tree by recursion.
 constexpr int kMaxNesting = 1000;
 
 // Parses the file and everything it includes and uses: each module once, another file once in each of those that include it. Reports every
 // mistake and continues after the next full stop, so the tree holds all items that could be read. An included file is taken from the
-// FileSet if its path is there, otherwise read from disk. Cost: linear in the text.
+// FileSet if its path is there, otherwise read from disk. Other programs follow; what several of them include or use is read once.
+// Cost: linear in the text.
 Tree parse(source::FileSet& files, std::uint32_t file, diagnostics::Reporter& report, const ParseOptions& options = {});
 
 // One line per token: place, kind, text. For `meldc --emit=tokens`.

@@ -320,6 +320,8 @@ struct Tree {
         std::optional<std::uint32_t> file;  // None if it was not looked for, or not found.
     };
     std::vector<Include> includes = {};
+    // By file: which programs it is part of, one bit each, the lowest for the first. Empty: there is one program.
+    std::vector<std::uint64_t> programs_of = {};
 
     void add(Item item, std::uint32_t unit) {
         items.push_back(std::move(item));
@@ -331,6 +333,7 @@ struct Tree {
         units = std::move(other.units);
         lost.merge(other.lost);
         lost_file = lost_file || other.lost_file;
+        programs_of = std::move(other.programs_of);
     }
     bool is_lost(const std::string& name) const { return lost_file || lost.contains(name); }
 };

@@ -41,7 +41,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 15;
+inline constexpr u32 kAbiVersion = 16;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -322,6 +322,7 @@ struct ModuleInfo {
     const char* program_name;
     u32 source_count;
     const SourceInfo* sources;  // The files that the program was read from, its own first.
+    u32 program_count;          // How many of these are programs, which come first; a catom runs the rules of one of them. Usually 1.
     u32 include_count;
     const u32* includes;  // The source that each include and import means, in the order of reading; kNone32: a library of the compiler.
     u32 type_count;

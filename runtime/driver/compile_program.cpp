@@ -38,6 +38,13 @@ bool asks_for_links(const RunOptions& options) {
     return (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links);
 }
 
+// The other programs of the ensemble.
+std::vector<std::string> other_programs(const RunOptions& options) {
+    if (!options.replay.empty()) return options.programs;
+    const std::string path = world_path(options);
+    return path.empty() ? std::vector<std::string>() : world::programs_named(path);
+}
+
 }  // namespace
 
 Result<std::string> compile_program(const RunOptions& options, std::string* messages) {
@@ -50,6 +57,8 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     std::vector<const char*> arguments = {"meldc", "compile", options.program.c_str()};
     for (const std::string& file : options.link) arguments.insert(arguments.end(), {"--link", file.c_str()});
     for (const std::string& folder : options.library_paths) arguments.insert(arguments.end(), {"-I", folder.c_str()});
+    const std::vector<std::string> others = other_programs(options);
+    for (const std::string& file : others) arguments.insert(arguments.end(), {"--with", file.c_str()});
     const std::string level = std::to_string(options.optimisation.value_or(0));
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
     const std::string seconds = fmt::format("{}", options.timeout_seconds);

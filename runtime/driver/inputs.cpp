@@ -148,6 +148,15 @@ Result<void> check_raw(const ModuleInfo& module, const world::World& world) {
     return {};
 }
 
+// Each program that the world names is in the module.
+Result<void> check_programs(const ModuleInfo& module, const world::World& world, const std::string& module_path) {
+    if (module.program_count == world.programs.size() + 1) return {};
+    return fail(fmt::format("{} contains {} program{}, and with those that {} names there are {}", module_path, module.program_count,
+                            module.program_count == 1 ? "" : "s", world.path, world.programs.size() + 1),
+                fmt::format("Give the .meld file{}, or compile it with meldc compile --with FILE for each [[program]] file",
+                            world.programs.empty() ? "" : " and the world as a file"));
+}
+
 }  // namespace
 
 Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path) {
@@ -163,6 +172,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     if (world->by_links && !info.by_links)
         return fail(fmt::format("{} finds neighbours by geometry, and in this world they are known by their links", module_path),
                     "Give the .meld file, or compile it with meldc compile --links");
+    if (auto all = check_programs(info, *world, module_path); !all) return tl::unexpected<Error>(all.error());
     if (auto fits = check_raw(info, *world); !fits) return tl::unexpected<Error>(fits.error());
     Inputs inputs{.module = std::move(*module),
                   .world = std::move(*world),

@@ -161,6 +161,7 @@ struct RunOptions {
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
     std::string replay = {};                 // The recording whose run is made again.
+    std::vector<std::string> programs = {};  // Of that run, after the first; otherwise the world names them.
     std::optional<Question> question = {};   // The run goes on until it is answered, and writes nothing else.
     std::optional<DebugOptions> debug = {};  // Somebody walks through the run, and it writes nothing.
     std::string module = {};                 // Passed to the processes by the command that started them.

@@ -165,7 +165,7 @@ class Check : public sim::SimModule {
   private:
     Result<void> same_program(const ModuleInfo& module) const {
         const auto& program = recorded_->provenance.program;
-        bool same = module.source_count == program.size();
+        bool same = module.source_count == program.size() && module.program_count == recorded_->provenance.programs;
         for (u32 i = 0; same && i < module.source_count; ++i) same = module.sources[i].text == program[i].text;
         if (!same)
             return fail("the program includes other files than it did",
@@ -266,6 +266,7 @@ RunOptions options_of(const ReplayOptions& options, const Again& again, const fs
     const fs::path folder = program_folder(scratch, again.from);
     for (const std::string& library : again.from.libraries) run.library_paths.push_back((folder / library).lexically_normal().string());
     run.program = (folder / again.from.program.front().path).string();
+    for (std::uint32_t i = 1; i < again.from.programs; ++i) run.programs.push_back((folder / again.from.program[i].path).string());
     run.link = again.link;
     run.extensions = again.extensions;
     run.optimisation = again.from.optimisation;
@@ -300,6 +301,7 @@ Result<record::Provenance> provenance(const RunOptions& options, const ModuleInf
     record::Provenance p{.version = std::string(kVersion),
                          .forked_from = options.fork,
                          .program = {},
+                         .programs = module.program_count,
                          .libraries = {},
                          .optimisation = options.optimisation,
                          .linked = {},

@@ -53,6 +53,8 @@ Result<Program> Program::read(const ModuleInfo& module, const front::Asked& aske
         const u32 source = module.includes[i];
         carried.includes.push_back(source < module.source_count ? std::optional(source) : std::nullopt);
     }
+    if (module.program_count == 0 || module.program_count > module.source_count) return another_program(module, "it has too few");
+    carried.programs = module.program_count;
     diagnostics::Reporter report;
     Result<check::Program> checked = front::check_carried(program.files_, carried, asked, report);
     if (!checked) return tl::unexpected<Error>(checked.error());

@@ -47,6 +47,7 @@ std::string to_json(const Provenance& p) {
     Json json = {{"version", p.version},
                  {"forked_from", text_of_bytes(p.forked_from)},
                  {"program", program},
+                 {"programs", p.programs},
                  {"libraries", libraries},
                  {"optimisation", p.optimisation ? Json(*p.optimisation) : Json()},
                  {"linked", code_json(p.linked)},
@@ -68,6 +69,7 @@ Result<Provenance> provenance_from_json(const std::string& text) {
         p.forked_from = bytes_of_text(json.at("forked_from").get<std::string>());
         for (const Json& source : json.at("program"))
             p.program.push_back({bytes_of_text(source.at("path").get<std::string>()), bytes_of_text(source.at("text").get<std::string>())});
+        p.programs = json.at("programs").get<std::uint32_t>();
         for (const Json& folder : json.at("libraries")) p.libraries.push_back(bytes_of_text(folder.get<std::string>()));
         if (!json.at("optimisation").is_null()) p.optimisation = json.at("optimisation").get<int>();
         p.linked = code_files(json.at("linked"));
@@ -78,7 +80,7 @@ Result<Provenance> provenance_from_json(const std::string& text) {
         p.set = map_of(json.at("set"));
         p.seed = json.at("seed").get<std::uint64_t>();
         p.strict = json.at("strict").get<bool>();
-        if (p.program.empty()) return damaged();
+        if (p.programs == 0 || p.programs > p.program.size()) return damaged();
         return p;
     } catch (const std::exception&) {
         return damaged();

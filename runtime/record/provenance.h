@@ -27,6 +27,7 @@ struct Provenance {
     std::string version;      // Of Claymeld.
     std::string forked_from;  // The folder of the checkpoint at which the run branched off, which is not carried; mostly empty.
     std::vector<Source> program;
+    std::uint32_t programs = 1;          // How many of these are programs, which come first.
     std::vector<std::string> libraries;  // Folders, from that of the program's file.
     std::optional<int> optimisation;
     std::vector<CodeFile> linked, extensions;

@@ -20,6 +20,7 @@
 #include "runtime/world/physics_section.h"
 #include "runtime/world/populate.h"
 #include "runtime/world/positions_file.h"
+#include "runtime/world/program_section.h"
 #include "runtime/world/toml_reader.h"
 
 namespace meld::world {
@@ -298,7 +299,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     world.by_links = by_links(table);
     const Section top(reader, table, "",
                       {"lattice", "graph", "links",  "nodes",  "directed", "radius",  "seed",  "held", "body",       "target", "facts",
-                       "event",   "set",   "motion", "record", "limits",   "network", "clock", "time", "components", "faults"});
+                       "event",   "set",   "motion", "record", "limits",   "network", "clock", "time", "components", "faults", "program"});
     read_top(reader, top, world);
     if (says_graph(top)) {
         if (!reader.error()) read_graph_world(reader, top, world);
@@ -308,6 +309,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     }
     read_target(reader, table_at(reader, table, "target"), world);
     read_facts(reader, table_at(reader, table, "facts"), world.facts);
+    read_programs(reader, table, world);
     read_settings(reader, table_at(reader, table, "set"), world.set);
     read_motion(reader, table_at(reader, table, "motion"), world);
     read_network(reader, table_at(reader, table, "network"), world.network);
@@ -354,16 +356,28 @@ Result<World> parse_world(const std::string& text, const std::string& path, cons
     return world;
 }
 
-bool asks_for_links(const std::string& path) {
+namespace {
+
+// The keys of a file; none if it has mistakes, or is a pipe.
+toml::table keys_of(const std::string& path) {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) return false;
+    if (!std::filesystem::is_regular_file(path, error)) return {};
     const Result<std::string> text = read_input(path, kMaxWorld_bytes, InputKind::File);
-    if (!text || !check_key_depth(*text, path)) return false;
+    if (!text || !check_key_depth(*text, path)) return {};
     try {
-        return by_links(toml::parse(std::string_view(*text), std::string_view(path)));
+        return toml::parse(std::string_view(*text), std::string_view(path));
     } catch (const toml::parse_error&) {
-        return false;
+        return {};
     }
+}
+
+}  // namespace
+
+bool asks_for_links(const std::string& path) { return by_links(keys_of(path)); }
+
+std::vector<std::string> programs_named(const std::string& path) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    return program_files(keys_of(path), [&](const std::string& file) { return (folder / file).string(); });
 }
 
 Result<World> read_world(const std::string& path) {

@@ -45,6 +45,13 @@ struct Event {
     std::int64_t latest(std::int64_t now) const;
 };
 
+// Catoms that run another program than the others. Later ones override earlier ones.
+struct ProgramRegion {
+    Region where;
+    std::uint32_t number = 0;  // Of the program: World::programs[number - 1].
+    std::string place;
+};
+
 struct MotionOptions {
     std::string kind = "none";    // "none", "lattice", "bodies", or a name that a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
@@ -85,6 +92,8 @@ struct World {
     // [target] fit = "mass": the shape is scaled until it contains exactly as many cells as there is mass.
     bool target_fits_mass = false;
     int held = 0;  // Units of resource each catom starts with.
+    std::vector<ProgramRegion> program_regions;
+    std::vector<std::string> programs;  // The files of these programs, each once.
     std::vector<GivenFact> facts;
     std::vector<Event> events;
     std::vector<Faults> faults;
@@ -137,6 +146,9 @@ Result<void> set_seed(World& world, std::uint64_t seed);
 // World::by_links of a file; false if that has mistakes, or is a pipe, which can be read only once. Cost: its text is parsed, but no file
 // that it names is read.
 bool asks_for_links(const std::string& path);
+
+// World::programs of a file, in the same way: none if it has mistakes, or is a pipe.
+std::vector<std::string> programs_named(const std::string& path);
 
 // Sorts cells into the order of World::cells.
 void sort_cells(std::vector<Cell>& cells, const Lattice& lattice);

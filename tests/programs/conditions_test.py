@@ -140,8 +140,9 @@ def assemblies():
         for (count, liars), condition in zip(((4, 1), (7, 2), (10, 3), (13, 4)), (IDEAL, LATE, LOSSY, LATE)):
             draw = random.Random(seed)
             votes = [draw.randrange(2) if seed % 2 else 1 for _ in range(count)]
-            facts = "liar = " + str([f"id == {a}" for a in draw.sample(range(count), liars)]) + "\nvote = ["
-            facts += ", ".join(f'{{ where = "id == {a}", args = [{vote}] }}' for a, vote in enumerate(votes)) + "]"
+            where = " || ".join(f"id == {a}" for a in draw.sample(range(count), liars))
+            facts = "vote = [" + ", ".join(f'{{ where = "id == {a}", args = [{vote}] }}' for a, vote in enumerate(votes))
+            facts += f']\n[[program]]\nwhere = "{where}"\nfile = "byzantine_liar.meld"\n'
             yield Case(GraphWorld(f"complete({count})"), facts, ("--seed", str(seed), "--set", f"slowest={condition.delay}"),
                        condition.text, SIZES, unit=condition.unit, fails=False)
 

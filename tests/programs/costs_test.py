@@ -108,7 +108,8 @@ ROWS = [
         lambda r: ("2 E - (N - 1)", 2 * r.e - (r.n - 1)), time_bound=lambda r: ("R + 1", r.far + 1)),
     Row("stabilizing_tree", 'root = "id == 0"', lambda r: r.messages("chosen"), None, time_bound=lambda r: ("N + D", r.n + r.d)),
     Row("token_ring", "", lambda r: r.messages("value"), None, graph="ring(25)", options=("--ticks", "1000")),
-    Row("byzantine", 'liar = ["id == 1", "id == 5"]\nvote = [{ where = "id < 3", args = [0] }, { where = "id >= 3", args = [1] }]', linear,
+    Row("byzantine", 'vote = [{ where = "id < 3", args = [0] }, { where = "id >= 3", args = [1] }]\n'
+        '[[program]]\nwhere = "id == 1 || id == 5"\nfile = "byzantine_liar.meld"\n', linear,
         lambda r: ("3 (f + 1) N (N - 1)", 3 * 3 * 7 * 6), time_bound=lambda r: ("6 (f + 1)", 6 * 3),
         graph="complete(7)", options=("--set", "slowest={unit}")),
     Row("triangles", 'root = "id == 0"', lambda r: r.summary["stats"]["algorithm"]["messages"], None),

@@ -5,6 +5,7 @@ What it computes is compared with networkx or with what must hold of it, its mes
 
 import collections
 import math
+import re
 import sys
 
 import networkx
@@ -40,10 +41,21 @@ class Case:
         return self.world if isinstance(self.world, str) else self.world.name
 
     def run(self, runner, examples):
-        path = examples / self.world if isinstance(self.world, str) else runner.folder / "world.toml"
-        if not isinstance(self.world, str):
-            path.write_text(self.world.text(self.facts_given) + self.events)
-        outcome = runner.run_sizes(path, self.options, self.sizes)
+        named = isinstance(self.world, str)
+        text = (examples / self.world).read_text() if named else self.world.text(self.facts_given) + self.events
+        programs = set(re.findall(r'^file = "(.*)"', text, re.M))
+        path, plain = examples / self.world if named and not programs else runner.folder / "world.toml", None
+        if path.parent == runner.folder:
+            path.write_text(text)
+        if programs:
+            plain = runner.folder / "plain/world.toml"
+            plain.parent.mkdir(exist_ok=True)
+            plain.write_text(text)
+        for name in programs:
+            program = (examples / name).read_text()
+            plain.with_name(name).write_text(program)
+            (runner.folder / name).write_text(program + TELLING)
+        outcome = runner.run_sizes(path, self.options, self.sizes, plain_world=plain)
         self.facts, self.summary = outcome.facts, outcome.summary
         self.graph = networkx.Graph()
         self.graph.add_nodes_from(a for a, in self.facts.pop("graph-node"))

@@ -6,6 +6,7 @@ Its outcome is judged by distributed.py; digests and facts are the same bytes on
 import itertools
 import pathlib
 import random
+import re
 import sys
 import tempfile
 
@@ -60,6 +61,8 @@ def reliable_broadcast_cases():
         yield Case(world, 'send = [{ where = "id % 20 == 0", args = [1, "one"] }, { where = "id == 0", args = [2, "two"] }]')
 
 
+# What liars run, from the examples.
+LIAR = "byzantine_liar.meld"
 # Four balls that all touch each other, and three of them.
 FOUR = [(0, 0, 0), (1, 0, 0), (0, 0, 1), (0, -1, 1)]
 
@@ -71,8 +74,9 @@ def groups(size, count, seed):
     liars = [draw.choice(place) for i, place in enumerate(places) if i % 5]
     ones = [cell for i, place in enumerate(places) for cell in place if (i // 3 % 2 if i % 3 == 0 else draw.randrange(2))]
     zeros = [cell for place in places for cell in place if cell not in ones]
-    facts = "liar = [" + ", ".join(f'"cell == {cell}"' for cell in liars) + "]\nvote = ["
+    facts = "vote = ["
     facts += ", ".join(f'{{ where = "cell == {cell}", args = [{v}] }}' for v, cells in enumerate((zeros, ones)) for cell in cells) + "]"
+    facts += "".join(f'\n[[program]]\nwhere = "cell == {cell}"\nfile = "{LIAR}"' for cell in liars)
     return World(f"{count} groups of {size}", "fcc", sorted(itertools.chain(*places))), facts
 
 

@@ -93,9 +93,9 @@ class Runner:
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
         return (self.folder / "out.facts").read_text(), json.loads(done.stdout)["outcomes"][0]
 
-    def run_sizes(self, world, options=(), sizes=None, same=SAME):
+    def run_sizes(self, world, options=(), sizes=None, same=SAME, plain_world=None):
         """The outcome in this world (a path), which must be the same for all numbers of processes and threads; `same`: also of
-        the summary."""
+        the summary. `plain_world`: where the program as it is runs, if the world names programs that tell more, too."""
         sizes = sizes or (FURTHER[self.worlds % len(FURTHER)] if self.worlds else SIZES)
         self.worlds += 1
         text, digests, summary = self.run(self.telling, world, *sizes[0], options)
@@ -110,7 +110,7 @@ class Runner:
                 if told[key] != summary[key]:
                     sys.exit(f"{divided} report {key} {told[key]}, not {summary[key]}")
         # Reporting the cells does not change what the program derives.
-        plain, _, _ = self.run(self.program, world, 1, 1, options)
+        plain, _, _ = self.run(self.program, plain_world or world, 1, 1, options)
         added = tuple(name + "(" for name in self.told)
         untold = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(added))
         if plain != untold:

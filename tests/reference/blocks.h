@@ -23,6 +23,8 @@ Block view_block(Random& random, const std::vector<Known>& known, int names);
 Block rounds_block(Random& random, const std::vector<Known>& known, int names);
 // Sums and counts over links that form cycles: of walks by their lengths, each from the one before, without waiting for anybody.
 Block walks_block(Random& random, const std::vector<Known>& known, int names);
+// Negations, counts and sums of facts that depend on each other, in rounds.
+Block contest_block(Random& random, const std::vector<Known>& known, int names);
 // Sets that derive each other, locally and over links.
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names);
 // Recursive min and max, with groups and payloads.

@@ -79,8 +79,9 @@ class Generator {
 
     MakeBlock any_block() {
         const std::int64_t way = below(random_, 100);
-        return way < 50   ? view_block
-               : way < 54 ? rounds_block
+        return way < 44   ? view_block
+               : way < 48 ? rounds_block
+               : way < 54 ? contest_block
                : way < 72 ? set_recursion_block
                : way < 86 ? best_recursion_block
                : way < 92 ? improving_block

@@ -309,6 +309,54 @@ Block walks_block(Random& random, const std::vector<Known>& known, int names) {
     return block;
 }
 
+// Who stays in a contest depends on who else does: on absences, numbers and sums of the round, at the catom and over links.
+Block contest_block(Random& random, const std::vector<Known>& known, int names) {
+    Block block;
+    const auto name = [&](const char* what) { return fmt::format("{}{}", what, names); };
+    const std::string in = name("in"), out = name("out"), number = name("number"), points = name("points");
+    const std::string more = fmt::format("K < {}", 1 + below(random, 5));
+    block.declarations = {{in, signature(in, {Kind::Int})}, {out, signature(out, {Kind::Int})}};
+    Body start(random, known);
+    fill(start, random, below(random, 2));
+    block.rules.push_back({.heads = {atom(in, start.any_catom(), {"0"})}, .body = start.shuffled()});
+    const auto at = [&](const std::string& predicate, const char* catom) { return atom(predicate, catom, {"K"}); };
+    const std::vector<std::vector<std::string>> losing = {
+        {at(in, "A"), "neighbor(A, B)", at(in, "B"), "A < B"},
+        {at(in, "A"), "not (neighbor(A, B), " + at(in, "B") + ")"},
+        {"neighbor(A, B)", at(in, "B"), "not " + at(in, "A")},
+        {at(in, "A"), fmt::format("N = count : {{ neighbor(A, B), {} }}", at(in, "B")), fmt::format("N % {} = 0", 2 + below(random, 2))},
+        {at(in, "A"), "not (neighbor(A, B), neighbor(B, C), " + at(in, "C") + ", C <> A)"}};
+    const std::vector<std::vector<std::string>> staying = {{at(in, "A"), "not " + at(out, "A")},
+                                                           {"neighbor(A, B)", at(out, "B"), "not " + at(in, "A")},
+                                                           {at(in, "A"), "forall neighbor(A, B)[" + at(out, "B") + "]"},
+                                                           {"neighbor(A, B)", at(in, "B"), "not (neighbor(A, C), " + at(out, "C") + ")"}};
+    for (std::int64_t n = 1 + below(random, 2); n > 0; --n) block.rules.push_back({.heads = {at(out, "A")}, .body = pick(random, losing)});
+    for (std::int64_t n = 1 + below(random, 2); n > 0; --n) {
+        std::vector<std::string> body = pick(random, staying);
+        body.push_back(more);
+        block.rules.push_back({.heads = {atom(in, "A", {"K + 1"})}, .body = body});
+    }
+    block.known = {{.name = in, .arguments = {Kind::Int}}, {.name = out, .arguments = {Kind::Int}}};
+    if (chance(random, 50)) {
+        block.declarations.push_back({number, signature(number, {Kind::Int, Kind::Int}, "", "count", 1)});
+        const std::string counted = at(chance(random, 50) ? in : out, "B");
+        block.rules.push_back({.heads = {atom(number, "A", {"K", "B"})}, .body = {"neighbor(A, B)", counted}});
+        block.rules.push_back(
+            {.heads = {atom(in, "A", {"K + 1"})},
+             .body = {atom(number, "A", {"K", "N"}), fmt::format("N > {}", below(random, 3)), "not " + at(out, "A"), more}});
+        block.known.push_back({.name = number, .arguments = {Kind::Int, Kind::Int}});
+    }
+    if (chance(random, 50)) {
+        block.declarations.push_back({points, signature(points, {Kind::Int, Kind::Int}, "", "sum", 1)});
+        block.rules.push_back({.heads = {atom(points, "A", {"0", "1"})}, .body = {at(in, "A")}});
+        block.rules.push_back({.heads = {atom(points, "A", {"K + 1", "X"})}, .body = {atom(points, "A", {"K", "X"}), at(in, "A"), more}});
+        block.rules.push_back({.heads = {atom(points, "A", {"K + 1", "X % 3"})},
+                               .body = {"neighbor(A, B)", atom(points, "B", {"K", "X"}), "not " + at(out, "B"), more}});
+        block.known.push_back({.name = points, .arguments = {Kind::Int, Kind::Int}});
+    }
+    return block;
+}
+
 // p and q, each with rules from below and rules over themselves.
 Block set_recursion_block(Random& random, const std::vector<Known>& known, int names) {
     Block block;

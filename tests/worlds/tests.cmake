@@ -6,3 +6,7 @@ set_tests_properties(worlds_models PROPERTIES TIMEOUT 120 PROCESSORS 2)
 add_test(NAME worlds_graphs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/graphs_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(worlds_graphs PROPERTIES TIMEOUT 120 PROCESSORS 2)
+# Worlds whose catoms run different programs.
+add_test(NAME worlds_programs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/programs_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(worlds_programs PROPERTIES TIMEOUT 120 PROCESSORS 2)

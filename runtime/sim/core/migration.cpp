@@ -1,6 +1,7 @@
 #include "runtime/sim/core/migration.h"
 
 #include "runtime/base/assert.h"
+#include "runtime/sim/core/programs.h"
 
 namespace meld::sim {
 
@@ -51,7 +52,9 @@ Catom add_migrant_freely(Subdomain& subdomain, const Migrant& migrant, const wor
 Catom add_newborn(Subdomain& subdomain, std::uint64_t id, Cell cell) {
     const CatomState state = state_here(subdomain, subdomain.halo->owner(cell));
     const Catom catom = subdomain.add_catom(id, cell, state);
-    if (state == kCatomOwned) subdomain.mark(catom, kDirtyBirths);
+    if (state != kCatomOwned) return catom;
+    Programs(subdomain).begin(catom);
+    subdomain.mark(catom, kDirtyBirths);
     return catom;
 }
 

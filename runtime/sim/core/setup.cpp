@@ -8,6 +8,7 @@
 #include "runtime/base/nearest.h"
 #include "runtime/sim/core/given.h"
 #include "runtime/sim/core/graph_setup.h"
+#include "runtime/sim/core/programs.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
 #include "runtime/world/populate.h"
@@ -50,6 +51,7 @@ Result<void> Setup::run(std::optional<BrickCounts> counted) {
     for (Catom c = 0; c < s.ensemble.index_count(); ++c)
         if (s.owned(c)) s.mark(c, kDirtyBirths);
     if (auto done = set_constants(); !done) return done;
+    Programs(s).start();
     return GivenFacts(s).start();
 }
 

@@ -213,6 +213,7 @@ class Subdomain {
     friend class GivenFacts;
     friend class CatomFailures;
     friend class LinkFailures;
+    friend class Programs;
     friend class Exchange;
     friend class Tick;
     friend class Saver;

@@ -9,6 +9,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/sim/core/given.h"
+#include "runtime/sim/core/programs.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/sim/state/reading.h"
 
@@ -52,6 +53,7 @@ Result<Block> Loader::run(const Modules& modules, CodeModules& codes) {
     if (how_ == Loads::Anew || how_ == Loads::LooksAgain)
         for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c)
             if (subdomain_.owned(c)) subdomain_.mark(c, how_ == Loads::Anew ? kDirtyBirths : kDirtyPlace);
+    if (how_ == Loads::Anew) Programs(subdomain_).complete();
     // What happens later may be new.
     if (how_ != Loads::GoesOn)
         if (auto checked = GivenFacts(subdomain_).check_events(); !checked) return tl::unexpected<Error>(checked.error());
