@@ -62,7 +62,7 @@ def told(program, draw):
         return 'say = [{ where = "id % 9 == 0", args = ["to be or"] }, { where = "id == 4", args = [""] }]', (), {"loss": 0}
     if program == "reliable_broadcast":
         return 'send = [{ where = "id % 20 == 0", args = [1, "one"] }, { where = "id == 0", args = [2, "two"] }]', (), {}
-    if program in ("luby", "fragments", "echo_election", "leader", "pagerank", "pagerank_async"):
+    if program in ("luby", "fragments", "echo_election", "flood_election", "leader", "pagerank", "pagerank_async"):
         return "", (), {}
     if program == "raymond":
         return root + 'wants = ["id % 3 == 1"]', (), {}
@@ -109,6 +109,14 @@ def raw(world, seed, terms, **known):
     return Case(world, facts, (*options, "--seed", str(seed)), events, SIZES, loss=20, drops=True, **known)
 
 
+def worst_links():
+    """What is lost, comes twice and overtakes does no harm to an election in which all that is told only grows."""
+    for seed, world in itertools.product(range(6 if CAMPAIGN else 1), (*GRAPHS[:3], blob("cubic", 40, seed=6))):
+        events = '[network]\nkind = "raw"\nleast = 1\nmost = 9\nloss = 0.4\nduplicate = 0.3\nreorder = true\n'
+        events += '[clock]\nkind = "drift"\nmost = 3\n' if seed % 2 else ""
+        yield Case(world, "", ("--seed", str(seed)), events, SIZES, drops=True)
+
+
 def senders_that_die():
     """A sender is killed while its messages are under way, so some of them never arrive anywhere, and others everywhere."""
     for seed, condition in itertools.product(range(8 if CAMPAIGN else 3), (LATE, DRIFT)):
@@ -152,7 +160,7 @@ def cases(program, folder):
         return rings(folder)
     if program == "byzantine":
         return assemblies()
-    more = {"alternating_bit": raw_links, "reliable_broadcast": senders_that_die}.get(program, list)
+    more = {"alternating_bit": raw_links, "flood_election": worst_links, "reliable_broadcast": senders_that_die}.get(program, list)
     return itertools.chain(anywhere(program), more())
 
 

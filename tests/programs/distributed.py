@@ -267,6 +267,10 @@ def echo_election(case):
     case.expect("messages that tell the result", case.summary["exported_changes"], len(case.graph))
 
 
+def flood_election(case):
+    case.expect("best", case.map("best"), {a: max(part) for part in case.parts() for a in part})
+
+
 def triangles(case):
     corners = networkx.triangles(case.graph)
     case.expect("corners", case.map("corners"), corners)

@@ -14,7 +14,7 @@ foreach(program echo diffusing snapshot alternating_bit luby fragments token_rin
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
 # On graphs, files among them, where messages are late and lost: programs that program_test.py runs on lattices.
-foreach(program leader pagerank pagerank_async)
+foreach(program leader flood_election pagerank pagerank_async)
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
