@@ -7,6 +7,8 @@ to four, and its messages and its time stand beside what the paper allows.
 import json
 import math
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -120,6 +122,8 @@ def run(meldsim, row, late, folder):
     name = f"{row.program}{len(late)}"
     world, program, facts = (folder / f"{name}.{kind}" for kind in ("toml", "meld", "facts"))
     world.write_text(f'lattice = "graph"\ngraph = "{row.graph}"\nseed = 1\n[facts]\n{row.facts}\n{late}')
+    for other in re.findall(r'^file = "(.*)"', row.facts, re.M):
+        shutil.copy(ROOT / "examples" / "meld" / other, folder)
     text = (ROOT / "examples" / "meld" / f"{row.program}.meld").read_text()
     program.write_text(text + "\ntype link-of(node, node).\nlink-of(A, B) :- neighbor(A, B).\n")
     command = [meldsim, "run", program, "--world", world, "--stats", "--json", "--facts-out", facts,
