@@ -129,7 +129,7 @@ class Failures(Case):
 
     def test_on_any_number_of_processes(self):
         for world in (SQUARE + PARTIAL, SQUARE + LATENCY + PARTIAL, SQUARE + PAUSES + PARTIAL, RING + JOIN, RING + LATENCY + JOIN,
-                      SQUARE + PAUSES + PARTIAL + JAM, SQUARE + FAULTS, SQUARE + LATENCY + FAULTS, RING + FAULTS):
+                      SQUARE + DOWN + PARTIAL, SQUARE + PAUSES + PARTIAL + JAM, SQUARE + FAULTS, SQUARE + LATENCY + FAULTS, RING + FAULTS):
             with self.subTest(world=world):
                 alone = self.digests(world)
                 self.assertEqual(self.digests(world, "-n", 2), alone)

@@ -39,13 +39,18 @@ void Network::follow(i64 now, bool tell) {
             if (m.under_way == 0) free_mailboxes_.push_back(number);
             continue;
         }
-        // It may be gone again already, or belong to a catom that is not evaluated here.
-        if (ensemble.state(link.reader) != kCatomOwned || ensemble.links().at(link.reader, link.port) != link.other ||
-            ensemble.links().read(link.reader, link.port) >= 0)
-            continue;
-        const u32 number = take_mailbox(link);
+        // It may be gone again already.
+        if (link.port >= ensemble.links().ports(link.reader) || ensemble.links().at(link.reader, link.port) != link.other) continue;
         // Before the first tick nobody has anything to tell.
-        if (!tell || now <= 1 || exported_.empty()) continue;
+        const bool tells = tell && now > 1 && !exported_.empty();
+        if (ensemble.state(link.reader) != kCatomOwned) {
+            // Another process has the mailbox, but both know whether what is told is lost.
+            if (tells) note_loss(now - 1, link.other, link.reader);
+            continue;
+        }
+        if (ensemble.links().read(link.reader, link.port) >= 0) continue;
+        const u32 number = take_mailbox(link);
+        if (!tells) continue;
         // As if the neighbour had told it at the end of the last tick.
         tell_state(now - 1, number);
     }
