@@ -84,9 +84,8 @@ class Cluster : public ProgramTest {
             if (attempt < kills) options.kill_at_step = 1 + draw(steps);
             const auto every = static_cast<std::int64_t>(1 + draw(7));
             std::map<std::int64_t, Taken> taken;
-            const comm::ClusterRun ran = comm::run_cluster(options, [&](comm::Communicator& comm) {
-                body(comm, from ? &*from : nullptr, noted, taken, attempt < kills ? every : 0);
-            });
+            const comm::ClusterRun ran = comm::run_cluster(
+                options, [&](comm::Communicator& comm) { body(comm, from ? &*from : nullptr, noted, taken, attempt < kills ? every : 0); });
             ASSERT_FALSE(HasFailure());
             ++runs_;
             turns_ += ran.steps;
@@ -120,9 +119,9 @@ TEST_P(Cluster, EveryTickIsTheSame) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Programs, Cluster,
-                         testing::Values(Program{"gradient", 40}, Program{"walk", 30}, Program{"leader", 30}, Program{"mutual_exclusion", 30},
-                                         Program{"shape_change", 30}, Program{kOwn + "storm", 30}, Program{kOwn + "waiting", 30},
-                                         Program{.name = kOwn + "late", .program = kGradient},
+                         testing::Values(Program{"gradient", 40}, Program{"walk", 30}, Program{"leader", 30},
+                                         Program{"mutual_exclusion", 30}, Program{"shape_change", 30}, Program{kOwn + "storm", 30},
+                                         Program{kOwn + "waiting", 30}, Program{.name = kOwn + "late", .program = kGradient},
                                          Program{.name = kOwn + "lost", .program = kGradient},
                                          Program{.name = kOwn + "web", .ticks = 30, .program = kGradient},
                                          Program{.name = kOwn + "heap", .ticks = 12, .program = kCrowd}),

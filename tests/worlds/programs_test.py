@@ -63,6 +63,12 @@ class Programs(Case):
         self.assertEqual({sender for _, sender in told}, set(range(8)))
         self.assertEqual(len(told), 15)
 
+    def test_catoms_that_restart_run_their_program_again(self):
+        self.write("p.toml", WORLD + '[[event]]\ntick = 12\nrestart = "id > 5"\n')
+        self.write("p.meld", HONEST.replace("source(@0).\n", ""))
+        self.assertEqual(dict(self.rows("dist"))[8], -5)
+        self.assertEqual(self.rows("said"), [(8, -5)])
+
     def test_facts_of_the_text_are_those_of_its_catoms(self):
         self.write("p.toml", WORLD.replace("id == 8", "id == 0"))
         self.assertEqual(self.rows("source"), [])

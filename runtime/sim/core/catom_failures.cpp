@@ -6,6 +6,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/log.h"
+#include "runtime/sim/core/programs.h"
 #include "runtime/tuple/facts.h"
 
 namespace meld::sim {
@@ -194,6 +195,8 @@ std::vector<Catom> CatomFailures::restart(std::span<const Killed> restarted) {
         if (subdomain_.owned(*catom)) mine.push_back(*catom);
     }
     subdomain_.refresh();
+    Programs programs(subdomain_);
+    for (const Catom catom : mine) programs.begin(catom);
     return mine;
 }
 
