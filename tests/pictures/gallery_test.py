@@ -32,7 +32,7 @@ def main():
     arguments.add_argument("names", nargs="*")
     options = arguments.parse_args()
     page = PAGE.read_text()
-    examples = sorted(path.stem for path in (ROOT / "examples" / "meld").glob("*.meld"))
+    examples = sorted(path.stem for path in (ROOT / "examples" / "meld").glob("*.toml"))
     for what, names in (("pictures are shown", re.findall(r"^!\[.+\]\(pictures/gallery/(\w+)\.webp\)$", page, re.M)),
                         ("commands stand there", re.findall(r"^meldsim shot examples/meld/\w+\.meld -o (\w+)\.png ", page, re.M)),
                         ("programs are run", re.findall(r"^meldsim shot examples/meld/(\w+)\.meld ", page, re.M)),
