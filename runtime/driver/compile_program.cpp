@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "runtime/driver/default_world.h"
 #include "runtime/driver/inputs.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/run.h"
@@ -43,6 +44,15 @@ std::vector<std::string> other_programs(const RunOptions& options) {
     if (!options.replay.empty()) return options.programs;
     const std::string path = world_path(options);
     return path.empty() ? std::vector<std::string>() : world::programs_named(path);
+}
+
+// Whether no world is chosen, and the one of this program is a graph.
+bool wants_graph(const RunOptions& options, const std::string& module_path) {
+    if (!options.replay.empty() || !world_path(options).empty()) return false;
+    const Result<Module> module = load_module(module_path, kAbiVersion);
+    if (!module) return false;
+    const Result<world::World> world = default_world(*static_cast<const ModuleInfo*>(module->table()));
+    return world && world->by_links;
 }
 
 }  // namespace
@@ -110,6 +120,12 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     // meldc has printed the reason.
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();
+    if (!asks_for_links(options) && wants_graph(options, output)) {
+        RunOptions with = options;
+        with.by_links = true;
+        std::string again;
+        return compile_program(with, messages != nullptr ? messages : &again);
+    }
     return output;
 }
 

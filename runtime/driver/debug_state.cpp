@@ -115,7 +115,7 @@ Result<DebuggedRun::AsRun> DebuggedRun::as_run(const std::string& folder, const 
     run.json = run.quiet = false;
     run.world = world_path(options_);
     run.checkpoint = folder;
-    const Result<world::World> same = choose_world(run);
+    const Result<world::World> same = choose_world(run, &inputs_.info());
     if (!same) return tl::unexpected<Error>(same.error());
     if (same->source_hash != inputs_.world.source_hash)
         return fail(fmt::format("save: the world, {}, has changed since the session began", inputs_.world.path), "Put it back");
@@ -128,7 +128,7 @@ Result<DebuggedRun::AsRun> DebuggedRun::as_run(const std::string& folder, const 
         if (fs::exists(out.events, error)) return fail(fmt::format("save: {} exists", out.events), "Choose another folder");
         if (auto written = write_file(out.events, events); !written) return tl::unexpected<Error>(written.error());
         run.events.push_back(out.events);
-        with = choose_world(run);
+        with = choose_world(run, &inputs_.info());
         if (!with) return tl::unexpected<Error>(with.error());
         world = &*with;
     }

@@ -13,6 +13,7 @@
 
 #include "runtime/base/input_file.h"
 #include "runtime/comm/outcome.h"
+#include "runtime/driver/default_world.h"
 #include "runtime/driver/extension_file.h"
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/replay.h"
@@ -102,12 +103,10 @@ Result<world::World> with_events(const world::World& world, const std::vector<st
 
 }  // namespace
 
-Result<world::World> choose_world(const RunOptions& options) {
+Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* module) {
     if (!options.replay.empty()) return recorded_world(options.replay);
     const std::string path = world_path(options);
-    Result<world::World> world = path.empty() ? world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n",
-                                                                   "the default, a cube of 1,000 catoms")
-                                              : world::read_world(path);
+    Result<world::World> world = !path.empty() ? world::read_world(path) : module != nullptr ? default_world(*module) : default_world();
     if (world && !options.events.empty()) world = with_events(*world, options.events);
     if (!world) return world;
     if (options.seed >= 0)
@@ -165,7 +164,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
     if (info.schema_hash != module->note().schema_hash)
         return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
-    Result<world::World> world = choose_world(options);
+    Result<world::World> world = choose_world(options, &info);
     if (!world) return tl::unexpected<Error>(world.error());
     Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
     if (!target) return tl::unexpected<Error>(target.error());

@@ -18,7 +18,7 @@ namespace meld::driver {
 // The path of the world's file; empty if there is none.
 std::string world_path(const RunOptions& options);
 // The world, with the seed, arguments and constants of the command line.
-Result<world::World> choose_world(const RunOptions& options);
+Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* module = nullptr);
 
 // What a process reads and checks by itself before it communicates with the others.
 struct Inputs {

@@ -20,7 +20,39 @@ constexpr std::pair<std::string_view, std::string_view> kNotInGraphs[] = {
     {"held", "nodes of a graph hold no units: take held out"},
 };
 
+// links = [[0, 1], [1, 2]], as the text of a file; nothing if it is something else.
+std::optional<std::string> pairs(const toml::node& links) {
+    std::string text;
+    const toml::array* const rows = links.as_array();
+    if (rows == nullptr) return std::nullopt;
+    for (const toml::node& row : *rows) {
+        const toml::array* const pair = row.as_array();
+        if (pair == nullptr || pair->size() != 2) return std::nullopt;
+        for (const std::size_t end : {0U, 1U}) {
+            const auto node = pair->get(end)->value_exact<std::int64_t>();
+            if (!node || *node < 0) return std::nullopt;
+            text += fmt::format("{}{}", *node, end == 0 ? "," : "\n");
+        }
+    }
+    return text;
+}
+
+// Links that stand in the world itself; nodes = 12: these and all others of @0 to @11.
+Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::optional<bool> directed) {
+    const toml::node& links = *top.find("links");
+    const std::optional<std::string> text = pairs(links);
+    if (!text) return fail("links are pairs of numbers", "write links = [[0, 1], [1, 2]], or name a file: links = \"edges.csv\"");
+    const graph::FileText link_text{reader.place(links.source()), *text};
+    if (!top.has("nodes")) return graph::read_graph(link_text, std::nullopt, directed);
+    std::uint64_t count = 0;
+    top.read_count("nodes", count, 1, graph::kMaxNodes);
+    std::string nodes = "node\n";
+    for (std::uint64_t node = 0; node < count; ++node) nodes += fmt::format("{}\n", node);
+    return graph::read_graph(link_text, graph::FileText{reader.place(top.find("nodes")->source()), nodes}, directed);
+}
+
 Result<graph::Graph> read_files(TomlReader& reader, const Section& top, std::optional<bool> directed) {
+    if (!top.find("links")->is_string()) return read_pairs(reader, top, directed);
     std::string links, nodes;
     top.read("links", links);
     top.read("nodes", nodes);

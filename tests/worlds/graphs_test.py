@@ -130,6 +130,43 @@ sum(A, L) :- neighbor(A, B), level(B, L).
         self.write("p.meld", "type link(node, node, int).\ntype p(node).\np(A) :- link(A, _, _).\n")
         self.refused("meldsim", "run", "p.meld", "--world", "w.toml", code=2, says="takes the column length of the graph")
 
+    def test_links_may_stand_in_the_world(self):
+        toml = world("links = [[0, 1], [1, 2], [2, 0], [4, 5]]", '[facts]\nsource = "id == 1"\n')
+        self.assertEqual(self.facts(HOPS, toml, "dist"), {(0, 1), (1, 0), (2, 1)})
+        everywhere = "type link(node, node).\ntype seen(node, int).\nseen(A, 1) :- id(A, _).\n"
+        self.assertEqual(len(self.facts(everywhere, toml, "seen")), 5)
+        self.assertEqual(len(self.facts(everywhere, toml.replace("links", "nodes = 8\nlinks", 1), "seen")), 8)
+        for wrong, said in (("links = [[0, 1, 2]]", "pairs of numbers"), ('links = [["a", 1]]', "pairs of numbers"), ("links = 7", "pairs"),
+                            ("nodes = 3\nlinks = [[0, 5]]", "5"), ("links = [[0, -1]]", "pairs of numbers")):
+            self.write("w.toml", world(wrong))
+            _, err = self.call("meldsim", "world", "w.toml", code=2)
+            self.assertIn("w.toml:", err)
+            self.assertIn(said, err)
+
+    def test_a_program_that_lists_its_links_is_its_own_world(self):
+        ring = "".join(f"edge(@{a}, @{(a + 5) % 12}).\n" for a in range(12))
+        program = ("type route edge(node, node).\ntype dist(node, min int).\n" + ring +
+                   "dist(@3, 0).\ndist(A, D + 1) :- edge(A, B), dist(B, D).\ndist(B, D + 1) :- edge(A, B), dist(A, D).\n")
+        self.write("p.meld", program)
+        seen = []
+        for n in (1, 2, 3):
+            _, err = self.call("meldsim", "run", "p.meld", "-n", n, "--facts-out", "f", "--digest", "d", "--record", f"r{n}.vtkhdf")
+            self.assertIn("p.meld:3 links @0 with @5, which do not touch in the default world", err)
+            seen.append((self.read("f"), self.read("d")))
+        self.assertEqual(seen[1:], seen[:-1])
+        graph = nx.Graph([(a, (a + 5) % 12) for a in range(12)])
+        found = dict(re.findall(r"^dist\(@(\d+), (\d+)\)", seen[0][0].decode(), re.M))
+        self.assertEqual({int(a): int(d) for a, d in found.items()}, nx.single_source_shortest_path_length(graph, 3))
+        out, _ = self.call("meldsim", "replay", "r2.vtkhdf")
+        self.assertIn("same", out)
+        # Catoms that touch stay in the cube, and a world that is chosen counts.
+        self.write("near.meld", "type route edge(node, node).\ntype p(node).\nedge(@0, @1).\np(A) :- edge(A, _).\n")
+        out, _ = self.call("meldsim", "run", "near.meld")
+        self.assertIn("1000 catoms", out.replace(",", ""))
+        self.write("cube.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(5, 5, 5)"\n')
+        _, err = self.call("meldsim", "run", "p.meld", "--world", "cube.toml", code=2)
+        self.assertIn("do not touch", err)
+
     def test_numbers_with_gaps_stay(self):
         self.write("e.txt", "10 700\n700 3000000\n")
         found = self.facts(HOPS, world('links = "e.txt"', '[facts]\nsource = "id == 10"\n'), "dist")

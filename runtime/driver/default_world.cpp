@@ -1,0 +1,77 @@
+#include "runtime/driver/default_world.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "runtime/abi/geometry_abi.h"
+#include "runtime/comm/communicator.h"
+#include "runtime/sim/core/subdomain.h"
+#include "runtime/world/target.h"
+
+namespace meld::driver {
+
+namespace {
+
+// A text that names a greater catom means something else.
+constexpr std::uint64_t kMostNodes = 1'000'000;
+
+// The first link of the text whose ends exist and do not touch, or do not exist; nothing if there is none.
+Result<const LinkInfo*> first_apart(const ModuleInfo& module, const world::World& cube) {
+    const Result<world::Target> target = world::Target::make(cube, world::Lattice(cube.lattice));
+    if (!target) return tl::unexpected<Error>(target.error());
+    ModuleInfo no_program{};
+    no_program.abi_version = kAbiVersion;
+    const auto alone = comm::make_single();
+    sim::Subdomain subdomain(no_program, cube, *target, *alone, 1);
+    if (const auto done = subdomain.populate(); !done) return tl::unexpected<Error>(done.error());
+    for (u32 i = 0; i < module.link_count; ++i) {
+        const LinkInfo& link = module.links[i];
+        if (link.from == link.to) continue;
+        const auto from = subdomain.ensemble.find(link.from), to = subdomain.ensemble.find(link.to);
+        bool touch = false;
+        if (from && to) each_link(subdomain.geometry(), *from, [&](i32, u32 other) { touch = touch || other == *to; });
+        if (!touch) return &link;
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+Result<world::World> default_world() {
+    return world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "the default, a cube of 1,000 catoms");
+}
+
+Result<world::World> default_world(const ModuleInfo& module) {
+    Result<world::World> cube = default_world();
+    if (!cube || module.link_count == 0) return cube;
+    const Result<const LinkInfo*> apart = first_apart(module, *cube);
+    if (!apart) return tl::unexpected<Error>(apart.error());
+    if (*apart == nullptr) return cube;
+    std::set<std::pair<std::uint64_t, std::uint64_t>> pairs;
+    std::uint64_t nodes = 0;
+    for (u32 i = 0; i < module.link_count; ++i) {
+        const LinkInfo& link = module.links[i];
+        nodes = std::max({nodes, link.from + 1, link.to + 1});
+        if (link.from != link.to) pairs.insert(std::minmax(link.from, link.to));
+    }
+    for (u32 i = 0; i < module.rule_count; ++i)
+        if (module.rules[i].at != kEverywhere) nodes = std::max(nodes, module.rules[i].at + 1);
+    if (nodes > kMostNodes) return cube;
+    std::vector<std::string> listed;
+    for (const auto& [from, to] : pairs) listed.push_back(fmt::format("[{}, {}]", from, to));
+    Result<world::World> graph =
+        world::parse_world(fmt::format("lattice = \"graph\"\nnodes = {}\nlinks = [\n    {},\n]\n", nodes, fmt::join(listed, ",\n    ")),
+                           fmt::format("the default, the graph of the program's {} links", pairs.size()));
+    if (graph)
+        graph->warnings.push_back(fmt::format(
+            "{}:{} links @{} with @{}, which do not touch in the default world; so this run takes place in the graph of the links that the "
+            "program names. --world chooses another one",
+            (*apart)->file, (*apart)->line, (*apart)->from, (*apart)->to));
+    return graph;
+}
+
+}  // namespace meld::driver
