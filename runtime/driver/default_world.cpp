@@ -68,8 +68,8 @@ Result<world::World> default_world(const ModuleInfo& module) {
                            fmt::format("the default, the graph of the program's {} links", pairs.size()));
     if (graph)
         graph->warnings.push_back(fmt::format(
-            "{}:{} links @{} with @{}, which do not touch in the default world; so this run takes place in the graph of the links that the "
-            "program names. --world chooses another one",
+            "{}:{}: @{} and @{} do not touch in the default world, so this run takes place in the graph of the links that the program "
+            "lists; --world chooses another one",
             (*apart)->file, (*apart)->line, (*apart)->from, (*apart)->to));
     return graph;
 }

@@ -148,9 +148,10 @@ Result<void> read_nodes(const FileText& file, Table& table) {
         if (first) {
             count = fields.size();
             for (std::size_t i = 1; i < count; ++i) columns.emplace_back(std::string(fields[i]));
-            if (count < 2 || is_number(fields[1]))
+            if (count > 1 && is_number(fields[1]))
                 return wrong(file.path, number, 1, "the first line does not name the columns", "write node,x,y");
-            return {};
+            // Nodes alone need no name.
+            if (count > 1 || !is_number(fields[0])) return {};
         }
         if (fields.size() != count)
             return wrong(file.path, number, 1, fmt::format("here are {} fields, and the first line names {}", fields.size(), count),

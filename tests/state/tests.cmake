@@ -94,7 +94,8 @@ foreach(class Crashes Hangs Alone Killed)
   string(TOLOWER ${class} name)
   add_test(NAME supervision_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
-  set_tests_properties(supervision_${name} PROPERTIES TIMEOUT 300)
+  # They measure how long a run takes, and kill it within that.
+  set_tests_properties(supervision_${name} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
 add_test(NAME supervision_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/supervision_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 10 --kills 10 Killed ShapeChange)
