@@ -23,7 +23,7 @@ std::uint64_t use(Fault fault, std::size_t number) {
 }  // namespace
 
 std::string LinkChoice::text() const {
-    if (pair) return fmt::format("the link of @{} and @{}", pair->first, pair->second);
+    if (pair) return fmt::format("links of @{} and @{}", pair->first, pair->second);
     if (other) return fmt::format("links between `{}` and `{}`", where.text(), other->text());
     return fmt::format("links of `{}`", where.text());
 }

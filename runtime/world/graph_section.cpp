@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "runtime/graph/files.h"
@@ -20,8 +21,8 @@ constexpr std::pair<std::string_view, std::string_view> kNotInGraphs[] = {
     {"held", "nodes of a graph hold no units: take held out"},
 };
 
-// links = [[0, 1], [1, 2]], as the text of a file; nothing if it is something else.
-std::optional<std::string> pairs(const toml::node& links) {
+// links = [[0, 1], [1, 2]], as the text of a file, and the greatest number in it; nothing if it is something else.
+std::optional<std::string> pairs(const toml::node& links, std::int64_t& greatest) {
     std::string text;
     const toml::array* const rows = links.as_array();
     if (rows == nullptr) return std::nullopt;
@@ -31,6 +32,7 @@ std::optional<std::string> pairs(const toml::node& links) {
         for (const std::size_t end : {0U, 1U}) {
             const auto node = pair->get(end)->value_exact<std::int64_t>();
             if (!node || *node < 0) return std::nullopt;
+            greatest = std::max(greatest, *node);
             text += fmt::format("{}{}", *node, end == 0 ? "," : "\n");
         }
     }
@@ -40,12 +42,16 @@ std::optional<std::string> pairs(const toml::node& links) {
 // Links that stand in the world itself; nodes = 12: these and all others of @0 to @11.
 Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::optional<bool> directed) {
     const toml::node& links = *top.find("links");
-    const std::optional<std::string> text = pairs(links);
+    std::int64_t greatest = 0;
+    const std::optional<std::string> text = pairs(links, greatest);
     if (!text) return fail("links are pairs of numbers", "write links = [[0, 1], [1, 2]], or name a file: links = \"edges.csv\"");
     const graph::FileText link_text{reader.place(links.source()), *text};
     if (!top.has("nodes")) return graph::read_graph(link_text, std::nullopt, directed);
     std::uint64_t count = 0;
     top.read_count("nodes", count, 1, graph::kMaxNodes);
+    if (count <= static_cast<std::uint64_t>(greatest))
+        return fail(fmt::format("the links name @{}, and the nodes are @0 to @{}", greatest, count - 1),
+                    fmt::format("write nodes = {}", greatest + 1));
     std::string nodes = "node\n";
     for (std::uint64_t node = 0; node < count; ++node) nodes += fmt::format("{}\n", node);
     return graph::read_graph(link_text, graph::FileText{reader.place(top.find("nodes")->source()), nodes}, directed);

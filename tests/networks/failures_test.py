@@ -209,7 +209,7 @@ class Failures(Case):
                 self.assertIn("w.toml", err)
 
     def test_what_strikes_nothing_is_warned_of(self):
-        for text, said in (("cut = [[0, 999]]", "the link of @0 and @999"), ("heal = 'x > 99'", "links of `x > 99`"),
+        for text, said in (("cut = [[0, 999]]", "links of @0 and @999"), ("heal = 'x > 99'", "links of `x > 99`"),
                            ("hang = 999", "no catom @999, so nothing hangs"), ("restart = 'x > 99'", "so nothing restarts"),
                            ("jam = { where = 'x > 99', ticks = 3 }", "so nothing is jammed")):
             self.write("w.toml", SQUARE + f"[[event]]\ntick = 3\n{text}\n")

@@ -7,11 +7,11 @@ target_link_libraries(tests_reference PUBLIC compiler_driver runtime_inspect run
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)
 target_link_libraries(test_random PRIVATE tests_reference)
-add_test(NAME random_programs COMMAND test_random --seeds 90 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
+add_test(NAME random_programs COMMAND test_random --seeds 50 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs PROPERTIES TIMEOUT 600 PROCESSORS 2)
 # The campaign goes on where the default run ends.
 add_test(NAME random_programs_campaign
-         COMMAND test_random --first 91 --seeds 1910 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
+         COMMAND test_random --first 51 --seeds 1950 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
 
 meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp DEPENDS tests_reference)
