@@ -56,8 +56,9 @@ std::string warning_of_other_worlds(const sim::Summary& s) {
                        lattice + bodies == 1 ? " was" : "s were", lattice > 0 ? cure("lattice") : cure("bodies"));
 }
 
-std::string warning_of_dropped(const sim::Summary& s) {
-    if (s.dropped == 0) return "";
+std::string warning_of_dropped(const sim::Summary& s, const world::World& world) {
+    // A program for a raw network expects it.
+    if (s.dropped == 0 || world.network.kind == world::NetworkKind::Raw) return "";
     return fmt::format(
         "{} linear fact{} dropped, since the catom {} for was no longer a neighbour. Declare `type linear undelivered-p(node, node To, "
         "...)` for the predicate p that is sent, and they come back",
@@ -128,8 +129,9 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
-    row("linear messages",
-        grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: their target was not a neighbour)", grouped(s.dropped)) : ""));
+    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: {}their target was not a neighbour)",
+                                                                              grouped(s.dropped), about.raw ? "lost on the way, or " : "")
+                                                                : ""));
     for (const sim::Refused& each : s.refused)
         row("refused", fmt::format("{} {}: {}", grouped(each.count), info(each.action).word, text_of(each.why)));
     if (s.dead_routes.count > 0) row("dead routes", describe(s.dead_routes));
@@ -147,7 +149,7 @@ std::string summary_table(const sim::Summary& s, const About& about) {
 }
 
 std::vector<std::string> warnings(const sim::Summary& s, const world::World& world) {
-    std::vector<std::string> all = {warning_of_dropped(s), warning_of_other_worlds(s)};
+    std::vector<std::string> all = {warning_of_dropped(s, world), warning_of_other_worlds(s)};
     if (!s.undefined.empty()) all.push_back("the run ended before quiescence, and " + s.undefined);
     // Catoms that move may come to touch.
     if (s.dead_routes.count > 0 && world.motion.kind == "none")

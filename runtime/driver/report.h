@@ -48,6 +48,7 @@ struct MemoryReport {
 struct About {
     const std::string& world;  // The path of its file, or a text if there is none.
     bool default_world;
+    bool raw = false;                             // The network loses messages.
     std::uint64_t world_catoms;                   // When it was made.
     const std::vector<std::string>& never_given;  // Predicates.
     int processes, threads;

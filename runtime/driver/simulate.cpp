@@ -321,6 +321,7 @@ Result<void> Run::report() {
     if (forked_) std::erase_if(never_given, [&](const std::string& name) { return forked_->facts.taken_over.contains(name); });
     const About about{.world = inputs_->world.path,
                       .default_world = world_path(options_).empty(),
+                      .raw = inputs_->world.network.kind == world::NetworkKind::Raw,
                       .world_catoms = static_cast<std::uint64_t>(simulation_->subdomain().world_catoms()),
                       .never_given = never_given,
                       .processes = comm_.processes(),

@@ -112,6 +112,9 @@ class Networks(Case):
         self.assertEqual(len(heard["ideal"][0][0]), 300)
         self.assertEqual(heard["latency"], heard["ideal"])
         self.assertEqual(heard["lossy"], heard["ideal"])
+        out, err = self.call("meldsim", "run", "p.meld", "--world", "raw.toml")
+        self.assertIn("dropped: lost on the way, or their target was not a neighbour", out)
+        self.assertNotIn("was no longer a neighbour", err)
         raw, lost = heard["raw"][0]
         self.assertTrue(30 < lost < 100, lost)
         self.assertEqual(len(set(raw)), 300 - lost)
