@@ -1,5 +1,6 @@
 #include "runtime/base/available_memory.h"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -7,6 +8,8 @@
 #include <fstream>
 #include <optional>
 #include <sstream>
+
+#include "runtime/base/units.h"
 
 namespace meld {
 
@@ -89,6 +92,13 @@ AvailableMemory available_memory(const std::string& root) {
     limit_by_resource(RLIMIT_AS, top / "proc/self/status", "VmSize:", "ulimit -v", out);
     limit_by_resource(RLIMIT_DATA, top / "proc/self/status", "VmData:", "ulimit -d", out);
     return out.least();
+}
+
+MemoryLimit memory_limit(std::uint64_t allowed_bytes) {
+    if (allowed_bytes > 0) return {allowed_bytes, fmt::format("{} are allowed by [limits] memory", format_bytes(allowed_bytes)), true};
+    const AvailableMemory available = available_memory();
+    return {available.bytes, fmt::format("{} are {}", format_bytes(available.bytes),
+                                         available.by == "the machine" ? "available" : "left by " + available.by)};
 }
 
 ResidentMemory resident_memory(const std::string& root) {

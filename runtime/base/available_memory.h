@@ -15,6 +15,15 @@ struct AvailableMemory {
 // RLIMIT_AS and RLIMIT_DATA leave. `root` is a folder with `proc` and `sys`, / but for tests.
 AvailableMemory available_memory(const std::string& root = "/");
 
+// What something may take, and how a message says so: "16 GiB are allowed by [limits] memory", "3 GiB are left by the cgroup".
+struct MemoryLimit {
+    std::uint64_t bytes = 0;  // 0: none.
+    std::string text = {};
+    bool of_all = false;  // It counts what the processes have already.
+};
+// What a user allows, or what is available if that is 0.
+MemoryLimit memory_limit(std::uint64_t allowed_bytes);
+
 // What this process has in memory, and the most that it has had; 0: not known.
 struct ResidentMemory {
     std::uint64_t now = 0, peak = 0;

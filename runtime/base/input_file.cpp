@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "runtime/base/available_memory.h"
 #include "runtime/base/units.h"
 
 namespace meld {
@@ -19,6 +20,8 @@ namespace {
 
 // The number of bytes read at a time from a source of unknown size.
 constexpr std::size_t kBlock_bytes = 1 << 16;
+
+constexpr std::uint64_t kLarge_bytes = 64 << 20;
 
 tl::unexpected<Error> unreadable(const std::string& path, int error) {
     if (error == ENOENT || error == ENOTDIR) return fail(fmt::format("there is no file {}", path));
@@ -41,6 +44,14 @@ Result<void> check_kind(const std::string& path, const struct stat& status, Inpu
     const std::string what = objection(status.st_mode, kind);
     if (what.empty()) return {};
     return fail(fmt::format("{} is a {}, not a file", path, what), what == "folder" ? "" : "Write its content to a file first");
+}
+
+// A large file is read into memory only if there is so much.
+Result<void> check_memory(const std::string& path, std::uint64_t bytes) {
+    if (bytes < kLarge_bytes) return {};
+    const MemoryLimit room = memory_limit(0);
+    if (room.bytes == 0 || bytes <= room.bytes) return {};
+    return fail(fmt::format("{} takes {} of memory, and {}", path, format_bytes(bytes), room.text), "", ExitCode::LimitHit);
 }
 
 class Descriptor {
@@ -70,6 +81,7 @@ Result<std::string> read_input(const std::string& path, std::uint64_t most_bytes
     if (const Result<void> fine = check_kind(path, status, kind); !fine) return tl::unexpected(fine.error());
     const auto told_bytes = static_cast<std::uint64_t>(std::max<off_t>(0, status.st_size));
     if (told_bytes > most_bytes) return too_large(path, most_bytes);
+    if (const auto fits = check_memory(path, told_bytes); !fits) return tl::unexpected(fits.error());
     // One byte more than its size: the last read then finds the end without another block.
     std::string text(S_ISREG(status.st_mode) && told_bytes > 0 ? told_bytes + 1 : kBlock_bytes, '\0');
     for (std::size_t size_bytes = 0;;) {

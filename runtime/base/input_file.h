@@ -13,7 +13,8 @@ namespace meld {
 enum class InputKind { File, FileOrPipe };
 
 // The content of the file. Never waits for a pipe without a writer unless pipes are allowed. Errors (ExitCode::UsageOrWorld): the file does
-// not exist, may not be read, is a folder, device or socket, or is larger than most_bytes, or the disk fails.
+// not exist, may not be read, is a folder, device or socket, or is larger than most_bytes, or the disk fails. ExitCode::LimitHit: there is
+// not so much memory.
 Result<std::string> read_input(const std::string& path, std::uint64_t most_bytes, InputKind kind = InputKind::File);
 
 }  // namespace meld

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <utility>
+
+#include "runtime/base/shallow_json.h"
 
 namespace meld::dap {
 
@@ -57,13 +60,9 @@ Result<std::optional<std::string>> Reader::next() {
 }
 
 Result<Request> parse_request(const std::string& text) {
-    bool too_deep = false;
-    const Json::parser_callback_t look = [&](int depth, Json::parse_event_t, Json&) {
-        too_deep = too_deep || depth > kMaxDepth;
-        return !too_deep;
-    };
-    const Json json = Json::parse(text, look, false);
-    if (too_deep) return fail(fmt::format("a message is nested more than {} deep", kMaxDepth));
+    const std::optional<Json> read = parse_shallow<Json>(text, kMaxDepth);
+    if (!read) return fail(fmt::format("a message is nested more than {} deep", kMaxDepth));
+    const Json& json = *read;
     if (json.is_discarded()) return fail("a message is not JSON");
     const auto is = [&](const char* key, bool (Json::*kind)() const noexcept) { return json.contains(key) && (json[key].*kind)(); };
     if (!json.is_object() || !is("seq", &Json::is_number_integer) || !is("type", &Json::is_string) || json["type"] != "request" ||

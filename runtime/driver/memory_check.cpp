@@ -14,24 +14,8 @@ namespace {
 
 std::uint64_t whole_bytes(double bytes) { return bytes < 1.8e19 ? static_cast<std::uint64_t>(bytes) : ~std::uint64_t{0}; }
 
-struct Limit {
-    std::uint64_t bytes = 0;  // 0: none.
-    std::string text;         // "16 GiB are allowed by [limits] memory"
-    bool of_all = false;      // It counts what the processes have already.
-};
-
-Limit limit_of(const world::World& world) {
-    if (const std::uint64_t allowed = world.limits.memory_bytes; allowed > 0)
-        return {allowed, fmt::format("{} are allowed by [limits] memory", format_bytes(allowed)), true};
-    const AvailableMemory available = available_memory();
-    return {
-        available.bytes,
-        fmt::format("{} are {}", format_bytes(available.bytes), available.by == "the machine" ? "available" : "left by " + available.by),
-        false};
-}
-
 // What all processes of this machine need together.
-ByteRange needed(const MemoryNeed& need, const Limit& limit, int processes_here) {
+ByteRange needed(const MemoryNeed& need, const MemoryLimit& limit, int processes_here) {
     const ByteRange one = limit.of_all ? need.peak() : need.made();
     return {one.least * processes_here, one.most * processes_here};
 }
@@ -39,7 +23,7 @@ ByteRange needed(const MemoryNeed& need, const Limit& limit, int processes_here)
 }  // namespace
 
 Result<void> check_memory(const world::World& world, const MemoryNeed& need, int processes_here) {
-    const Limit limit = limit_of(world);
+    const MemoryLimit limit = memory_limit(world.limits.memory_bytes);
     const double least = needed(need, limit, processes_here).least;
     if (limit.bytes == 0 || whole_bytes(least) <= limit.bytes) return {};
     return fail(fmt::format("the world needs {} for {} catoms of {:.0f} bytes, and {}", format_bytes(whole_bytes(least)),
@@ -48,7 +32,7 @@ Result<void> check_memory(const world::World& world, const MemoryNeed& need, int
 }
 
 std::string warning_of_memory(const world::World& world, const MemoryNeed& need, int processes_here) {
-    const Limit limit = limit_of(world);
+    const MemoryLimit limit = memory_limit(world.limits.memory_bytes);
     const ByteRange bytes = needed(need, limit, processes_here);
     if (limit.bytes == 0 || whole_bytes(bytes.most) <= limit.bytes) return "";
     return fmt::format("the run needs {} to {}, and {}. The larger number assumes {}", format_bytes(whole_bytes(bytes.least)),

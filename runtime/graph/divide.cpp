@@ -4,6 +4,7 @@
 #include <metis.h>
 
 #include <algorithm>
+#include <csignal>
 #include <limits>
 
 #include "runtime/base/assert.h"
@@ -40,6 +41,8 @@ std::vector<std::int32_t> divide(const Graph& graph, int parts) {
     options[METIS_OPTION_NUMBERING] = 0;
     const int done = METIS_PartGraphKway(&n, &constraints, first.data(), to.data(), weights.data(), nullptr, nullptr, &wanted, nullptr,
                                          nullptr, options, &links_cut, part.data());
+    // While it runs, METIS takes SIGTERM for an error of its own. Who has sent it meant the process.
+    if (done == METIS_ERROR) std::raise(SIGTERM);
     if (done != METIS_OK) return in_order(graph, parts);
     return {part.begin(), part.end()};
 }

@@ -4,7 +4,8 @@
 
 namespace meld::graph {
 
-Result<Graph> read_graph(const FileText& links, const std::optional<FileText>& nodes, std::optional<bool> directed) {
+Result<Graph> read_graph(const FileText& links, const std::optional<FileText>& nodes, std::optional<bool> directed,
+                         const MemoryLimit& room) {
     const auto ends_in = [&](std::string_view ending) { return links.path.ends_with(ending); };
     for (const std::string_view ending : {".graphml", ".gml", ".gexf", ".pajek", ".net", ".xlsx", ".gz", ".zip", ".npz"})
         if (ends_in(ending))
@@ -14,7 +15,14 @@ Result<Graph> read_graph(const FileText& links, const std::optional<FileText>& n
     if (!table) return tl::unexpected<Error>(table.error());
     if (nodes)
         if (const auto added = read_nodes(*nodes, *table); !added) return tl::unexpected<Error>(added.error());
-    return graph_of(std::move(*table), directed);
+    return graph_of(std::move(*table), directed, room);
+}
+
+Result<Graph> read_graph(const FileText& list, std::uint64_t nodes, std::optional<bool> directed, const MemoryLimit& room) {
+    Result<Table> table = read_list(list);
+    if (!table) return tl::unexpected<Error>(table.error());
+    table->node_count = nodes;
+    return graph_of(std::move(*table), directed, room);
 }
 
 }  // namespace meld::graph

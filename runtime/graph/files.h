@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "runtime/base/available_memory.h"
 #include "runtime/base/error.h"
 #include "runtime/graph/graph.h"
 #include "runtime/graph/table.h"
@@ -18,8 +19,13 @@ struct FileText {
 
 // The graph of a file with links, by the ending of its name: .mtx (Matrix Market), .json (node-link form of networkx), otherwise a list
 // with a line for each link, whose fields are separated by commas, semicolons, tabs or blanks. `nodes` is a list of nodes, for which the
-// first field is the node and the others are columns. Errors name file and line. Cost: linear in the text.
-Result<Graph> read_graph(const FileText& links, const std::optional<FileText>& nodes, std::optional<bool> directed);
+// first field is the node and the others are columns. Errors name file and line; `room` has no place for the graph. Cost: linear in the
+// text.
+Result<Graph> read_graph(const FileText& links, const std::optional<FileText>& nodes, std::optional<bool> directed,
+                         const MemoryLimit& room = {});
+
+// A list with the nodes 0 .. nodes - 1, linked or not.
+Result<Graph> read_graph(const FileText& list, std::uint64_t nodes, std::optional<bool> directed, const MemoryLimit& room = {});
 
 // ---- by form
 // A line for each link: its two ends and further columns. Lines that begin with # or % and empty lines are skipped; a first line of words

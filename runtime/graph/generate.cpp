@@ -10,6 +10,7 @@
 #include "runtime/base/units.h"
 #include "runtime/graph/generators.h"
 #include "runtime/graph/layout.h"
+#include "runtime/graph/room.h"
 
 namespace meld::graph {
 namespace {
@@ -126,6 +127,10 @@ Result<void> check_meaning(const Call& call) {
     return {};
 }
 
+// Of the generators that look links up as they make them: the link, and at most half of the entries of a table of 8 bytes each; `regular`
+// also has a list of ends.
+double making_link(std::string_view name) { return name == "regular" ? 32 : name == "small_world" ? 24 : kMaking_link; }
+
 Result<Links> links_of(const Call& call, std::uint64_t seed, std::vector<Point>& places) {
     const std::string_view name = call.info->name;
     const Draws draws(seed, 0);
@@ -183,16 +188,18 @@ const std::vector<GeneratorInfo>& generators() {
     return all;
 }
 
-Result<Graph> generate(std::string_view text, std::uint64_t seed) {
+Result<Graph> generate(std::string_view text, std::uint64_t seed, const MemoryLimit& room) {
     const Result<Call> call = parse(text);
     if (!call) return tl::unexpected<Error>(call.error());
     if (const auto fine = check_numbers(*call); !fine) return tl::unexpected<Error>(fine.error());
     if (const auto fine = check_meaning(*call); !fine) return tl::unexpected<Error>(fine.error());
+    const auto [nodes, about_links] = size_of(*call);
+    const double need_bytes = kMaking_node * nodes + making_link(call->info->name) * about_links;
+    if (const auto fits = check_room(call->text, nodes, about_links, need_bytes, room); !fits) return tl::unexpected<Error>(fits.error());
     std::vector<Point> places;
     Result<Links> links = links_of(*call, seed, places);
     if (!links) return tl::unexpected<Error>(links.error());
-    const auto nodes = static_cast<std::uint64_t>(size_of(*call).first);
-    Graph graph = make(nodes, std::move(*links)).graph;
+    Graph graph = make(static_cast<std::uint64_t>(nodes), std::move(*links)).graph;
     place(*call, graph, std::move(places));
     return graph;
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/base/available_memory.h"
 #include "runtime/base/error.h"
 #include "runtime/graph/graph.h"
 
@@ -13,8 +14,8 @@ namespace meld::graph {
 
 // The graph of a text such as "ring(1000)" or "scale_free(1M, 8)". Nodes are 0 .. n - 1; places are given where the graph has a form of its
 // own. The same for a seed on every process. Errors: no such generator, with the nearest name; arguments that make no graph; more nodes or
-// links than there may be. Cost: linear in nodes and links.
-Result<Graph> generate(std::string_view text, std::uint64_t seed);
+// links than there may be, or than `room` has place for. Cost: linear in nodes and links.
+Result<Graph> generate(std::string_view text, std::uint64_t seed, const MemoryLimit& room = {});
 
 // "ring(n)", "grid(w, h)", ... with a sentence for each, for messages and the documentation.
 struct GeneratorInfo {

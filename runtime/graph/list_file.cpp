@@ -3,16 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "runtime/graph/fields.h"
 #include "runtime/graph/files.h"
 
 namespace meld::graph {
 namespace {
-
-// Numbers of catoms are ints of the language.
-constexpr std::uint64_t kMaxNumber = std::numeric_limits<std::int64_t>::max() - 1;
 
 // What programs call the two ends of a link in a first line. Letters could be nodes themselves.
 constexpr std::array<std::string_view, 14> kEndNames = {"from",  "to",    "source", "target", "src",  "dst",  "node1",
@@ -109,13 +105,14 @@ class ListReader {
         if (field.empty()) return wrong(file_.path, line, column, "here is no node", "write the two nodes of a link");
         const bool digits = field.find_first_not_of("0123456789") == std::string_view::npos;
         if (!table_.names.words() && digits) {
+            numbers_ = true;
             if (parse_whole(field, out) && out <= kMaxNumber) return {};
             return wrong(file_.path, line, column, fmt::format("{} is too large for a node", field), "number nodes from 0");
         }
         std::int64_t number = 0;
         if (parse_whole(field, number) && number < 0 && !table_.names.words())
             return wrong(file_.path, line, column, fmt::format("{} is no node", field), "number nodes from 0");
-        if (!table_.names.words() && !table_.ends.empty())
+        if (numbers_)
             return wrong(file_.path, line, column, fmt::format("'{}' is a word, and the nodes before are numbers", field.substr(0, 40)),
                          "write all nodes as numbers, or all as words: n1, n2");
         out = table_.names.number_of(field);
@@ -126,7 +123,7 @@ class ListReader {
     Table table_;
     char separator_ = ' ';
     Fields fields_;
-    bool named_ = false;
+    bool named_ = false, numbers_ = false;
     std::size_t first_line_ = 0, count_ = 0;
     std::vector<ColumnReader> columns_;
 };

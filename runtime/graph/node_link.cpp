@@ -3,7 +3,9 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "runtime/base/shallow_json.h"
 #include "runtime/graph/fields.h"
 #include "runtime/graph/files.h"
 
@@ -11,6 +13,9 @@ namespace meld::graph {
 namespace {
 
 using Json = nlohmann::json;
+
+// Nodes that are tuples of tuples, far deeper than anybody has.
+constexpr int kMaxDepth = 100;
 
 std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
@@ -41,6 +46,8 @@ class NodeLinkReader {
     Result<void> add_node(const Json& node, std::size_t i) {
         if (!node.is_object() || !node.contains("id")) return fail(fmt::format("{}: node {} has no id", table_.path, i));
         const std::size_t known = words_ ? table_.names.all().size() : numbers_.size();
+        if (!words_ && node["id"].get<std::uint64_t>() > kMaxNumber)
+            return fail(fmt::format("{}: the id of node {}, {}, is too large", table_.path, i, text_of(node["id"])), "number nodes from 0");
         const std::uint64_t number = words_ ? table_.names.number_of(text_of(node["id"])) : node["id"].get<std::uint64_t>();
         numbers_.emplace(number, i);
         if ((words_ ? table_.names.all().size() : numbers_.size()) == known)
@@ -92,9 +99,10 @@ class NodeLinkReader {
 }  // namespace
 
 Result<Table> read_node_link(const FileText& file) {
-    const Json json = Json::parse(file.text, nullptr, false);
-    if (json.is_discarded()) return fail(file.path + " is no JSON", "write it with json.dump(networkx.node_link_data(G), file)");
-    return NodeLinkReader(file).read(json);
+    const std::optional<Json> json = parse_shallow<Json>(file.text, kMaxDepth);
+    if (!json) return fail(fmt::format("{} is nested more than {} levels deep", file.path, kMaxDepth));
+    if (json->is_discarded()) return fail(file.path + " is no JSON", "write it with json.dump(networkx.node_link_data(G), file)");
+    return NodeLinkReader(file).read(*json);
 }
 
 }  // namespace meld::graph

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "runtime/base/give_back.h"
+#include "runtime/graph/room.h"
 
 namespace meld::graph {
 namespace {
@@ -88,9 +89,14 @@ std::string Table::place(Row row) const {
     return fmt::format("{}:{}", path, std::prev(after)->second + (row - std::prev(after)->first));
 }
 
-Result<Graph> graph_of(Table table, std::optional<bool> directed) {
+Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLimit& room) {
     if (table.ends.size() >= kNoRow)
         return fail(fmt::format("{} lists {} links, and there may be {}", table.path, table.ends.size(), kNoRow - 1));
+    // A line may say that there are nodes without links, as many as it likes.
+    const double all = static_cast<double>(std::max<std::uint64_t>(table.node_count, table.nodes.size()));
+    const double links_listed = static_cast<double>(table.ends.size());
+    if (const auto fits = check_room(table.path, all, links_listed, kMaking_node * all + kMaking_link * links_listed, room); !fits)
+        return tl::unexpected<Error>(fits.error());
     std::vector<std::uint64_t> numbers = numbers_of(table);
     if (numbers.size() > kMaxNodes) return fail(fmt::format("{} has {} nodes, and there may be {}", table.path, numbers.size(), kMaxNodes));
     if (numbers.empty()) return fail(table.path + " lists no links", "write a line with two nodes for each link");

@@ -2,16 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
 
+#include "runtime/base/available_memory.h"
 #include "runtime/base/error.h"
 #include "runtime/graph/graph.h"
 
 namespace meld::graph {
+
+// Numbers of nodes are ints of the language, and so is the next one after them.
+inline constexpr std::uint64_t kMaxNumber = std::numeric_limits<std::int64_t>::max() - 1;
 
 // Numbers stay what they are. Words get the numbers 0, 1, 2, ... in the order in which they appear.
 class Names {
@@ -51,7 +56,8 @@ struct Table {
     bool has_lines = true;
 };
 
-// The graph of a table; `directed` of the world comes before that of the file. Errors: two rows list a link with different values.
-Result<Graph> graph_of(Table table, std::optional<bool> directed);
+// The graph of a table; `directed` of the world comes before that of the file. Errors: two rows list a link with different values; `room`
+// has no place for the graph.
+Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLimit& room = {});
 
 }  // namespace meld::graph

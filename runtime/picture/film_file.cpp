@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "runtime/base/output_file.h"
+#include "runtime/base/output_lock.h"
 #include "runtime/picture/encoder.h"
 
 namespace meld::picture {
@@ -33,7 +34,7 @@ Result<void> check_folder(const std::string& path) {
 
 class Folder : public FilmFile {
   public:
-    explicit Folder(std::string path) : path_(std::move(path)) {}
+    Folder(std::string path, OutputLock lock) : path_(std::move(path)), lock_(std::move(lock)) {}
     Result<void> add(render::Image& image) override {
         auto file = OutputFile::open(fmt::format("{}/{:05}.png", path_, next_++), Appears::Whole);
         if (!file) return tl::unexpected<Error>(file.error());
@@ -44,6 +45,7 @@ class Folder : public FilmFile {
 
   private:
     std::string path_;
+    OutputLock lock_;  // Otherwise the pictures of two films would be numbered by turns.
     std::size_t next_ = 0;
 };
 
@@ -74,6 +76,8 @@ Result<void> FilmFile::check(const std::string& path, std::size_t width, std::si
     if (!path.ends_with(".mp4") && !path.ends_with(".webm"))
         return fail(fmt::format("a film is an .mp4 or .webm file, or a folder, and {} is none", path),
                     "Write -o FILE.mp4, -o FILE.webm, or -o FOLDER/ for numbered pictures");
+    if (OutputFile::names_stream(path))
+        return fail(fmt::format("cannot write {}: a film is no stream, and this is no regular file", path), "Choose another path");
     if (width % 2 != 0 || height % 2 != 0)
         return fail(
             fmt::format("a film of {} x {} pixels cannot be encoded: it has to have an even number of rows and columns", width, height),
@@ -87,7 +91,12 @@ Result<std::unique_ptr<FilmFile>> FilmFile::open(const std::string& path, std::s
         std::error_code error;
         fs::create_directories(path, error);
         if (error) return tl::unexpected<Error>(cannot_write(path, error.value()));
-        return std::make_unique<Folder>(path.substr(0, std::max<std::size_t>(path.find_last_not_of('/') + 1, 1)));
+        const std::string folder = path.substr(0, std::max<std::size_t>(path.find_last_not_of('/') + 1, 1));
+        Result<OutputLock> lock = OutputLock::take((fs::path(folder) / "film").string(), path);
+        if (!lock) return tl::unexpected<Error>(lock.error());
+        // Another film may have been written until now.
+        if (auto free = check_folder(path); !free) return tl::unexpected<Error>(free.error());
+        return std::make_unique<Folder>(folder, std::move(*lock));
     }
     auto file = OutputFile::open(path, Appears::Whole);
     if (!file) return tl::unexpected<Error>(file.error());

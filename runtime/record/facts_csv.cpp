@@ -143,7 +143,7 @@ Result<bool> is_described(const std::string& folder) {
     const Result<std::string> text = read_input(package, kMostOfADescription);
     if (!text) return tl::unexpected(text.error());
     const nlohmann::json json = nlohmann::json::parse(*text, nullptr, false);
-    if (json.is_object() && json.value("created_by", nlohmann::json()) == kCreator) return true;
+    if (json.is_object() && json.contains("created_by") && json["created_by"] == kCreator) return true;
     return fail(fmt::format("cannot write {}: its {} describes other data", folder, kDataPackage), "Choose another folder");
 }
 

@@ -40,25 +40,24 @@ std::optional<std::string> pairs(const toml::node& links, std::int64_t& greatest
 }
 
 // Links that stand in the world itself; nodes = 12: these and all others of @0 to @11.
-Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::optional<bool> directed) {
+Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::optional<bool> directed, const MemoryLimit& room) {
     const toml::node& links = *top.find("links");
     std::int64_t greatest = 0;
     const std::optional<std::string> text = pairs(links, greatest);
     if (!text) return fail("links are pairs of numbers", "write links = [[0, 1], [1, 2]], or name a file: links = \"edges.csv\"");
     const graph::FileText link_text{reader.place(links.source()), *text};
-    if (!top.has("nodes")) return graph::read_graph(link_text, std::nullopt, directed);
+    if (!top.has("nodes")) return graph::read_graph(link_text, std::nullopt, directed, room);
     std::uint64_t count = 0;
     top.read_count("nodes", count, 1, graph::kMaxNodes);
     if (count <= static_cast<std::uint64_t>(greatest))
         return fail(fmt::format("the links name @{}, and the nodes are @0 to @{}", greatest, count - 1),
-                    fmt::format("write nodes = {}", greatest + 1));
-    std::string nodes = "node\n";
-    for (std::uint64_t node = 0; node < count; ++node) nodes += fmt::format("{}\n", node);
-    return graph::read_graph(link_text, graph::FileText{reader.place(top.find("nodes")->source()), nodes}, directed);
+                    static_cast<std::uint64_t>(greatest) < graph::kMaxNodes ? fmt::format("write nodes = {}", greatest + 1)
+                                                                            : "number nodes from 0");
+    return graph::read_graph(link_text, count, directed, room);
 }
 
-Result<graph::Graph> read_files(TomlReader& reader, const Section& top, std::optional<bool> directed) {
-    if (!top.find("links")->is_string()) return read_pairs(reader, top, directed);
+Result<graph::Graph> read_files(TomlReader& reader, const Section& top, std::optional<bool> directed, const MemoryLimit& room) {
+    if (!top.find("links")->is_string()) return read_pairs(reader, top, directed, room);
     std::string links, nodes;
     top.read("links", links);
     top.read("nodes", nodes);
@@ -66,12 +65,12 @@ Result<graph::Graph> read_files(TomlReader& reader, const Section& top, std::opt
     const Result<std::string> link_text = reader.read_file(link_file.path, kMaxGraph_bytes);
     if (!link_text) return tl::unexpected<Error>(link_text.error());
     link_file.text = *link_text;
-    if (!top.has("nodes")) return graph::read_graph(link_file, std::nullopt, directed);
+    if (!top.has("nodes")) return graph::read_graph(link_file, std::nullopt, directed, room);
     graph::FileText node_file{reader.beside(nodes), {}};
     const Result<std::string> node_text = reader.read_file(node_file.path, kMaxGraph_bytes);
     if (!node_text) return tl::unexpected<Error>(node_text.error());
     node_file.text = *node_text;
-    return graph::read_graph(link_file, node_file, directed);
+    return graph::read_graph(link_file, node_file, directed, room);
 }
 
 // Each node has a place.
@@ -105,11 +104,13 @@ void read_graph_world(TomlReader& reader, const Section& top, World& world) {
     if (top.has("directed")) top.read("directed", directed.emplace(false));
     if (made) top.read("graph", world.generator);
     if (reader.error()) return;
-    Result<graph::Graph> graph = made ? graph::generate(world.generator, world.seed) : read_files(reader, top, directed);
+    const MemoryLimit room = memory_limit(world.limits.memory_bytes);
+    Result<graph::Graph> graph = made ? graph::generate(world.generator, world.seed, room) : read_files(reader, top, directed, room);
     if (!graph) {
         // Mistakes in files have a place of their own.
         if (listed && graph.error().problem.find(": ") != std::string::npos) return reader.wrong(graph.error());
-        return reader.wrong(top.find(listed ? "links" : "graph")->source(), graph.error().problem, graph.error().suggestion);
+        const std::string place = reader.place(top.find(listed ? "links" : "graph")->source());
+        return reader.wrong(Error{fmt::format("{}: {}", place, graph.error().problem), graph.error().suggestion, graph.error().code});
     }
     world.warnings = graph->warnings;
     keep(world, std::move(*graph));
@@ -117,7 +118,7 @@ void read_graph_world(TomlReader& reader, const Section& top, World& world) {
 
 Result<void> set_seed(World& world, std::uint64_t seed) {
     if (std::exchange(world.seed, seed) == seed || world.generator.empty()) return {};
-    Result<graph::Graph> graph = graph::generate(world.generator, seed);
+    Result<graph::Graph> graph = graph::generate(world.generator, seed, memory_limit(world.limits.memory_bytes));
     if (!graph) return tl::unexpected<Error>(graph.error());
     keep(world, std::move(*graph));
     return {};

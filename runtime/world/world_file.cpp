@@ -86,11 +86,16 @@ void read_cell_array(TomlReader& reader, const toml::array& array, CellList& lis
     }
 }
 
+// A file that the node names.
+void unreadable(TomlReader& reader, const toml::node& node, const Error& error) {
+    reader.wrong(Error{fmt::format("{}: {}", reader.place(node.source()), error.problem), error.suggestion, error.code});
+}
+
 // cells = "points.csv", relative to the world file.
 void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed) {
     const std::string path = reader.beside(**node.as_string());
     const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
-    if (!text) return reader.wrong(node.source(), text.error().problem, text.error().suggestion);
+    if (!text) return unreadable(reader, node, text.error());
     if (const Result<void> added = listed.add_file(*text, path); !added) reader.wrong(added.error());
 }
 
@@ -108,7 +113,7 @@ void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedC
         return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
     const std::string path = reader.beside(**node->as_string());
     const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
-    if (!text) return reader.wrong(node->source(), text.error().problem, text.error().suggestion);
+    if (!text) return unreadable(reader, *node, text.error());
     if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
 }
 
@@ -301,6 +306,8 @@ World read_sections(TomlReader& reader, const toml::table& table) {
                       {"lattice", "graph", "links",  "nodes",  "directed", "radius",  "seed",  "held", "body",       "target", "facts",
                        "event",   "set",   "motion", "record", "limits",   "network", "clock", "time", "components", "faults", "program"});
     read_top(reader, top, world);
+    // Before a graph, which is made where it is read.
+    read_limits(reader, table_at(reader, table, "limits"), world.limits);
     if (says_graph(top)) {
         if (!reader.error()) read_graph_world(reader, top, world);
     } else {
@@ -315,7 +322,6 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     read_network(reader, table_at(reader, table, "network"), world.network);
     read_clock(reader, table_at(reader, table, "clock"), world.clock);
     read_record(reader, table_at(reader, table, "record"), world.record);
-    read_limits(reader, table_at(reader, table, "limits"), world.limits);
     read_time(reader, table_at(reader, table, "time"), world);
     read_events(reader, table, world);
     read_faults(reader, table, world);

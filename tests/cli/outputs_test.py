@@ -5,6 +5,7 @@ disks that are full. Nothing is lost or replaced by surprise, and what could not
 """
 import contextlib
 import ctypes
+import fcntl
 import os
 import pathlib
 import shutil
@@ -273,6 +274,58 @@ class Streams(Case):
                 process.stderr.close()
                 self.assertEqual((process.wait(60), err.count("\n")), (4, 1), err)
                 self.assertIn("cannot write standard output: Broken pipe", err)
+
+
+class Shown(Case):
+    """Pictures, films, models and pages respect what is there as facts and recordings do."""
+    MADE = (("x.png", ("shot", "p.meld", "--world", "w.toml", "--tick", "1", "-o")),
+            ("x.ply", ("export", "p.meld", "--world", "w.toml", "--tick", "1", "-o")),
+            ("x.html", ("view", "p.meld", "--world", "w.toml", "--ticks", "1", "--share")))
+
+    def test_fifo_link_mode_and_full_disk(self):
+        for name, command in self.MADE:
+            self.write("there", "old")
+            os.chmod(self.folder / "there", 0o640)
+            (self.folder / name).symlink_to("there")
+            self.call("meldsim", *command, name)
+            self.assertTrue((self.folder / name).is_symlink())
+            self.assertEqual(oct(stat.S_IMODE(os.stat(self.folder / "there").st_mode)), oct(0o640))
+            whole = self.read("there")
+            self.assertNotEqual(whole, b"old")
+            self.refused("meldsim", *command, name, code=4, says=["File too large"], preexec_fn=no_file_above(64))
+            self.assertEqual(self.read("there"), whole)
+            os.unlink(self.folder / name)
+            (self.folder / name).symlink_to("/dev/full")
+            self.refused("meldsim", *command, name, code=4, says=[name, "No space left"])
+            os.unlink(self.folder / name)
+            os.mkfifo(self.folder / name)
+            heard = []
+            reader = threading.Thread(target=lambda at=name, all=heard: all.append(self.read(at)))
+            reader.start()
+            self.call("meldsim", *command, name)
+            reader.join(60)
+            self.assertEqual([len(each) for each in heard], [len(whole)])
+            self.assertTrue(stat.S_ISFIFO(os.lstat(self.folder / name).st_mode))
+            self.refused("meldsim", *command, "p.meld", code=2, says="p.meld")
+            with open("/dev/full", "wb") as full:
+                self.refused("meldsim", *command, f"y{name}", code=4, says=["standard output", "No space left"], stdout=full)
+        self.assertEqual(self.read("p.meld").decode(), COUNT)
+
+    def test_a_film_is_no_stream(self):
+        os.mkfifo(self.folder / "x.mp4")
+        (self.folder / "x.webm").symlink_to("/dev/full")
+        for name in ("x.mp4", "x.webm"):
+            self.refused("meldsim", "movie", "p.meld", "--world", "w.toml", "-o", name, code=2, says=[name, "a film is no stream"])
+
+    def test_two_films_do_not_share_a_folder(self):
+        """Before either has a picture in it."""
+        with open(self.write("film/.film.claymeld-lock", f"{os.getpid()}\n"), "rb") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            self.refused("meldsim", "movie", "p.meld", "--world", "w.toml", "--size", "64x48", "-o", "film/", code=2,
+                         says=[f"process {os.getpid()}", "still runs"])
+        self.call("meldsim", "movie", "p.meld", "--world", "w.toml", "--size", "64x48", "--quiet", "-o", "film/")
+        self.assertIn("00000.png", self.files("film"))
+        self.assertNotIn(".film.claymeld-lock", self.files("film"))
 
 
 class Disks(Case):

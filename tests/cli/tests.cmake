@@ -7,7 +7,7 @@ endforeach()
 add_test(NAME cli_messages COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/messages_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 # What they write, and where.
-foreach(class Paths Locks Streams Disks)
+foreach(class Paths Locks Streams Shown Disks)
   string(TOLOWER ${class} name)
   add_test(NAME cli_outputs_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/outputs_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import pwd
+import resource
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -97,6 +98,12 @@ class Inputs(Case):
                 self.refused("meldsim", "run", "p.meld", "--world", "w.toml", code=2, says=says)
         for path, says in (("/dev/zero", "is a device"), ("huge", "larger than 256")):
             self.refused("meldsim", "run", "p.meld", "--world", path, code=2, says=says)
+
+    def test_a_file_that_memory_does_not_hold(self):
+        os.truncate(os.open(self.folder / "large", os.O_CREAT | os.O_WRONLY), 1 << 31)
+        self.write("w.toml", 'lattice = "graph"\nlinks = "large"\n')
+        self.refused("meldsim", "world", "w.toml", code=4, says=["large takes 2 GiB of memory", "left by ulimit -d"],
+                     preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (1 << 30, 1 << 30)))
 
     def test_modules_and_extensions(self):
         os.mkfifo(self.folder / "m.so")

@@ -173,9 +173,10 @@ std::vector<std::string_view> words(std::string_view text) {
 
 std::vector<std::string_view> items(std::string_view text) {
     std::vector<std::string_view> out;
+    const std::string_view end = text.find(".\n") == std::string_view::npos ? "\n" : ".\n";
     while (!text.empty()) {
-        const std::size_t stop = text.find(".\n");
-        const std::size_t size = stop == std::string_view::npos ? text.size() : stop + 2;
+        const std::size_t stop = text.find(end);
+        const std::size_t size = stop == std::string_view::npos ? text.size() : stop + end.size();
         out.push_back(text.substr(0, size));
         text.remove_prefix(size);
     }

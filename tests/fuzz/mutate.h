@@ -11,7 +11,7 @@ namespace meld::fuzz {
 
 // The words of a text with what separates them: names, numbers, strings, signs, blanks. Together they are the text.
 std::vector<std::string_view> words(std::string_view text);
-// The items of a text: up to and with each full stop at the end of a line.
+// The items of a text: up to and with each full stop at the end of a line. Lines, if no line ends with one.
 std::vector<std::string_view> items(std::string_view text);
 
 // One change drawn from the seed: an item dropped, doubled, moved or taken from `other`; a word replaced by another of the

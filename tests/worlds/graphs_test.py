@@ -4,6 +4,7 @@
 """
 import pathlib
 import re
+import resource
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -186,6 +187,35 @@ sum(A, L) :- neighbor(A, B), level(B, L).
             self.refused("meldsim", "world", "w.toml", code=2, says=says)
         self.write("w.toml", 'lattice = "square"\ngraph = "ring(9)"\n[[body]]\nshape = "box(1,1,1)"\n')
         self.refused("meldsim", "world", "w.toml", code=2, says="w.toml:2:9: graph belongs to a graph, and this world has cells")
+
+    def test_files_that_mean_harm_are_refused(self):
+        deep = "[" * 100_000 + "]" * 100_000
+        for name, text, says in (
+                ("g.json", '{"nodes": [{"id": 18446744073709551615}, {"id": 0}], "links": []}', "18446744073709551615, is too large"),
+                ("g.json", '{"nodes": [{"id": 9223372036854775807}], "links": []}', "9223372036854775807, is too large"),
+                ("g.json", f'{{"nodes": [{{"id": {deep}}}], "links": []}}', "nested more than 100 levels deep"),
+                ("g.json", f'{{"nodes": [{{"id": 1}}], "links": [{{"source": 1, "target": {deep}}}]}}', "nested more than 100"),
+                ("g.csv", "0,1\n9223372036854775807,2\n", "9223372036854775807 is too large")):
+            self.write(name, text)
+            self.write("w.toml", world(f'links = "{name}"'))
+            self.refused("meldsim", "world", "w.toml", code=2, says=says)
+        self.write("a.json", '{"nodes": [{"id": 9223372036854775806}, {"id": [0, [1]]}], "links": []}')
+        self.write("w.toml", world('links = "a.json"'))
+        self.call("meldsim", "world", "w.toml")
+
+    def test_a_graph_that_does_not_fit_is_refused_before_it_is_made(self):
+        self.write("a.mtx", "%%MatrixMarket matrix coordinate pattern general\n1000000000 1000000000 0\n")
+        for text, says in (('graph = "complete(60000)"', "complete(60000): 60 k nodes and about 1.8 G links take 26.8 GiB to make"),
+                           ('graph = "regular(200k, 100)"', "about 10 M links"),
+                           ('graph = "line(1G)"', "line(1G): 1 G nodes"),
+                           ('links = [[0, 1]]\nnodes = "1G"', "meldsim: w.toml:2:9: 1 G nodes"),
+                           ('links = "a.mtx"', "a.mtx: 1 G nodes")):
+            for limit, kept, says_limit in (("", 1 << 32, "left by ulimit -d"), ('memory = "300MiB"', None, "allowed by [limits] memory")):
+                self.write("w.toml", world(text, f"[limits]\n{limit}\n"))
+                if kept and "regular" in text:
+                    continue
+                less = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_DATA, (kept, kept))} if kept else {}
+                self.refused("meldsim", "world", "w.toml", code=4, says=[says, says_limit], **less)
 
     def test_programs_that_cannot_run_on_a_graph_are_refused(self):
         for program, says in (("type p(node, int).\np(A, P) :- vacant(A, P).\n", "the nodes of a graph have no cells"),

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 #include "runtime/base/input_file.h"
+#include "runtime/base/shallow_json.h"
 
 namespace meld::profile {
 
@@ -17,16 +19,10 @@ constexpr int kVersion = 1;
 constexpr int kGreatestDepth = 8;
 constexpr std::uint64_t kMost_bytes = std::uint64_t{4} << 30;
 
-// Whoever goes through nested JSON calls itself, so how deep it may be is limited before.
 Result<Json> parse(const std::string& path, const std::string& text) {
-    bool too_deep = false;
-    const auto each = [&](int depth, Json::parse_event_t, Json&) {
-        too_deep = too_deep || depth > kGreatestDepth;
-        return !too_deep;
-    };
-    Json file = Json::parse(text, each, false);
-    if (too_deep) return no_profile(path, fmt::format("it is nested more than {} levels deep", kGreatestDepth));
-    return file;
+    std::optional<Json> file = parse_shallow<Json>(text, kGreatestDepth);
+    if (!file) return no_profile(path, fmt::format("it is nested more than {} levels deep", kGreatestDepth));
+    return std::move(*file);
 }
 
 }  // namespace

@@ -130,6 +130,7 @@ TEST(GraphFiles, MistakesHaveTheirPlace) {
     const Case wrong[] = {
         {"e.csv", "", "e.csv lists no links"},
         {"e.csv", "from,to\n", "e.csv lists no links"},
+        {"e.csv", "0,b\n", "e.csv:1:3: 'b' is a word, and the nodes before are numbers. write all nodes as numbers"},
         {"e.csv", "0,1\n1,x\n", "e.csv:2:3: 'x' is a word, and the nodes before are numbers. write all nodes as numbers"},
         {"e.csv", "0,1\n1,-2\n", "e.csv:2:3: -2 is no node. number nodes from 0"},
         {"e.csv", "0,1\n1\n", "e.csv:2:1: '1' is no link"},
