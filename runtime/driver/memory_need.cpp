@@ -78,14 +78,17 @@ class Counting {
         return {"catoms and cells", {bytes(share_.bricks), bytes((moves || !share_.exact ? 2 : 1) * share_.bricks)}};
     }
 
-    // The graph itself, which each process knows, and the table of links with the catoms at their ends; with several processes what METIS
-    // takes to divide the graph.
+    // What is made of the graph, which each process has already: the process and catom of each node, and the table of links with the catoms
+    // at their ends. With several processes, METIS divides the graph before that; what it takes depends on how well the graph can be made
+    // smaller, and some of it stays with the process.
     MemoryPart nodes() const {
         const double nodes = static_cast<double>(world_.graph->nodes()), ends = static_cast<double>(world_.graph->to.size());
-        const double whole = kNode * nodes + kEnd * ends, divided = processes_ > 1 ? kDivided * ends : 0;
         const double known = std::min(nodes, here_);
-        const double least = whole + kNodeHere * known + kEndHere * ends * known / std::max(1.0, nodes);
-        return {"nodes and links", {least + divided, whole + kNodeHere * nodes + kEndHere * ends + divided}};
+        const double tables = kNode * nodes + kNodeHere * known + kEndHere * ends * known / std::max(1.0, nodes);
+        const bool divides = processes_ > 1;
+        return {"nodes and links",
+                {divides ? std::max(kDividedWell * ends, tables) : tables,
+                 (kNode + kNodeHere) * nodes + kEndHere * ends + (divides ? kDividedBadly * ends : 0)}};
     }
 
     MemoryPart bodies() const {
@@ -180,8 +183,9 @@ class Counting {
         return 1;
     }
 
-    // Of a graph: first entry, place, part and number of a node, an end of a link with its row; the same in the ensemble.
-    static constexpr double kNode = 8 + 16 + 4 + 4, kEnd = 8, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 12, kDivided = 40;
+    // Of a graph: process and catom of a node; a node and an end of a link in the ensemble; and of METIS, measured, an end of a link in a
+    // geometric graph and in a random one.
+    static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 12, kDividedWell = 14, kDividedBadly = 42;
     // Of the table of links: a catom, and an end of a link. A mailbox, with its index among the catoms and the note of a new link. What is
     // on its way for all links that it takes, and its place in the queue of each.
     static constexpr double kLinkRow = 8, kLinkEnd = 12, kMailbox = 78, kParcel = 64, kUnderWay = 8;

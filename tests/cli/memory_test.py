@@ -82,6 +82,10 @@ class Estimates(Runs):
         for n in ("1", "2"):
             self.expect_estimate(NOTHING, bodies(30, 1), "--ticks", "2", "-n", n)
 
+    def test_nodes_and_links_of_graphs(self):
+        for graph in ("scale_free(60k, 8)", "ring(150k)", "complete(900)"):
+            self.expect_estimate(NOTHING, f'lattice = "graph"\ngraph = "{graph}"\n')
+
     def test_an_example_as_it_is(self):
         for name in ("gradient", "leader", "rolling"):
             self.expect_estimate((EXAMPLES / f"{name}.meld").read_text(), (EXAMPLES / f"{name}.toml").read_text(), "--ticks", "30")
@@ -97,6 +101,10 @@ class Ranges(Runs):
         self.assertLess(quiet, least * NEAR)
         least, most, busy = self.expect_range(ALL_AT_ONCE, cube(60))
         self.assertGreater(busy, most / NEAR)
+
+    def test_graphs_that_are_easy_and_hard_to_divide(self):
+        for graph in ("complete(900)", "random(40k, 0.0005)"):
+            self.expect_range(NOTHING, f'lattice = "graph"\ngraph = "{graph}"\n', "-n", "2")
 
     def test_limits_between_the_ends_and_below_them(self):
         program, world = (EXAMPLES / "gradient.meld").read_text(), cube(60)
