@@ -36,6 +36,8 @@ void check_aggregate_parameters(const Program& program, diagnostics::Reporter& r
 void resolve_values(const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Rules: names to ids, types of all terms, implicit conversions; heads of views are split into one rule each.
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
+// Bodies of views: an atom that stands there twice is dropped once.
+void drop_repeated_atoms(Program& program);
 // Random functions may be used only in linear rules.
 void refuse_random_views(Program& program, diagnostics::Reporter& report);
 // Range restriction: every variable of a head, negation or test has a value.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <sstream>
 
@@ -21,7 +22,7 @@ std::string joined(const std::vector<std::string>& parts) {
     return text;
 }
 
-constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "hang", "restart"};
+constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "join", "hang", "restart"};
 // Lines of a trial after the program begin so.
 constexpr std::string_view kMark = "//: ";
 
@@ -49,10 +50,11 @@ std::string print(const Trial& trial) {
     std::string text = print(trial.draft) + "\n";
     const auto line = [&](const std::string& what) { text += std::string(kMark) + what + "\n"; };
     line(fmt::format("seed {}", trial.world.seed));
-    line(fmt::format("lattice {}", world::Lattice(trial.world.lattice).name()));
+    line(fmt::format("lattice {}", trial.world.graph ? "graph" : world::Lattice(trial.world.lattice).name()));
     for (const retraction::Given& g : trial.draft.given)
         line(fmt::format("given {} {} {}", g.predicate, g.arguments.size(), g.linear ? "linear" : "persistent"));
     for (const Cell& cell : trial.world.cells) line("catom " + print(cell));
+    for (const auto& [a, b] : trial.world.links) line(fmt::format("link {} {}", a, b));
     for (const auto& burst : trial.world.bursts) {
         line("burst");
         for (const Change& c : burst) {
@@ -94,6 +96,8 @@ bool parse_line(const std::string& line, Trial& trial) {
     if (word == "seed") return static_cast<bool>(in >> trial.world.seed);
     if (word == "lattice") {
         in >> word;
+        trial.world.graph = word == "graph";
+        if (trial.world.graph) return true;
         const auto kind = world::Lattice::kind_named(word);
         if (kind) trial.world.lattice = *kind;
         return kind.has_value();
@@ -107,6 +111,10 @@ bool parse_line(const std::string& line, Trial& trial) {
         return true;
     }
     if (word == "catom") return parse_cell(in, trial.world.cells.emplace_back());
+    if (word == "link") {
+        std::pair<std::uint64_t, std::uint64_t> ends;
+        return in >> ends.first >> ends.second && ends.first < ends.second && trial.world.links.insert(ends).second;
+    }
     if (word == "burst") {
         trial.world.bursts.emplace_back();
         return true;
@@ -127,7 +135,14 @@ Result<Trial> parse_trial(const std::string& text) {
             return fail("this line says nothing that happens: " + line);
     }
     if (trial.world.cells.empty() || trial.world.bursts.empty()) return fail("no catoms, or no burst of changes");
-    world::sort_cells(trial.world.cells, world::Lattice(trial.world.lattice));
+    if (trial.world.graph)
+        std::ranges::sort(trial.world.cells);
+    else
+        world::sort_cells(trial.world.cells, world::Lattice(trial.world.lattice));
+    for (const auto& [a, b] : trial.world.links)
+        if (!std::ranges::binary_search(trial.world.cells, retraction::node(a)) ||
+            !std::ranges::binary_search(trial.world.cells, retraction::node(b)))
+            return fail(fmt::format("a link of a catom that is not there: {} {}", a, b));
     return trial;
 }
 

@@ -1,5 +1,8 @@
 #include "generate.h"
 
+#include <algorithm>
+#include <regex>
+
 #include "blocks.h"
 #include "compiled.h"
 #include "model.h"
@@ -24,7 +27,7 @@ class Sample {
     // Whether every rule of the block has results, and not too many, and the model exists.
     bool good(const Program& program, const Block& block) const {
         Facts given = given_facts(program, mirror_);
-        const Scene scene = make_scene(program, mirror_.at, case_.lattice, 1, case_.cells.size());
+        const Scene scene = make_scene(program, case_, mirror_, 1);
         const Model model = make_model(scene, given, Facts(program.predicates.count()));
         if (model.failed || model.too_large || !model.settled) return false;
         std::size_t facts = 0;
@@ -55,9 +58,28 @@ class Sample {
     retraction::Mirror mirror_;
 };
 
+bool mentions(const std::string& text, std::initializer_list<const char*> words) {
+    return std::ranges::any_of(words, [&](const char* word) { return text.find(word) != std::string::npos; });
+}
+
+// Whether programs for these worlds may have the block.
+bool suitable(const Block& block, Suits suits) {
+    if (suits == Suits::Lattices) return true;
+    std::string text;
+    for (const Declaration& d : block.declarations) text += d.text + "\n";
+    for (const DraftRule& r : block.rules) text += print(r) + "\n";
+    if (mentions(text, {"vacant(", "cell("})) return false;
+    if (suits == Suits::Graphs) return true;
+    // Values that follow from numbers, or from an order of nodes: of sums with rounding, too.
+    static const std::regex named(R"(@\d|\b([A-Z]|N\d+) [<>]=? ([A-Z]|N\d+)\b|neighbor\([^(),]*,[^(),]*,|\bf\d+ )");
+    return !std::regex_search(text, named) &&
+           !mentions(text, {"id(", "node2int(", "node2str(", "position(", "at(", "first ", "append ", "avg ", "sum float", "custom ",
+                            "randint(", "random ", "min node", "max node", "min :", "max :", "desc ", "asc "});
+}
+
 class Generator {
   public:
-    explicit Generator(std::uint64_t seed) : seed_(seed), random_(seed * 7919 + 17) {}
+    Generator(std::uint64_t seed, Suits suits) : seed_(seed), suits_(suits), random_(seed * 7919 + 17) {}
 
     Generated make() {
         for (const char* function : kFunctions) out_.draft.declarations.push_back({"function", function});
@@ -101,6 +123,7 @@ class Generator {
         for (int tries = 0; tries < kTries; ++tries) {
             ++out_.tried;
             const Block block = make_block(random_, known_, names());
+            if (!suitable(block, suits_)) continue;
             Draft more = out_.draft;
             extend(more, block);
             const std::string text = print(more);
@@ -135,6 +158,7 @@ class Generator {
     }
 
     std::uint64_t seed_;
+    Suits suits_;
     Random random_;
     std::vector<Known> known_;
     Generated out_;
@@ -142,6 +166,19 @@ class Generator {
 
 }  // namespace
 
-Generated make_program(std::uint64_t seed) { return Generator(seed).make(); }
+Generated make_program(std::uint64_t seed, Suits suits) { return Generator(seed, suits).make(); }
+
+std::size_t max_degree(const Draft& draft) {
+    const std::string text = print(draft);
+    if (mentions(text, {"[<- ", "[-> "})) return 30;
+    std::size_t most = 0;
+    for (const DraftRule& rule : draft.rules) {
+        std::size_t links = 0;
+        const std::string body = print(rule);
+        for (std::size_t at = 0; (at = body.find("neighbor(", at)) != std::string::npos; ++at) ++links;
+        most = std::max(most, links);
+    }
+    return most > 2 ? 20 : 70;
+}
 
 }  // namespace meld::reference

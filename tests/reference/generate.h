@@ -13,6 +13,11 @@ struct Generated {
     std::uint64_t tried = 0, kept = 0;  // Blocks of rules.
 };
 
-Generated make_program(std::uint64_t seed);
+// The worlds that a program is for. In graphs there are no cells; a nameless program can tell nodes apart by what they hold and whom they
+// are linked with, and not by their numbers or their order.
+enum class Suits { Lattices, Graphs, Nameless };
+Generated make_program(std::uint64_t seed, Suits suits = Suits::Lattices);
+// The most links that a node of a graph may have for this program: none waits for more than 32, and long joins take long.
+std::size_t max_degree(const Draft& draft);
 
 }  // namespace meld::reference

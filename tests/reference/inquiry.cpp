@@ -14,6 +14,7 @@
 #include "runtime/timeline/timeline.h"
 #include "runtime/world/target.h"
 #include "schedule.h"
+#include "worlds.h"
 
 namespace meld::reference {
 
@@ -121,9 +122,7 @@ struct Run {
     Run(const Trial& the_trial, const ModuleInfo& the_module)
         : trial(the_trial), module(the_module), last(last_tick(on_one_clock(the_trial.world))) {
         trial.world = on_one_clock(the_trial.world);
-        world.seed = trial.world.seed;
-        world.lattice = trial.world.lattice;
-        world.cells = trial.world.cells;
+        world = make_world(trial.world);
     }
     std::unique_ptr<sim::Simulation> make(const world::Target& target, comm::Communicator& comm) const {
         auto out = std::make_unique<sim::Simulation>(module, world, target, comm, 1);

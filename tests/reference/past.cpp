@@ -25,7 +25,7 @@ Rows links_of(const Scene& scene, const check::Predicate& p) {
 
 Moment moment_of(const check::Program& program, sim::Subdomain& subdomain, const retraction::Mirror& mirror, const Trial& trial) {
     Found found = collect(subdomain, program), fronts = collect(subdomain, program, "@front");
-    Moment out{.scene = make_scene(program, mirror.at, trial.world.lattice, subdomain.tick(), trial.world.cells.size()),
+    Moment out{.scene = make_scene(program, trial.world, mirror, subdomain.tick()),
                .given = given_facts(program, mirror),
                .facts = std::move(found.facts),
                .linear = std::move(found.linear),

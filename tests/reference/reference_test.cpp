@@ -125,6 +125,79 @@ TEST(Tester, FindsNoDifferenceWhereThereIsNone) {
         }
 }
 
+// A program that seems the same and is not: that must show, too.
+TEST(Variants, ThatAreOtherProgramsDiffer) {
+    Workshop workshop(Level::Quick);
+    const std::string text =
+        "type source(node, int).\ntype dist(node, min int).\ntype near(node, node).\ndist(A, X) :- source(A, X).\n"
+        "dist(B, D + 1) :- neighbor(A, B), dist(A, D).\nnear(A, B) :- neighbor(A, B), dist(A, D), dist(B, D).\n";
+    const Result<check::Program> program = checked(text);
+    const Result<Module> module = workshop.module(text, true);
+    ASSERT_TRUE(program && module);
+    const Draft draft{.declarations = {}, .rules = {}, .text = text, .given = {source()}};
+    int noticed = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const Trial trial{draft, retraction::make_graph_case(seed, draft.given, 20)};
+        const Outcome alone = run(trial, *program, info_of(*module), {}, Watch::Reference);
+        ASSERT_EQ(alone.trouble, "");
+        Tally tally;
+        Varied varied{.trial = trial};
+        EXPECT_EQ(trouble_of_variant(alone, *program, varied, {}, workshop, 0, tally), "");
+        EXPECT_GT(tally.varied, 0u);
+        varied.trial.draft.text = replaced(text, "D + 1", "D + 2");
+        noticed += trouble_of_variant(alone, *program, varied, {}, workshop, 0, tally).starts_with("variant differs");
+    }
+    EXPECT_GE(noticed, 3);
+}
+
+TEST(Variants, KeepWhatTheySay) {
+    const Draft draft{.declarations = {{"g", "type g(node, int)."}, {"p", "type p(node, int)."}, {"q", "type q(node, int)."}},
+                      .rules = {{.heads = {"p(A, X1 + 1)"}, .body = {"neighbor(A, B)", "g(B, X1)", "X1 > 1"}},
+                                {.heads = {"q(A, X1)"}, .body = {"p(A, X1)", "not g(A, X1)"}}},
+                      .text = {},
+                      .given = {{.predicate = "g", .arguments = {{0, 5}}, .per_mille = 500}}};
+    const Result<check::Program> program = checked(print(draft));
+    ASSERT_TRUE(program) << program.error().message();
+    Trial trial{draft, {}};
+    for (std::uint64_t seed = 1; trial.world.links.size() < 20; ++seed) trial.world = retraction::make_graph_case(seed, draft.given, 20);
+    const Varied varied = vary(trial, *program, {true, true, true, true, true}, 3);
+    EXPECT_TRUE(checked(print(varied.trial.draft))) << print(varied.trial.draft);
+    const std::string text = print(varied.trial.draft);
+    EXPECT_GT(varied.trial.draft.rules.size(), 2u) << text;
+    EXPECT_EQ(text.find("p(A"), std::string::npos) << text;
+    EXPECT_NE(text.find("% "), std::string::npos) << text;
+    EXPECT_EQ(varied.trial.world.links.size(), trial.world.links.size());
+    EXPECT_NE(varied.trial.world.links, trial.world.links);
+    Workshop workshop(Level::Quick);
+    const Result<Module> module = workshop.module(print(draft), true);
+    ASSERT_TRUE(module);
+    const Outcome alone = run(trial, *program, info_of(*module), {}, Watch::Reference);
+    Tally tally;
+    EXPECT_EQ(trouble_of_variant(alone, *program, varied, {}, workshop, 0, tally), "");
+    EXPECT_GT(tally.varied, 10u);
+    // Nodes that have not got their numbers.
+    Varied wrong = varied;
+    wrong.numbers.clear();
+    EXPECT_NE(trouble_of_variant(alone, *program, wrong, {}, workshop, 0, tally), "");
+}
+
+TEST(Disturbance, GoesOnAsIfNothingHadHappened) {
+    Workshop workshop(Level::Quick);
+    const Result<check::Program> program = checked(kProgram);
+    const Result<Module> module = workshop.module(kProgram, true);
+    ASSERT_TRUE(program && module);
+    Tally tally;
+    const std::vector<retraction::Given> given{source()};
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        const Trial trial{{.declarations = {}, .rules = {}, .text = kProgram, .given = given},
+                          retraction::make_graph_case(seed, given, 20)};
+        const Outcome alone = run(trial, *program, info_of(*module), {}, Watch::Reference);
+        ASSERT_EQ(alone.trouble, "");
+        EXPECT_EQ(trouble_of_setting(alone, trial, *program, info_of(*module), {.disturbance = seed}, tally), "");
+    }
+    EXPECT_GT(tally.stopped, 6u);
+}
+
 TEST(Judge, AcceptsAnswersAndRefusesFalsifiedOnes) {
     Workshop workshop;
     for (const char* text : {kProgram, kMoreProgram}) {
@@ -204,7 +277,8 @@ TEST(Shrinker, KeepsWhatTheFailureNeeds) {
 TEST(TrialFile, ReadsWhatItWrote) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
         const Generated made = make_program(seed);
-        const Trial trial{made.draft, retraction::make_case(seed, made.draft.given)};
+        const Trial trial{made.draft, seed % 2 == 0 ? retraction::make_case(seed, made.draft.given)
+                                                    : retraction::make_graph_case(seed, made.draft.given, 20)};
         const Result<Trial> read = parse_trial(print(trial));
         ASSERT_TRUE(read) << read.error().message();
         // Empty lines before the changes are the only thing that grows.
@@ -213,6 +287,7 @@ TEST(TrialFile, ReadsWhatItWrote) {
     EXPECT_FALSE(parse_trial("type p(node).\n"));
     EXPECT_FALSE(parse_trial("type p(node).\n//: catom 0,0\n//: burst\n"));
     EXPECT_FALSE(parse_trial("type p(node).\n//: catom 0,0,0\n//: burst\n//: 3 jump 0,0,0\n"));
+    EXPECT_FALSE(parse_trial("type p(node).\n//: lattice graph\n//: catom 0,0,0\n//: link 0 1\n//: burst\n"));
 }
 
 // Every rule has results on the sample, and the programs are not all alike.

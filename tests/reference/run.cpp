@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "conditions.h"
+#include "disturbance.h"
 #include "found.h"
 #include "model.h"
 #include "questions.h"
@@ -18,6 +18,7 @@
 #include "tests/retraction/changes.h"
 #include "ticks.h"
 #include "watched.h"
+#include "worlds.h"
 
 namespace meld::reference {
 
@@ -117,8 +118,9 @@ class Watcher {
     }
 
     // All views, where nothing changes any more.
-    std::string compare_model(std::int64_t now, sim::Subdomain& subdomain, const std::string& error) {
+    std::string compare_model(std::int64_t now, sim::Subdomain& subdomain, const std::string& error, std::vector<Facts>& views) {
         const Found found = collect(subdomain, program_);
+        views.push_back(found.facts);
         const Facts given = linear_ ? ticks_.given() : given_facts(program_, mirror_);
         const Model model = make_model(scene(now), given, found.facts);
         if (model.too_large) {
@@ -147,7 +149,7 @@ class Watcher {
         const Result<inspect::Program> asked = inspect::Program::read(subdomain.module, body);
         if (!asked) return "question: " + asked.error().message();
         const Found found = collect(subdomain, asked->checked());
-        const Scene there = make_scene(asked->checked(), mirror_.at, trial_.world.lattice, now, trial_.world.cells.size(), mirror_.missing);
+        const Scene there = make_scene(asked->checked(), trial_.world, mirror_, now);
         const Rows expected = answer(*asked, there, found.facts, found.linear), rows = rows_of(table);
         ++tally.questions;
         tally.rows += rows.size();
@@ -174,7 +176,7 @@ class Watcher {
   private:
     const Scene& scene(std::int64_t now) {
         if (scene_is_old_)
-            scene_ = make_scene(program_, mirror_.at, trial_.world.lattice, now, trial_.world.cells.size(), mirror_.missing);
+            scene_ = make_scene(program_, trial_.world, mirror_, now);
         else
             set_tick(scene_, now);
         scene_is_old_ = false;
@@ -209,8 +211,10 @@ struct Shared {
     bool linear;
     bool beyond;  // Networks, clocks and failures, under which the reference knows only where all comes to rest.
     Outcome outcome = {};
-    std::optional<std::string> question;  // Watched in every tick, and asked in the end.
-    std::string undefined_at_end = {};    // The error of the last burst, where the reference watches.
+    std::optional<std::string> question;     // Watched in every tick, and asked in the end.
+    std::string undefined_at_end = {};       // The error of the last burst, where the reference watches.
+    Disturbance* disturbance = nullptr;      // Null: nothing disturbs the run.
+    const check::Program* viewed = nullptr;  // With Watch::Views.
 };
 
 // Every process asks.
@@ -223,16 +227,21 @@ void ask(sim::Subdomain& subdomain, Shared& s) {
                               : fmt::format("answer: `{}`: {}", *s.question, table.error().message());
 }
 
-enum class End { Quiet, Restless, Failed };
+enum class End { Quiet, Restless, Failed, Stopped };
 
-// One burst.
-End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& changes, Shared& s, std::optional<Watched>& watched,
-           std::size_t burst) {
+// One burst, from its begin or from where it was stopped.
+End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, std::optional<Watched>& watched) {
     const bool speaks = subdomain.comm.process() == 0;
-    changes.begin_burst(burst, subdomain.tick());
-    if (s.watcher) s.watcher->begin_burst(burst, subdomain.tick());
-    const int longer = static_cast<int>(s.world.latency());
-    for (int patience = s.linear ? kLinearPatience : kPatience * longer; patience > 0; patience -= changes.done()) {
+    retraction::Changes& changes = place.changes;
+    const std::size_t burst = place.burst;
+    if (place.patience == 0) {
+        changes.begin_burst(burst, subdomain.tick());
+        if (s.watcher) s.watcher->begin_burst(burst, subdomain.tick());
+        const int longer = static_cast<int>(s.world.latency());
+        place.patience = s.linear ? kLinearPatience : kPatience * longer;
+    }
+    for (; place.patience > 0; place.patience -= changes.done()) {
+        if (s.disturbance && s.disturbance->before_tick(subdomain, place)) return End::Stopped;
         tick.begin();
         static_cast<void>(changes.step(subdomain));
         if (s.watcher) s.watcher->change(subdomain.tick());
@@ -276,24 +285,46 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, retraction::Changes& chan
 
 void run_process(comm::Communicator& comm, Shared& s) {
     sim::Subdomain subdomain(s.module, s.world, s.target, comm, s.setting.threads);
-    if (const auto done = subdomain.populate(); !done) throw std::runtime_error(done.error().message());
+    Place place{.burst = 0, .patience = 0, .changes = retraction::Changes(s.trial.world, s.trial.draft.given)};
+    if (s.disturbance && s.disturbance->goes_on())
+        s.disturbance->load(subdomain, place);
+    else if (const auto done = subdomain.populate(); !done)
+        throw std::runtime_error(done.error().message());
     sim::Tick tick(subdomain);
-    retraction::Changes changes(s.trial.world, s.trial.draft.given);
+    if (s.disturbance && comm.process() == 0) s.outcome.states.resize(static_cast<std::size_t>(subdomain.tick()));
     std::optional<Watched> watched;
     if (s.question) watched.emplace(s.module, *s.question, s.watcher != nullptr);
-    for (std::size_t burst = 0; burst < s.trial.world.bursts.size(); ++burst) {
-        const End end = settle(subdomain, tick, changes, s, watched, burst);
+    for (; place.burst < s.trial.world.bursts.size(); ++place.burst, place.patience = 0) {
+        const End end = settle(subdomain, tick, place, s, watched);
         if (watched && comm.process() == 0) {
             s.outcome.told = watched->told();
             if (s.watcher) s.watcher->tally.told = watched->lines();
         }
-        if (end == End::Failed) return;
-        if (s.question && burst + 1 == s.trial.world.bursts.size()) ask(subdomain, s);
+        if (end == End::Failed || end == End::Stopped) return;
+        if (s.question && place.burst + 1 == s.trial.world.bursts.size()) ask(subdomain, s);
         if (subdomain.comm.process() == 0 && !s.outcome.trouble.empty()) return;
+        if (end == End::Quiet && s.viewed) s.outcome.views.push_back(collect(subdomain, *s.viewed).facts);
         if (end == End::Restless || s.watcher == nullptr || (s.linear && s.beyond)) continue;
-        s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end);
+        s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end, s.outcome.views);
         if (!s.outcome.trouble.empty()) return;
     }
+}
+
+// What two runs of a trial differ in.
+std::string compare(const Outcome& alone, const Outcome& other, const std::string& setting) {
+    const std::size_t known = std::min(alone.states.size(), other.states.size());
+    std::size_t same = 0;
+    while (same < known && alone.states[same] == other.states[same]) ++same;
+    if (same < known) {
+        const State &a = alone.states[same], &b = other.states[same];
+        return fmt::format("states differ: {}, after tick {}: {} facts, {} derivations instead of {}, `{}` and `{}`", setting, same + 1,
+                           a.digest == b.digest ? "equal" : "other", b.derivations, a.derivations, b.error, a.error);
+    }
+    if (alone.states.size() != other.states.size())
+        return fmt::format("states differ: {}: {} ticks instead of {}", setting, other.states.size(), alone.states.size());
+    if (other.told != alone.told) return fmt::format("watches differ: {}\n{}instead of\n{}", setting, other.told, alone.told);
+    if (other.answers != alone.answers) return fmt::format("answers differ: {}\n{}instead of\n{}", setting, other.answers, alone.answers);
+    return "";
 }
 
 }  // namespace
@@ -316,6 +347,8 @@ void Tally::add(const Tally& other) {
     told += other.told;
     rows += other.rows;
     too_large += other.too_large;
+    stopped += other.stopped;
+    varied += other.varied;
 }
 
 PredicateId predicate_of(const check::Program& program, const retraction::Given& given) {
@@ -343,10 +376,7 @@ Facts given_facts(const check::Program& program, const Mirror& mirror) {
 }
 
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch) {
-    world::World world;
-    world.seed = trial.world.seed;
-    world.lattice = trial.world.lattice;
-    world.cells = trial.world.cells;
+    world::World world = make_world(trial.world);
     set_conditions(world, setting.conditions);
     const bool fails = retraction::has_failures(trial.world);
     if (fails) set_jams(world, trial.world.seed);
@@ -360,9 +390,18 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
                   .target = *target,
                   .watcher = watch == Watch::Reference ? &watcher : nullptr,
                   .linear = watcher.linear(),
-                  .beyond = world.apart() || fails,
-                  .question = setting.conditions == 0 && !fails ? question_of(trial, program) : std::nullopt};
-    if (setting.processes == 1) {
+                  .beyond = world.apart() || retraction::has_catom_failures(trial.world),
+                  .question = setting.conditions == 0 && !retraction::has_catom_failures(trial.world) && setting.disturbance == 0
+                                  ? question_of(trial, program)
+                                  : std::nullopt};
+    if (watch == Watch::Views) shared.viewed = &program;
+    if (setting.disturbance != 0) {
+        Disturbance disturbance(setting.disturbance);
+        shared.disturbance = &disturbance;
+        while (disturbance.attempt([&](comm::Communicator& comm) { run_process(comm, shared); })) {
+        }
+        watcher.tally.stopped = disturbance.stopped();
+    } else if (setting.processes == 1) {
         const auto comm = comm::make_single();
         run_process(*comm, shared);
     } else if (setting.threads == 1) {
@@ -377,31 +416,70 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     return std::move(shared.outcome);
 }
 
+std::string trouble_of_setting(const Outcome& alone, const Trial& trial, const check::Program& program, const ModuleInfo& module,
+                               const Setting& setting, Tally& tally) {
+    Outcome other = run(trial, program, module, setting, Watch::States);
+    tally.stopped += other.tally.stopped;
+    if (setting.disturbance != 0) {
+        other.told = alone.told;
+        other.answers = alone.answers;
+        // A catom that has not acted for a while is evaluated as a whole after it was restored, instead of row by row.
+        const bool waits = setting.conditions != 0 || retraction::has_catom_failures(trial.world);
+        for (std::size_t i = 0; waits && i < std::min(alone.states.size(), other.states.size()); ++i)
+            other.states[i].derivations = alone.states[i].derivations;
+    }
+    return compare(alone, other,
+                   setting.disturbance != 0 ? fmt::format("disturbance {}", setting.disturbance)
+                                            : fmt::format("{} processes, {} threads", setting.processes, setting.threads));
+}
+
 std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, std::uint64_t conditions) {
     const std::string text = print(trial.draft);
     const Result<check::Program> program = checked(text);
     if (!program) return "refused: " + program.error().message();
-    const Result<Module> module = workshop.module(text, conditions != 0 || retraction::has_failures(trial.world));
+    const Result<Module> module = workshop.module(text, by_links(trial, conditions));
     if (!module) return "not compiled: " + module.error().message();
     const Outcome alone = run(trial, *program, info_of(*module), {.conditions = conditions}, Watch::Reference);
-    if (!alone.trouble.empty()) return alone.trouble;
+    std::string trouble = alone.trouble;
+    Tally ignored;
     for (Setting setting : settings) {
+        if (!trouble.empty()) break;
         setting.conditions = conditions;
-        const Outcome other = run(trial, *program, info_of(*module), setting, Watch::States);
-        const std::size_t known = std::min(alone.states.size(), other.states.size());
-        std::size_t same = 0;
-        while (same < known && alone.states[same] == other.states[same]) ++same;
-        if (same < known)
-            return fmt::format(
-                "states differ: {} processes, {} threads, after tick {}: {} facts, {} derivations instead of {}, `{}` and `{}`",
-                setting.processes, setting.threads, same + 1, alone.states[same].digest == other.states[same].digest ? "equal" : "other",
-                other.states[same].derivations, alone.states[same].derivations, other.states[same].error, alone.states[same].error);
-        if (other.told != alone.told)
-            return fmt::format("watches differ: {} processes, {} threads\n{}instead of\n{}", setting.processes, setting.threads, other.told,
-                               alone.told);
-        if (other.answers != alone.answers)
-            return fmt::format("answers differ: {} processes, {} threads\n{}instead of\n{}", setting.processes, setting.threads,
-                               other.answers, alone.answers);
+        trouble = trouble_of_setting(alone, trial, *program, info_of(*module), setting, ignored);
+    }
+    return trouble;
+}
+
+bool by_links(const Trial& trial, std::uint64_t conditions) {
+    return conditions != 0 || trial.world.graph || retraction::has_failures(trial.world);
+}
+
+std::string trouble_of_variant(const Outcome& base, const check::Program& program, const Varied& varied, const Variation& variation,
+                               Workshop& workshop, std::uint64_t conditions, Tally& tally) {
+    const std::string text = print(varied.trial.draft), how = describe(variation);
+    const Result<check::Program> other = checked(text);
+    if (!other) return fmt::format("variant refused: {}: {}\n{}", how, other.error().message(), text);
+    const Result<Module> module = workshop.module(text, by_links(varied.trial, conditions));
+    if (!module) return fmt::format("variant not compiled: {}: {}\n{}", how, module.error().message(), text);
+    const bool comparable = reference::comparable(program, variation);
+    // In another order of its atoms a body may take the reference too long.
+    if (!comparable && variation.reordered) return "";
+    const Outcome out =
+        run(varied.trial, *other, info_of(*module), {.conditions = conditions}, comparable ? Watch::Views : Watch::Reference);
+    tally.add(out.tally);
+    if (!out.trouble.empty()) return fmt::format("variant: {}: {}\n{}", how, out.trouble, text);
+    if (!comparable) return "";
+    if (out.views.size() != base.views.size())
+        return fmt::format("variant at rest: {}: {} bursts came to rest instead of {}\n{}", how, out.views.size(), base.views.size(), text);
+    for (std::size_t burst = 0; burst < base.views.size(); ++burst) {
+        const Facts expected = translate(program, base.views[burst], *other, varied);
+        std::string difference;
+        for (const PredicateId p : other->predicates.ids()) {
+            if (!stored(other->predicates[p]) || other->predicates[p].linear()) continue;
+            tell_difference(*other, p, expected[p.index()], out.views[burst][p.index()], difference);
+            tally.varied += expected[p.index()].size();
+        }
+        if (!difference.empty()) return fmt::format("variant differs: {}: after burst {}\n{}\n{}", how, burst, difference, text);
     }
     return "";
 }

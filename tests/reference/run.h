@@ -7,13 +7,17 @@
 #include "draft.h"
 #include "runtime/base/hash.h"
 #include "value.h"
+#include "variants.h"
 
 namespace meld::reference {
 
 struct Setting {
     int processes = 1;
     int threads = 1;
-    std::uint64_t conditions = 0;  // Of network and clock (conditions.h). The module must have been compiled in the links form.
+    std::uint64_t conditions = 0;  // Of network and clock (worlds.h). The module must have been compiled in the links form.
+    // The run is killed and stopped some times, and goes on from its last snapshot on another number of processes, as this number says; 0:
+    // nothing disturbs it. Then `processes` means nothing.
+    std::uint64_t disturbance = 0;
 };
 
 struct Tally {
@@ -29,6 +33,8 @@ struct Tally {
     std::uint64_t rows = 0;       // with so many rows.
     std::uint64_t told = 0;       // Lines of watches.
     std::uint64_t too_large = 0;  // Bursts that were more than the reference can do, or a run may.
+    std::uint64_t stopped = 0;    // Runs that were killed or stopped, and went on from a snapshot.
+    std::uint64_t varied = 0;     // Facts of variants of programs, compared with those of the program.
     void add(const Tally& other);
 };
 
@@ -45,18 +51,30 @@ struct Outcome {
     std::vector<State> states = {};  // After every tick.
     std::string answers = {};        // To questions at quiescence.
     std::string told = {};           // By the watch of the same, in all ticks.
+    std::vector<Facts> views = {};   // After every burst that came to rest, not with Watch::States.
     Tally tally = {};
 };
 
-enum class Watch { Reference, States };
+enum class Watch { Reference, Views, States };
 
-// Watch::States runs without the reference, for the states alone. Only one process and thread can be watched by the reference. Under
-// conditions that are not ideal it compares views where all has come to rest; what linear rules make is not for it to say, because they may
-// fire in another order.
+// Watch::States runs without the reference, for the states alone, Watch::Views also for the views where all has come to rest. Only one
+// process and thread can be watched otherwise than by States. Under conditions that are not ideal the reference compares views where all
+// has come to rest; what linear rules make is not for it to say, because they may fire in another order.
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch);
 
 // Compiles the trial's program and runs it in all of these settings; the trouble, or nothing.
 std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, std::uint64_t conditions = 0);
+
+// Whether its program must be compiled in the links form.
+bool by_links(const Trial& trial, std::uint64_t conditions);
+
+// A run in another setting, beside `alone`, which is the plain one; what differs, or nothing.
+std::string trouble_of_setting(const Outcome& alone, const Trial& trial, const check::Program& program, const ModuleInfo& module,
+                               const Setting& setting, Tally& tally);
+
+// A variant of a trial, beside the outcome of the trial and its program; what differs, or nothing.
+std::string trouble_of_variant(const Outcome& base, const check::Program& program, const Varied& varied, const Variation& variation,
+                               Workshop& workshop, std::uint64_t conditions, Tally& tally);
 
 // What is asked in the end of a trial.
 std::optional<std::string> question_of(const Trial& trial, const check::Program& program);

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <map>
-#include <set>
-#include <utility>
 
-#include "runtime/world/lattice.h"
+#include "tests/retraction/case.h"
 #include "value.h"
 
 namespace meld::reference {
@@ -33,9 +31,8 @@ struct Scene {
     Chance* chance = nullptr;       // Where linear rules are applied.
 };
 
-// `missing`: catoms that touch and have no link, the lower number first.
-Scene make_scene(const Program& program, const std::map<world::Cell, std::uint64_t>& at, world::LatticeKind lattice, std::int64_t tick,
-                 std::size_t first_catoms, const std::set<std::pair<std::uint64_t, std::uint64_t>>& missing = {});
+// What the catoms of a case sense, as things stand in the mirror.
+Scene make_scene(const Program& program, const retraction::Case& world, const retraction::Mirror& mirror, std::int64_t tick);
 // The same at another time.
 void set_tick(Scene& scene, std::int64_t tick);
 

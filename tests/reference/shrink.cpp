@@ -20,6 +20,7 @@ class Shrinker {
             for (std::size_t b = trial_.world.bursts.size(); b-- > 0;)
                 smaller = thin([b](Trial& t) -> auto& { return t.world.bursts[b]; }) || smaller;
             smaller = thin([](Trial& t) -> auto& { return t.world.cells; }) || smaller;
+            smaller = thin([](Trial& t) -> auto& { return t.world.links; }) || smaller;
             for (std::size_t r = trial_.draft.rules.size(); r-- > 0;) {
                 smaller = thin([r](Trial& t) -> auto& { return t.draft.rules[r].body; }) || smaller;
                 smaller = thin([r](Trial& t) -> auto& { return t.draft.rules[r].heads; }) || smaller;
@@ -33,7 +34,14 @@ class Shrinker {
     bool attempt(Trial&& less) {
         if (attempts_ <= 0) return false;
         --attempts_;
-        if (less.world.bursts.empty() || less.world.cells.empty() || !fails_(less)) return false;
+        if (less.world.bursts.empty() || less.world.cells.empty()) return false;
+        std::erase_if(less.world.links, [&](const auto& link) {
+            const auto gone = [&](std::uint64_t id) {
+                return std::ranges::find(less.world.cells, retraction::node(id)) == less.world.cells.end();
+            };
+            return gone(link.first) || gone(link.second);
+        });
+        if (!fails_(less)) return false;
         trial_ = std::move(less);
         return true;
     }
@@ -47,9 +55,10 @@ class Shrinker {
                 i -= std::min(i, size);
                 Trial less = trial_;
                 auto& list = list_of(less);
-                const auto from = list.begin() + static_cast<std::ptrdiff_t>(i),
-                           to = list.begin() + static_cast<std::ptrdiff_t>(std::min(i + size, list.size()));
-                if (from == to) continue;
+                const std::size_t end = std::min(i + size, list.size());
+                if (i >= end) continue;
+                const auto from = std::next(list.begin(), static_cast<std::ptrdiff_t>(i)),
+                           to = std::next(list.begin(), static_cast<std::ptrdiff_t>(end));
                 list.erase(from, to);
                 any = attempt(std::move(less)) || any;
             }

@@ -2,16 +2,30 @@
 file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
 list(FILTER reference_sources EXCLUDE REGEX "(main|_test)\\.cpp$")
 add_library(tests_reference STATIC ${reference_sources}
-            ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
+            ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/graph_case.cpp
+            ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
 target_link_libraries(tests_reference PUBLIC compiler_driver runtime_inspect runtime_record runtime_module)
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)
 target_link_libraries(test_random PRIVATE tests_reference)
 add_test(NAME random_programs COMMAND test_random --seeds 50 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs PROPERTIES TIMEOUT 600 PROCESSORS 2)
-# The campaign goes on where the default run ends.
+# In graphs, and beside variants.
+add_test(NAME random_graphs
+         COMMAND test_random --seeds 16 --shipped 0 --jobs 2 --graphs --failures --out ${CMAKE_BINARY_DIR}/random_failures)
+add_test(NAME random_variants
+         COMMAND test_random --seeds 8 --worlds 1 --shipped 0 --jobs 2 --graphs --variants --out ${CMAKE_BINARY_DIR}/random_failures)
+set_tests_properties(random_graphs random_variants PROPERTIES TIMEOUT 600 PROCESSORS 2)
+# The campaign goes on where the default runs end.
 add_test(NAME random_programs_campaign
          COMMAND test_random --first 51 --seeds 1950 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_programs_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
+foreach(mode "graphs" "graphs;failures;disturbed" "graphs;networks" "graphs;variants" "variants" "networks;disturbed" "failures;disturbed")
+  string(REPLACE ";" "_" name "${mode}")
+  list(TRANSFORM mode PREPEND "--")
+  add_test(NAME random_campaign_${name} COMMAND test_random ${mode} --first 51 --seeds 100000 --minutes 10 --shipped 16 --jobs 2
+                                                --out ${CMAKE_BINARY_DIR}/random_failures)
+  set_tests_properties(random_campaign_${name} PROPERTIES TIMEOUT 1200 PROCESSORS 2 LABELS campaign)
+endforeach()
 
 meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp DEPENDS tests_reference)

@@ -95,8 +95,53 @@ std::string print(Cell c) { return fmt::format("({}, {}, {})", c.x, c.y, c.z); }
 
 }  // namespace
 
-Mirror::Mirror(const Case& c, const std::vector<Given>& the_given) : given(the_given) {
-    for (const Cell& cell : c.cells) at[cell] = next_id++;
+Mirror::Mirror(const Case& c, const std::vector<Given>& the_given) : given(the_given), graph(c.graph) {
+    for (const Cell& cell : c.cells) at[cell] = c.graph ? static_cast<std::uint64_t>(cell.x) : next_id++;
+    for (const auto& [a, b] : c.links) {
+        rows_[a].push_back(b);
+        rows_[b].push_back(a);
+    }
+    for (auto& [id, row] : rows_) {
+        std::sort(row.begin(), row.end());
+        for (std::size_t i = 0; i < row.size(); ++i) ports[id][static_cast<int>(i)] = row[i];
+    }
+}
+
+void Mirror::become(const Mirror& other) {
+    at = other.at;
+    next_id = other.next_id;
+    facts = other.facts;
+    missing = other.missing;
+    hung = other.hung;
+    ports = other.ports;
+}
+
+bool Mirror::linked(std::uint64_t a, std::uint64_t b) const {
+    const auto mine = ports.find(a);
+    return mine != ports.end() && std::any_of(mine->second.begin(), mine->second.end(), [&](const auto& p) { return p.second == b; });
+}
+
+// A link of the graph has the port of its place in the row; others get the first one behind the row.
+int Mirror::port_for(std::uint64_t from, std::uint64_t to) const {
+    static const std::vector<std::uint64_t> none;
+    static const std::map<int, std::uint64_t> nowhere;
+    const auto known = rows_.find(from);
+    const std::vector<std::uint64_t>& row = known == rows_.end() ? none : known->second;
+    const auto own = std::lower_bound(row.begin(), row.end(), to);
+    if (own != row.end() && *own == to) return static_cast<int>(own - row.begin());
+    const auto linked = ports.find(from);
+    const auto& taken = linked == ports.end() ? nowhere : linked->second;
+    int port = static_cast<int>(row.size());
+    while (taken.contains(port)) ++port;
+    return port;
+}
+
+bool Mirror::link(std::uint64_t a, std::uint64_t b) {
+    if (a == b || linked(a, b)) return false;
+    const int here = port_for(a, b), there = port_for(b, a);
+    ports[a][here] = b;
+    ports[b][there] = a;
+    return true;
 }
 
 void Mirror::forget(std::uint64_t id) {
@@ -106,6 +151,8 @@ void Mirror::forget(std::uint64_t id) {
 
 void Mirror::forget_links(std::uint64_t id) {
     std::erase_if(missing, [&](const auto& link) { return link.first == id || link.second == id; });
+    ports.erase(id);
+    for (auto& [other, its] : ports) std::erase_if(its, [&](const auto& port) { return port.second == id; });
 }
 
 void Mirror::restart(std::uint64_t id) {
@@ -146,8 +193,21 @@ bool Mirror::apply(const Change& c) {
         case Change::Kind::Heal: {
             const auto there = at.find(c.to);
             if (there == at.end()) return false;
-            const std::pair<std::uint64_t, std::uint64_t> link = std::minmax(here->second, there->second);
-            return c.kind == Change::Kind::Cut ? missing.insert(link).second : missing.erase(link) > 0;
+            const std::pair<std::uint64_t, std::uint64_t> ends = std::minmax(here->second, there->second);
+            if (!graph) return c.kind == Change::Kind::Cut ? missing.insert(ends).second : missing.erase(ends) > 0;
+            if (c.kind == Change::Kind::Heal) return missing.erase(ends) > 0 && link(ends.first, ends.second);
+            if (!linked(ends.first, ends.second)) return false;
+            // One that was joined does not come back by itself.
+            if (std::ranges::binary_search(rows_[ends.first], ends.second)) missing.insert(ends);
+            for (const auto& [one, other] : {ends, std::pair(ends.second, ends.first)})
+                std::erase_if(ports[one], [&](const auto& port) { return port.second == other; });
+            return true;
+        }
+        case Change::Kind::Join: {
+            const auto there = at.find(c.to);
+            if (there == at.end() || !link(here->second, there->second)) return false;
+            missing.erase(std::minmax(here->second, there->second));
+            return true;
         }
         case Change::Kind::Hang:
             return !hung.contains(here->second);
@@ -209,12 +269,19 @@ Case make_case(std::uint64_t seed, const std::vector<Given>& given) {
     return c;
 }
 
-bool has_failures(const Case& c) {
+namespace {
+
+bool any_of_kind(const Case& c, Change::Kind least) {
     for (const std::vector<Change>& burst : c.bursts)
         for (const Change& change : burst)
-            if (change.kind >= Change::Kind::Cut) return true;
+            if (change.kind >= least) return true;
     return false;
 }
+
+}  // namespace
+
+bool has_failures(const Case& c) { return any_of_kind(c, Change::Kind::Cut); }
+bool has_catom_failures(const Case& c) { return any_of_kind(c, Change::Kind::Hang); }
 
 void add_failures(Case& c, const std::vector<Given>& given) {
     Random random(c.seed ^ 0xfa11);
@@ -235,7 +302,8 @@ void add_failures(Case& c, const std::vector<Given>& given) {
             if (mirror.at.empty()) continue;
             const int earliest = all.empty() ? 0 : all.back().tick, latest = next < burst.size() ? burst[next].tick : last + 12;
             Change change{.tick = earliest + static_cast<int>(below(random, std::max(1, latest - earliest + 1)))};
-            const std::int64_t kind = below(random, 100);
+            // The links of a graph fail anyway.
+            const std::int64_t kind = c.graph ? 75 + below(random, 25) : below(random, 100);
             change.cell = pick(random, mirror.at).first;
             change.kind = kind < 45   ? Change::Kind::Cut
                           : kind < 75 ? Change::Kind::Heal
@@ -275,7 +343,7 @@ Case make_large_case(std::uint64_t seed, const std::vector<Given>& given) {
 std::string print(const Case& c, const std::vector<Given>& given) {
     std::string text = fmt::format("seed {}, lattice {}, {} catoms at", c.seed, world::Lattice(c.lattice).name(), c.cells.size());
     for (const Cell& cell : c.cells) text += " " + print(cell);
-    constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "hang", "restart"};
+    constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "join", "hang", "restart"};
     for (std::size_t b = 0; b < c.bursts.size(); ++b) {
         text += fmt::format("\nburst {}", b);
         for (const Change& change : c.bursts[b]) {

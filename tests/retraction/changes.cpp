@@ -35,6 +35,7 @@ void Changes::apply(Subdomain& subdomain, const Change& change, std::uint64_t id
         case Change::Kind::Take:
             return give_or_take(subdomain, mirror_.given[change.given], change);
         case Change::Kind::Remove:
+            if (case_.graph) return sim::CatomFailures(subdomain).take_out(std::vector{sim::Killed{id, {}}});
             if (const auto catom = subdomain.ensemble.at(change.cell)) subdomain.remove_catom(*catom);
             return;
         case Change::Kind::Add:
@@ -43,7 +44,8 @@ void Changes::apply(Subdomain& subdomain, const Change& change, std::uint64_t id
             return move(subdomain, id, change.cell, change.to);
         case Change::Kind::Cut:
         case Change::Kind::Heal:
-            return cut_or_heal(subdomain, change);
+        case Change::Kind::Join:
+            return change_link(subdomain, change);
         case Change::Kind::Hang:
             mirror_.hang(id, subdomain.tick() + change.arguments.at(0));
             return sim::CatomFailures(subdomain).hang(std::vector{sim::Killed{id, change.cell}});
@@ -52,16 +54,23 @@ void Changes::apply(Subdomain& subdomain, const Change& change, std::uint64_t id
     }
 }
 
-void Changes::cut_or_heal(Subdomain& subdomain, const Change& change) {
+std::optional<Catom> Changes::find(const Subdomain& subdomain, Cell cell) const {
+    return case_.graph ? subdomain.ensemble.find(static_cast<std::uint64_t>(cell.x)) : subdomain.ensemble.at(cell);
+}
+
+void Changes::change_link(Subdomain& subdomain, const Change& change) const {
     using End = sim::LinkFailures::End;
+    const auto is = [&](const End& end, Cell cell) { return case_.graph ? node(end.id) == cell : end.cell == cell; };
     const sim::LinkFailures::Which which = [&](const End& a, const End& b) {
-        return (a.cell == change.cell && b.cell == change.to) || (a.cell == change.to && b.cell == change.cell);
+        return (is(a, change.cell) && is(b, change.to)) || (is(a, change.to) && is(b, change.cell));
     };
     sim::LinkFailures links(subdomain);
     if (change.kind == Change::Kind::Cut)
         links.cut(which);
-    else
+    else if (change.kind == Change::Kind::Heal)
         links.heal(which);
+    else
+        links.join({{static_cast<std::uint64_t>(change.cell.x), static_cast<std::uint64_t>(change.to.x)}});
 }
 
 void Changes::restart(Subdomain& subdomain, std::uint64_t id) const {
@@ -69,8 +78,8 @@ void Changes::restart(Subdomain& subdomain, std::uint64_t id) const {
         if (there == id) static_cast<void>(sim::CatomFailures(subdomain).restart(std::vector{sim::Killed{id, cell}}));
 }
 
-void Changes::give_or_take(Subdomain& subdomain, const Given& given, const Change& change) {
-    const auto catom = subdomain.ensemble.at(change.cell);
+void Changes::give_or_take(Subdomain& subdomain, const Given& given, const Change& change) const {
+    const auto catom = find(subdomain, change.cell);
     if (!catom || !subdomain.owned(*catom)) return;
     const auto predicate = tuple::find_predicate(subdomain.module, given.predicate, change.arguments.size());
     MELD_CHECK(predicate && subdomain.module.predicates[*predicate].base != kNone16, "{} cannot be given", given.predicate);

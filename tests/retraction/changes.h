@@ -2,6 +2,8 @@
 // schedule, and does what concerns the catoms it knows.
 #pragma once
 
+#include <optional>
+
 #include "case.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
@@ -18,6 +20,13 @@ class Changes : public sim::SimModule {
         next_ = 0;
     }
     bool done() const { return next_ == case_.bursts[burst_].size() && mirror_.hung.empty(); }
+    // Goes on where another one of the same case is.
+    void go_on(const Changes& other) {
+        mirror_.become(other.mirror_);
+        burst_ = other.burst_;
+        start_ = other.start_;
+        next_ = other.next_;
+    }
     // This change happens in the book alone.
     void lose(const Change* change) { lost_ = change; }
 
@@ -25,8 +34,9 @@ class Changes : public sim::SimModule {
 
   private:
     void apply(sim::Subdomain& subdomain, const Change& change, std::uint64_t id);
-    static void give_or_take(sim::Subdomain& subdomain, const Given& given, const Change& change);
-    static void cut_or_heal(sim::Subdomain& subdomain, const Change& change);
+    void give_or_take(sim::Subdomain& subdomain, const Given& given, const Change& change) const;
+    void change_link(sim::Subdomain& subdomain, const Change& change) const;
+    std::optional<sim::Catom> find(const sim::Subdomain& subdomain, Cell cell) const;
     void restart(sim::Subdomain& subdomain, std::uint64_t id) const;
     static bool sees(const sim::Subdomain& subdomain, Cell cell);
     static void add(sim::Subdomain& subdomain, std::uint64_t id, Cell cell);

@@ -237,6 +237,11 @@ void LinkFailures::connect(std::vector<Pair> wanted) {
                 if (!ports.contains({b, a}) || static_cast<int>(process) == subdomain_.comm.process()) continue;
                 ports[{a, b}] = port;
                 std::optional<Catom> ghost = m.ensemble.find(a);
+                // One that is linked here is as its owner left it. If it were unpacked again, its neighbours would read all of it once
+                // more, which takes derivations that a run on one process does not.
+                bool known = false;
+                if (ghost) subdomain_.each_neighbour(*ghost, [&](Catom) { known = true; });
+                if (known) continue;
                 if (!ghost) ghost = subdomain_.add_freely(a, end_of_node(*graph.find(a)).position, kCatomGhost, static_cast<int>(process));
                 subdomain_.facts_.columns.clear(*ghost, 0);
                 subdomain_.unpack_catom(*ghost, exports);

@@ -1,12 +1,39 @@
-#include "conditions.h"
+#include "worlds.h"
 
 #include <fmt/format.h>
 
-#include "tests/retraction/case.h"
+#include <algorithm>
+
+#include "runtime/graph/layout.h"
 
 namespace meld::reference {
 
 using retraction::below;
+
+std::shared_ptr<const graph::Graph> make_graph(const retraction::Case& c) {
+    std::vector<std::uint64_t> ids;
+    for (const world::Cell& cell : c.cells) ids.push_back(static_cast<std::uint64_t>(cell.x));
+    const auto place = [&](std::uint64_t id) { return static_cast<graph::Node>(std::ranges::lower_bound(ids, id) - ids.begin()); };
+    std::vector<graph::Link> links;
+    for (const auto& [a, b] : c.links) links.push_back({place(a), place(b)});
+    graph::Graph graph = graph::make(ids.size(), std::move(links)).graph;
+    if (ids.back() + 1 != ids.size()) graph.ids = std::move(ids);
+    graph.places = graph::by_distances(graph);
+    return std::make_shared<const graph::Graph>(std::move(graph));
+}
+
+world::World make_world(const retraction::Case& c) {
+    world::World world;
+    world.seed = c.seed;
+    if (c.graph) {
+        world.graph = make_graph(c);
+        world.by_links = true;
+    } else {
+        world.lattice = c.lattice;
+        world.cells = c.cells;
+    }
+    return world;
+}
 
 void set_conditions(world::World& world, std::uint64_t number) {
     if (number == 0) return;

@@ -1,12 +1,20 @@
-// Networks and clocks for random trials.
+// The worlds of random trials, with their networks and clocks.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
+#include "runtime/graph/graph.h"
 #include "runtime/world/world_file.h"
+#include "tests/retraction/case.h"
 
 namespace meld::reference {
+
+// Where a case begins: its seed, and its lattice and cells or its graph.
+world::World make_world(const retraction::Case& c);
+// Of a case that is one. With places.
+std::shared_ptr<const graph::Graph> make_graph(const retraction::Case& c);
 
 // Sets a network and a clock that follow from a number; 0: an ideal network, and all catoms act in every tick. Messages are delayed, lost
 // and sent again, but links do not go down in any time that a trial lasts.
