@@ -100,7 +100,7 @@ class Inputs(Case):
             self.refused("meldsim", "run", "p.meld", "--world", path, code=2, says=says)
 
     def test_graphs_and_further_programs(self):
-        for path, says in (("pipe", "pipe is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 16 GiB")):
+        for path, says in (("pipe", "is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 16 GiB")):
             for text in ('links = "{}"\n', 'links = "e.csv"\nnodes = "{}"\n'):
                 self.write("e.csv", "0,1\n")
                 self.write("g.toml", 'lattice = "graph"\n' + text.format(path))
