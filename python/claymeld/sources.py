@@ -6,6 +6,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import tempfile
 import tomllib
@@ -110,15 +111,38 @@ def world_path(world: World, program: str, scratch: Scratch, every: Optional[int
     return str(scratch.write("world.toml", toml(parsed) if moved else text))
 
 
+# mesh('part.stl', ...) in a shape or region.
+_MODEL = re.compile(r"""(\bmesh\s*\(\s*(?:file\s*=\s*)?)(['"])(.+?)\2""")
+# Keys that name a file, by the table that has them; "" is the world itself.
+_NAMES = {"": ("links", "nodes"), "body": ("cells", "positions"), "program": ("file",)}
+# What holds values of the program, no shapes.
+_VALUES = ("args", "set", "components")
+
+
 def _absolute(world: dict[str, Any], home: str) -> bool:
     """Names of files in a world are relative to it; makes them absolute, and says whether there were any."""
     found = False
-    bodies = world.get("body", [])
-    for table in [*(bodies if isinstance(bodies, list) else [bodies]), world.get("target")]:
-        for key in ("cells", "positions") if isinstance(table, dict) else ():
-            if isinstance(table.get(key), str) and table[key] != "mass" and not os.path.isabs(table[key]):
-                table[key] = os.path.join(home, table[key])
-                found = True
+
+    def absolute(name: str) -> str:
+        nonlocal found
+        found = found or not os.path.isabs(name)
+        return os.path.join(home, name)
+
+    def model(match: re.Match[str]) -> str:
+        # Names in shapes have no escapes.
+        quote = match[2] if match[2] not in home else "'" if match[2] == '"' else '"'
+        return match[1] + quote + absolute(match[3]) + quote
+
+    def changed(value: Any, key: str, table: str) -> Any:
+        if isinstance(value, str):
+            return absolute(value) if key in _NAMES.get(table, ()) else _MODEL.sub(model, value)
+        if isinstance(value, list):
+            return [changed(item, key, table) for item in value]
+        if isinstance(value, dict):
+            return {name: item if name in _VALUES else changed(item, name, key) for name, item in value.items()}
+        return value
+
+    world.update(changed(world, "", ""))
     return found
 
 

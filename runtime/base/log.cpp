@@ -15,7 +15,10 @@ namespace {
 
 std::atomic<Level> lowest_level{Level::Info};
 std::mutex output_mutex;
-std::function<void(std::string_view)> chosen_output;  // Guarded by output_mutex.
+// These are guarded by output_mutex.
+std::function<void(std::string_view)> chosen_output;
+bool few_warnings = false;
+int warnings_of_kind = 0;
 
 std::string_view prefix_of(Level level) {
     switch (level) {
@@ -50,8 +53,25 @@ void write(Level line_level, std::string_view text) {
     std::string line(prefix_of(line_level));
     line.append(visible(text)).push_back('\n');
     const std::lock_guard lock(output_mutex);
+    if (line_level == Level::Warning && few_warnings && ++warnings_of_kind > kFewWarnings) return;
     clear_progress();
     chosen_output ? chosen_output(line) : write_to_stderr(line);
+}
+
+FewWarnings::FewWarnings() {
+    const std::lock_guard lock(output_mutex);
+    few_warnings = true;
+    warnings_of_kind = 0;
+}
+
+FewWarnings::~FewWarnings() {
+    int more = 0;
+    {
+        const std::lock_guard lock(output_mutex);
+        few_warnings = false;
+        more = warnings_of_kind - kFewWarnings;
+    }
+    if (more > 0) warning("there are {} more warnings like these", more);
 }
 
 }  // namespace meld::log

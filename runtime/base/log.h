@@ -38,4 +38,15 @@ void error(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     if (level() <= Level::Error) write(Level::Error, fmt::format(format, std::forward<Arguments>(arguments)...));
 }
 
+// While it lives, warnings are of one kind and may be many, as those of each line of a world: the first kFewWarnings of them are written,
+// and at its end how many more there were. One at a time.
+inline constexpr int kFewWarnings = 20;
+class FewWarnings {
+  public:
+    FewWarnings();
+    ~FewWarnings();
+    FewWarnings(const FewWarnings&) = delete;
+    FewWarnings& operator=(const FewWarnings&) = delete;
+};
+
 }  // namespace meld::log

@@ -154,7 +154,8 @@ std::string format_bytes(std::uint64_t bytes) {
 
 std::string format_count(double count) {
     static constexpr std::string_view units[] = {"", "k", "M", "G", "T", "P"};
-    return in_units(count, 1000, units);
+    // Beyond the units, and infinity.
+    return count < 1e18 ? in_units(count, 1000, units) : fmt::format("{:.3g}", count);
 }
 
 std::string grouped(std::uint64_t n) {

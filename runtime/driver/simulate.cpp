@@ -384,8 +384,10 @@ Result<int> Run::run() {
     if (speaks_ && !options_.quiet)
         if (const std::string tight = warning_of_memory(inputs_->world, inputs_->memory, inputs_->processes_here); !tight.empty())
             log::warning("{}", tight);
-    if (speaks_)
+    if (speaks_) {
+        const log::FewWarnings few;
         for (const std::string& each : inputs_->world.warnings) log::warning("{}", each);
+    }
     patiently_.emplace(interrupt::Answer::Patiently);
     begin_measuring();
     const Result<void> ran = tick_to_the_end();

@@ -115,7 +115,10 @@ Result<void> check_world(const WorldOptions& options) {
     std::string text = size_text(*world, *size);
     if (world->target)
         text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
-    for (const std::string& each : world->warnings) log::warning("{}", each);
+    {
+        const log::FewWarnings few;
+        for (const std::string& each : world->warnings) log::warning("{}", each);
+    }
     if (const auto printed = print(options.picture.file == "-" ? stderr : stdout, text); !printed) return printed;
     return check_start(*world, *target, registry, options.picture);
 }

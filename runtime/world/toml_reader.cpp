@@ -109,6 +109,8 @@ void TomlReader::wrong(const toml::source_region& source, std::string_view probl
 }
 
 void TomlReader::wrong_in(const toml::node& string, const ExpressionError& error) {
+    // Finding the place takes as long as the file is.
+    if (error_) return;
     const toml::source_region& source = string.source();
     const std::string& value = **string.as_string();
     const std::string_view rest = line(source.begin.line);

@@ -99,6 +99,16 @@ class Inputs(Case):
         for path, says in (("/dev/zero", "is a device"), ("huge", "larger than 256")):
             self.refused("meldsim", "run", "p.meld", "--world", path, code=2, says=says)
 
+    def test_graphs_and_further_programs(self):
+        for path, says in (("pipe", "is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 16 GiB")):
+            for text in ('links = "{}"\n', 'links = "e.csv"\nnodes = "{}"\n'):
+                self.write("e.csv", "0,1\n")
+                self.write("g.toml", 'lattice = "graph"\n' + text.format(path))
+                self.refused("meldsim", "world", "g.toml", code=2, says=says)
+        for path, says in (("pipe", "pipe is a pipe, not a file"), ("/dev/zero", "is a device, not a file"), ("huge", "larger than 64")):
+            self.write("g.toml", square(2) + f'[[program]]\nwhere = "all"\nfile = "{path}"\n')
+            self.refused("meldsim", "run", "p.meld", "--world", "g.toml", code=2, says=says)
+
     def test_a_file_that_memory_does_not_hold(self):
         os.truncate(os.open(self.folder / "large", os.O_CREAT | os.O_WRONLY), 1 << 31)
         self.write("w.toml", 'lattice = "graph"\nlinks = "large"\n')
@@ -153,6 +163,16 @@ class Terminal(Case):
         for n in (1, 2):
             self.shows_nothing_obeyed("meldsim", "run", "say.meld", "--world", "w.toml", "--quiet", "-n", n, code=0,
                                       holds="tab\t, \\x1b]0;owned\\x07\\x1b[31m\\x0d\\x7f\\xc2\\x9b2J\\xe2\\x80\\xae and Größe\n")
+
+    def test_names_of_nodes(self):
+        self.write("e.csv", "from,to,w" + EVIL.replace("\r", "") + "\na" + EVIL.replace("\r", "") + ",b,1\n")
+        self.write("g.toml", 'lattice = "graph"\nlinks = "e.csv"\n')
+        self.write("n.meld", "type name(node, string).\ntype w(node, node, int).\nprint(A, N) :- name(A, N).\n")
+        for command in (("world", "g.toml"), ("run", "n.meld", "--world", "g.toml", "--facts-out", "-"),
+                        ("query", "n.meld", "name(A, N)", "--world", "g.toml")):
+            self.shows_nothing_obeyed("meldsim", *command, code=0, holds="" if command[0] == "world" else "owned\\x07")
+        self.write("n.meld", "type name(node, string).\ntype link(node, node, bool).\np(A) :- name(A, _), link(A, _, _).\ntype p(node).\n")
+        self.shows_nothing_obeyed("meldsim", "run", "n.meld", "--world", "g.toml", code=2)
 
     def test_facts(self):
         self.write("f.meld", f'type p(node, string).\np(@0, "{EVIL}").\n')

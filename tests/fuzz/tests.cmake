@@ -20,7 +20,7 @@ fuzz_target(dap DEPENDS runtime_dap runtime_debug)
 set(fuzz_seeds ${CMAKE_SOURCE_DIR}/tests/fuzz/found ${CMAKE_SOURCE_DIR}/tests/meld ${CMAKE_SOURCE_DIR}/examples/meld
                ${CMAKE_SOURCE_DIR}/tests/retraction)
 add_test(NAME fuzz_front_end_replay COMMAND fuzz_front_end_replay --mutations 40 ${fuzz_seeds})
-add_test(NAME fuzz_world_replay COMMAND fuzz_world_replay --mutations 300 ${CMAKE_SOURCE_DIR}/tests/fuzz/worlds
+add_test(NAME fuzz_world_replay COMMAND fuzz_world_replay --mutations 3000 ${CMAKE_SOURCE_DIR}/tests/fuzz/worlds
   ${CMAKE_SOURCE_DIR}/tests/fuzz/found_worlds)
 add_test(NAME fuzz_dap_replay COMMAND fuzz_dap_replay --mutations 4000 ${CMAKE_SOURCE_DIR}/tests/fuzz/commands)
 add_test(NAME fuzz_share_replay COMMAND fuzz_share_replay --mutations 2000 ${CMAKE_SOURCE_DIR}/tests/fuzz/shares)

@@ -11,6 +11,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/graph/divide.h"
+#include "runtime/world/nearest_cell.h"
 #include "runtime/world/populate.h"
 #include "runtime/world/target.h"
 #include "runtime/world/world_file.h"
@@ -103,10 +104,13 @@ void make_cells(const World& world) {
 void ask_graph(const World& world) {
     const graph::Graph& graph = *world.graph;
     MELD_CHECK(graph.places.size() == graph.nodes() && graph.first.back() == graph.to.size(), "{} nodes", graph.nodes());
+    const std::vector<Region> regions = regions_of(world);
     for (const graph::Column& column : graph.node_columns) MELD_CHECK(column.size() == graph.nodes(), "{}", column.name);
     for (graph::Node node = 0; node < graph.nodes(); ++node) {
         MELD_CHECK(graph.find(graph.id(node)) == node && graph.id(node) < graph.next_id(), "node {}", node);
         MELD_CHECK(std::isfinite(graph.places[node][0]) && std::isfinite(graph.places[node][1]), "node {}", node);
+        const Vec3 at = {graph.places[node][0], graph.places[node][1], 0};
+        for (const Region& region : regions) static_cast<void>(region.contains(graph.id(node), nearest_cell(at), at));
         for (const graph::Node other : graph.neighbours(node)) {
             const auto back = graph.neighbours(other);
             MELD_CHECK(other != node && std::binary_search(back.begin(), back.end(), node), "link of {} and {}", node, other);

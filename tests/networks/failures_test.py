@@ -215,6 +215,10 @@ class Failures(Case):
             self.write("w.toml", SQUARE + f"[[event]]\ntick = 3\n{text}\n")
             for n in (1, 2):
                 self.assertIn(said, self.call("meldsim", "run", "p.meld", "--world", "w.toml", "-n", n)[1])
+        self.write("w.toml", SQUARE + "".join(f"[[event]]\ntick = 3\ncut = [[0, {999 + i}]]\n" for i in range(50)))
+        err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "-n", 2)[1]
+        self.assertEqual(err.count("so nothing is cut"), 20, err)
+        self.assertIn("there are 30 more warnings like these", err)
         self.write("w.toml", SQUARE + "[faults]\ncut = 0.01\n")
         self.assertIn("no `until`", self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", 9)[1])
 

@@ -88,6 +88,24 @@ type p(node, int, string, float, list int, bool). p(A, limit + @arg1, name, shif
             with self.assertRaises((TypeError, ValueError)):
                 literal(value)
 
+    def test_files_that_a_world_names_are_found(self):
+        self.write("there/e.csv", "0,1\n1,2\n")
+        self.write("there/n.csv", "node,x,y\n0,0,0\n1,1,1\n2,2,2\n")
+        self.write("there/cells.csv", "x,y,z\n0,0,0\n1,0,0\n")
+        self.write("there/t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        self.write("there/other.meld", GRADIENT)
+        solid = "mesh({0}there/t.obj{0}, size = 4)"
+        for catoms, world in (
+                (3, {"lattice": "graph", "links": "there/e.csv", "nodes": "there/n.csv"}),
+                (2, {"body": [{"cells": "there/cells.csv"}], "program": {"where": "id == 1", "file": "there/other.meld"}}),
+                (None, {"body": {"shape": f"union({solid.format(chr(39))}, {solid.format(chr(34))})"}, "facts": {"source": "id == 0"}}),
+                (8, {"body": {"shape": "box(2, 2, 2)"}, "facts": {"source": [f"inside({solid.format(chr(39))})"]}})):
+            run = claymeld.run(GRADIENT, world)
+            self.assertIn(run.summary["catoms"], (catoms,) if catoms else range(1, 1000))
+            # The same as a file in the folder of what it names, with something to be recorded.
+            self.write("there/w.toml", toml(world).replace("there/", ""))
+            self.assertEqual(claymeld.run(GRADIENT, "there/w.toml", every=1, predicates=["dist"]).summary["catoms"], run.summary["catoms"])
+
     def test_worlds_as_toml(self):
         world = {"lattice": "é\"\\\n\x7f", "seed": 3, "x": 0.1, "ok": True,
                  "facts": {"a b": ["id == 0", {"where": "x < 1", "args": [1.5, "s"]}]},

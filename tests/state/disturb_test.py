@@ -23,7 +23,8 @@ from frame import TOOLS, files_of, main, no_file_above  # noqa: E402
 from running import children, processes_of  # noqa: E402
 
 # Short runs with tens of checkpoints.
-RUNS = {"waiting": 300, "storm": 60, "doze": 60}
+RUNS = {"waiting": 300, "storm": 60, "doze": 60, "failing": 100}
+BY_LINKS = ("failing",)
 KEEP = ("--checkpoint", "kept", "--checkpoint-every", "7ticks")
 MOST = 12  # Disturbances of a run.
 HANGS_S = 900  # The machine may be busy with something else.
@@ -152,7 +153,8 @@ class Disturbances(resume_test.Case):
         self.environment = {"OMPI_MCA_btl_vader_backing_directory": self.shm, "OMPI_MCA_mpi_yield_when_idle": 1}
         # Compiled once: what is disturbed is the run.
         for program in RUNS:
-            self.call("meldc", "compile", f"{program}.meld", "-o", f"{program}.so", "--quiet")
+            links = ["--links"] if program in BY_LINKS else []
+            self.call("meldc", "compile", f"{program}.meld", "-o", f"{program}.so", "--quiet", *links)
         self.own = self.files()
 
     def words(self, program):

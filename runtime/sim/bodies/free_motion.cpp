@@ -58,6 +58,7 @@ void warn_of_empty_groups(Subdomain& subdomain, std::vector<bool> met) {
     for (const auto& theirs : gather_bytes(subdomain, mine))
         for (std::size_t i = 0; i < met.size(); ++i) met[i] = met[i] || theirs[i] != std::byte{0};
     if (subdomain.comm.process() != 0) return;
+    const log::FewWarnings few;
     for (std::size_t i = 0; i < met.size(); ++i)
         if (const world::CatomGroup& group = subdomain.world.physics.groups[i]; !met[i])
             log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] have no effect", group.place, group.where.text());

@@ -196,6 +196,7 @@ void GivenFacts::warn_of_unmatched(Matched all) {
             for (u64& count : matched) count += in.read<u64>();
     }
     if (subdomain_.comm.process() != 0) return;
+    const log::FewWarnings few;
     for (std::size_t i = 0; i < facts.size(); ++i)
         if (matched[i] == 0)
             log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(),

@@ -39,6 +39,8 @@ class LinkFailures {
 
   private:
     using Pair = std::pair<std::uint64_t, std::uint64_t>;
+    // Of each choice, which of its two ends are there: bits. Every process calls it.
+    std::vector<std::uint8_t> ends_there(std::span<const std::pair<const world::LinkChoice*, const char*>> all) const;
     End end_of(Catom catom) const;
     End end_of_node(graph::Node node) const;
     void heal_cells(const Which& which);

@@ -64,6 +64,7 @@ void Programs::start() {
             for (u64& count : matched) count += in.read<u64>();
     }
     if (subdomain_.comm.process() != 0) return;
+    const log::FewWarnings few;
     for (std::size_t i = 0; i < regions.size(); ++i)
         if (matched[i] == 0)
             log::warning("{}: `{}` matches no catom, so none runs {} for it", regions[i].place, regions[i].where.text(),

@@ -71,6 +71,8 @@ TEST(Units, FormatCounts) {
     EXPECT_EQ(format_count(12'000), "12 k");
     EXPECT_EQ(format_count(999.9), "1 k");
     EXPECT_EQ(format_count(0.25), "0.25");
+    EXPECT_EQ(format_count(8e27), "8e+27");
+    EXPECT_EQ(format_count(std::numeric_limits<double>::infinity()), "inf");
 }
 
 TEST(Units, FormatDurations) {
