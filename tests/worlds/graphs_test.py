@@ -137,7 +137,8 @@ sum(A, L) :- neighbor(A, B), level(B, L).
         self.assertEqual(len(self.facts(everywhere, toml, "seen")), 5)
         self.assertEqual(len(self.facts(everywhere, toml.replace("links", "nodes = 8\nlinks", 1), "seen")), 8)
         for wrong, said in (("links = [[0, 1, 2]]", "pairs of numbers"), ('links = [["a", 1]]', "pairs of numbers"), ("links = 7", "pairs"),
-                            ("nodes = 3\nlinks = [[0, 5]]", "the links name @5, and the nodes are @0 to @2. write nodes = 6"), ("links = [[0, -1]]", "pairs of numbers")):
+                            ("nodes = 3\nlinks = [[0, 5]]", "the links name @5, and the nodes are @0 to @2. write nodes = 6"),
+                            ("links = [[0, -1]]", "pairs of numbers")):
             self.write("w.toml", world(wrong))
             _, err = self.call("meldsim", "world", "w.toml", code=2)
             self.assertIn("w.toml:", err)
