@@ -115,8 +115,7 @@ struct Text {
     std::string operator()(const EventsFound& found) const {
         std::string out;
         for (const EventsFound::One& one : found.events) {
-            const bool links = one.verb == "cut" || one.verb == "heal";
-            const std::string count = one.killed.size() > 1 && !links ? fmt::format(" ({} catoms)", one.killed.size()) : "";
+            const std::string count = one.struck.size() > (one.links ? 2 : 1) ? fmt::format(" ({} catoms)", one.struck.size()) : "";
             out += fmt::format("tick {}: {} {}{}\n", one.tick, one.verb, one.fact, count);
         }
         if (found.dropped > 0)
@@ -237,10 +236,11 @@ struct AsJson {
         Json events = Json::array();
         for (const EventsFound::One& one : found.events) {
             Json& event = events.emplace_back(Json{{"tick", one.tick}, {"kind", one.verb}});
-            if (one.killed.empty())
+            if (one.struck.empty())
                 event["fact"] = one.fact;
             else
-                event["catoms"] = one.killed;
+                event["catoms"] = one.struck;
+            if (one.ticks) event["ticks"] = *one.ticks;
         }
         return {{"tick", found.tick}, {"dropped", found.dropped}, {"events", std::move(events)}};
     }

@@ -59,12 +59,14 @@ struct BreaksFound {
 struct EventsFound {
     struct One {
         std::int64_t tick = 0;  // In which it happens.
-        std::string verb = {};  // give, take, kill, hang, restart, cut or heal
+        std::string verb = {};  // The command.
         std::string fact = {};  // Of failures: what says which catoms.
         std::string predicate = {};
         std::uint64_t catom = 0;
         std::vector<std::string> arguments = {};  // After the catom; literals.
-        std::vector<std::uint64_t> killed = {};   // Instead of these three, by their numbers.
+        std::vector<std::uint64_t> struck = {};   // Instead of these three: catoms that fail, or whose links do, by their numbers.
+        bool links = false;                       // Links do.
+        std::optional<std::int64_t> ticks = {};   // For so long.
     };
     std::int64_t tick = 0;
     std::uint64_t dropped = 0;  // Of later ticks, which are no more.

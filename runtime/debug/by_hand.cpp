@@ -14,6 +14,7 @@
 #include "runtime/inspect/ground.h"
 #include "runtime/inspect/query.h"
 #include "runtime/sim/core/given.h"
+#include "runtime/world/event_section.h"
 #include "runtime/world/expression.h"
 
 namespace meld::debug {
@@ -76,6 +77,37 @@ Result<void> knows_links(const sim::Subdomain& subdomain, const std::string& ver
     return fail(fmt::format("{}: this run finds neighbours by geometry, and needs a table of links", verb), "Begin it with --by-links");
 }
 
+// Those that are named, if all of them are there, or those for which the body holds.
+Result<std::vector<std::uint64_t>> meant(sim::Subdomain& subdomain, const std::string& verb, const std::vector<std::uint64_t>& named,
+                                         const std::string& body) {
+    if (named.empty()) return catoms_of(subdomain, verb, body);
+    for (const std::uint64_t id : named)
+        if (auto is = exists(subdomain, id); !is) return tl::unexpected<Error>(is.error());
+    return named;
+}
+
+// As it was typed; of many catoms only the first.
+std::string in_words(const std::vector<std::uint64_t>& named, const std::string& body) {
+    constexpr std::size_t kNamed = 4;
+    std::string out = body;
+    for (std::size_t i = 0; i < std::min(named.size(), kNamed); ++i) out += fmt::format("{}@{}", i == 0 ? "" : " ", named[i]);
+    return named.size() > kNamed ? out + " ..." : out;
+}
+
+// A region of these catoms: runs of numbers, as neighbours have them.
+std::string region_of(std::vector<std::uint64_t> ids) {
+    std::ranges::sort(ids);
+    std::string out;
+    for (std::size_t i = 0; i < ids.size();) {
+        std::size_t last = i;
+        while (last + 1 < ids.size() && ids[last + 1] == ids[last] + 1) ++last;
+        out += out.empty() ? "" : " || ";
+        out += last == i ? fmt::format("id == {}", ids[i]) : fmt::format("id >= {} && id <= {}", ids[i], ids[last]);
+        i = last + 1;
+    }
+    return out;
+}
+
 }  // namespace
 
 Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb) {
@@ -96,59 +128,89 @@ Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked)
     const Result<OneFact> fact = read_fact(timeline.simulation().subdomain(), asked.fact, verb);
     if (!fact) return tl::unexpected<Error>(fact.error());
     const std::int64_t tick = timeline.tick() + 1;
+    std::string values;
+    for (const std::string& text : fact->given.arguments) values += (values.empty() ? "" : ", ") + toml_string(text);
+    const std::string where = fmt::format("\"id == {}\"", fact->catom);
+    const std::string what = values.empty() ? where : fmt::format("{{ where = {}, args = [{}] }}", where, values);
     Done done{.shown = {.tick = tick,
                         .verb = verb,
                         .fact = fact->text,
                         .predicate = fact->given.predicate,
                         .catom = fact->catom,
                         .arguments = fact->given.arguments},
-              .event = {.tick = tick}};
+              .event = {.tick = tick},
+              .toml = fmt::format("{} = {{ {} = {} }}\n", verb, toml_string(fact->given.predicate), what)};
     (asked.gives ? done.event.give : done.event.take).push_back(fact->given);
     return add(timeline, std::move(done));
 }
 
 Result<Answer> ByHand::kill(timeline::Timeline& timeline, const Kill& asked) {
     sim::Subdomain& subdomain = timeline.simulation().subdomain();
-    std::vector<std::uint64_t> killed;
     if (asked.verb != "kill")
         if (auto known = knows_links(subdomain, asked.verb); !known) return tl::unexpected<Error>(known.error());
-    if (asked.catom) {
-        if (auto is = exists(subdomain, *asked.catom); !is) return tl::unexpected<Error>(is.error());
-        killed = {*asked.catom};
-    } else {
-        auto found = catoms_of(subdomain, asked.verb, asked.body);
-        if (!found) return tl::unexpected<Error>(found.error());
-        killed = std::move(*found);
-    }
+    const auto struck = meant(subdomain, asked.verb, asked.catoms, asked.body);
+    if (!struck) return tl::unexpected<Error>(struck.error());
     const std::int64_t tick = timeline.tick() + 1;
-    const std::string text = asked.catom ? fmt::format("@{}", *asked.catom) : asked.body;
-    Done done{.shown = {.tick = tick, .verb = asked.verb, .fact = text, .killed = killed}, .event = {.tick = tick}};
+    const std::string text = in_words(asked.catoms, asked.body);
+    Done done{.shown = {.tick = tick, .verb = asked.verb, .fact = text, .struck = *struck},
+              .event = {.tick = tick},
+              .toml = fmt::format("{} = [{}]\n", asked.verb, fmt::join(*struck, ", "))};
     auto& list = asked.verb == "kill" ? done.event.kill : asked.verb == "hang" ? done.event.hang : done.event.restart;
-    for (const std::uint64_t id : killed) list.push_back({.id = id, .place = asked.verb + " " + text});
+    for (const std::uint64_t id : *struck) list.push_back({.id = id, .place = asked.verb + " " + text});
     return add(timeline, std::move(done));
 }
 
-Result<Answer> ByHand::cut_or_heal(timeline::Timeline& timeline, const CutOrHeal& asked) {
+Result<Answer> ByHand::strike_links(timeline::Timeline& timeline, const StrikeLinks& asked) {
     sim::Subdomain& subdomain = timeline.simulation().subdomain();
-    const std::string verb = asked.cuts ? "cut" : "heal";
-    if (auto known = knows_links(subdomain, verb); !known) return tl::unexpected<Error>(known.error());
-    std::vector<std::uint64_t> ends = {asked.catom};
-    std::string text = fmt::format("@{}", asked.catom);
-    if (asked.other) {
-        ends.push_back(*asked.other);
-        text += fmt::format(" @{}", *asked.other);
-    }
-    for (const std::uint64_t id : ends)
-        if (auto is = exists(subdomain, id); !is) return tl::unexpected<Error>(is.error());
+    if (auto known = knows_links(subdomain, asked.verb); !known) return tl::unexpected<Error>(known.error());
+    const auto struck = meant(subdomain, asked.verb, asked.catoms, asked.body);
+    if (!struck) return tl::unexpected<Error>(struck.error());
+    const bool jams = asked.verb == "jam";
     const std::int64_t tick = timeline.tick() + 1;
-    Done done{.shown = {.tick = tick, .verb = verb, .fact = text, .killed = ends}, .event = {.tick = tick}};
-    world::LinkChoice choice{.place = verb + " " + text};
-    if (asked.other)
-        choice.pair = {asked.catom, *asked.other};
-    else
-        choice.where = *world::parse_region_text(fmt::format("id == {}", asked.catom));
-    (asked.cuts ? done.event.cut : done.event.heal).push_back(std::move(choice));
+    const std::string text =
+        (jams ? fmt::format("{} ", asked.ticks) : "") + (asked.around ? "around " : "") + in_words(asked.catoms, asked.body);
+    Done done{.shown = {.tick = tick, .verb = asked.verb, .fact = text, .struck = *struck, .links = true}, .event = {.tick = tick}};
+    world::LinkChoice choice{.place = asked.verb + " " + text};
+    const std::string these = region_of(*struck), others = fmt::format("!({})", these);
+    std::string links = toml_string(these);
+    if (asked.around) {
+        choice.where = *world::parse_region_text(these);
+        choice.other = *world::parse_region_text(others);
+        links = fmt::format("{{ between = [{}, {}] }}", toml_string(these), toml_string(others));
+    } else if (struck->size() == 2) {
+        choice.pair = {(*struck)[0], (*struck)[1]};
+        links = fmt::format("[[{}]]", fmt::join(*struck, ", "));
+    } else {
+        choice.where = *world::parse_region_text(these);
+    }
+    if (!jams) {
+        done.toml = fmt::format("{} = {}\n", asked.verb, links);
+        (asked.verb == "cut" ? done.event.cut : done.event.heal).push_back(std::move(choice));
+        return add(timeline, std::move(done));
+    }
+    done.shown.ticks = asked.ticks;
+    // Of two catoms, the link is named by its ends.
+    const std::string key = asked.around ? links.substr(2, links.size() - 4) : fmt::format("where = {}", links);
+    done.toml = fmt::format("jam = {{ {}, ticks = {} }}\n", key, asked.ticks);
+    done.event.jam.push_back({.links = std::move(choice), .ticks = asked.ticks});
+    if (auto fits = may_jam(done.event); !fits) return tl::unexpected<Error>(fits.error());
     return add(timeline, std::move(done));
+}
+
+// Jams make messages late, by no more than the run was prepared for: quarantines last as long.
+Result<void> ByHand::may_jam(const world::Event& event) const {
+    std::vector<world::Event> all(world_.events.begin(), world_.events.begin() + static_cast<std::ptrdiff_t>(own_events_));
+    for (std::size_t i = state_.first; i < state_.done.size(); ++i)
+        if (state_.done[i].event.tick <= event.tick) all.push_back(state_.done[i].event);
+    all.push_back(event);
+    const std::optional<std::int64_t> longest = world::longest_jam(all, world_.clock);
+    if (longest && *longest <= world_.longest_jam) return {};
+    if (world_.longest_jam == 0)
+        return fail("jam: the world of this run does not say how long links may be jammed",
+                    "Begin it with a world that has [network] longest_jam = 50, for jams of 50 ticks in all");
+    return fail(
+        fmt::format("jam: messages would be late by more than {} ticks, the most that the world of this run foresees", world_.longest_jam),
+        "Make it shorter, or begin with a world that has a greater [network] longest_jam");
 }
 
 Result<Answer> ByHand::add(timeline::Timeline& timeline, Done done) {
@@ -184,8 +246,7 @@ std::optional<std::int64_t> ByHand::parts_from(const State& other) const {
     const auto& mine = state_.done;
     std::size_t i = 0;
     const auto same = [](const Done& a, const Done& b) {
-        return std::tie(a.shown.tick, a.shown.verb, a.shown.fact, a.shown.killed) ==
-               std::tie(b.shown.tick, b.shown.verb, b.shown.fact, b.shown.killed);
+        return std::tie(a.shown.tick, a.shown.fact, a.toml) == std::tie(b.shown.tick, b.shown.fact, b.toml);
     };
     while (i < mine.size() && i < other.done.size() && same(mine[i], other.done[i])) ++i;
     std::optional<std::int64_t> tick;
@@ -212,21 +273,9 @@ std::string ByHand::to_come(std::int64_t tick) const {
 
 std::string ByHand::as_toml(std::int64_t after) const {
     std::string out = "# What was done by hand. A world ends with it to make the same run.\n";
-    for (const auto& [one, event] : state_.done) {
+    for (const auto& [one, event, toml] : state_.done) {
         if (one.tick <= after) continue;
-        if (!one.killed.empty()) {
-            const bool links = one.verb == "cut" || one.verb == "heal";
-            const std::string what = !links                   ? fmt::format("[{}]", fmt::join(one.killed, ", "))
-                                     : one.killed.size() == 1 ? fmt::format("\"id == {}\"", one.killed[0])
-                                                              : fmt::format("[[{}]]", fmt::join(one.killed, ", "));
-            out += fmt::format("\n[[event]]\ntick = {}\n{} = {}\n", one.tick, one.verb, what);
-            continue;
-        }
-        std::string values;
-        for (const std::string& text : one.arguments) values += (values.empty() ? "" : ", ") + toml_string(text);
-        const std::string what = values.empty() ? fmt::format("\"id == {}\"", one.catom)
-                                                : fmt::format("{{ where = \"id == {}\", args = [{}] }}", one.catom, values);
-        out += fmt::format("\n[[event]]\ntick = {}\n{} = {{ {} = {} }}\n", one.tick, one.verb, toml_string(one.predicate), what);
+        out += fmt::format("\n[[event]]\ntick = {}\n{}", one.tick, toml);
     }
     return out;
 }

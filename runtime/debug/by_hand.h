@@ -38,8 +38,8 @@ class ByHand {
     Result<Answer> change(timeline::Timeline& timeline, const Change& asked);
     // Errors: there is no such catom; mistakes in the body; it is about no catom, or holds for none; what hangs or restarts needs links.
     Result<Answer> kill(timeline::Timeline& timeline, const Kill& asked);
-    // Errors: there is no such catom; nobody knows links.
-    Result<Answer> cut_or_heal(timeline::Timeline& timeline, const CutOrHeal& asked);
+    // Errors: those of kill; nobody knows links; jams would last longer than the world says.
+    Result<Answer> strike_links(timeline::Timeline& timeline, const StrikeLinks& asked);
     EventsFound all(std::int64_t tick) const;
     // The run begins anew at a tick: what was done before it does not happen again. Returns the number of those that did not happen before
     // that call, for happens_from(), which takes it back.
@@ -54,6 +54,7 @@ class ByHand {
     struct Done {
         EventsFound::One shown;
         world::Event event;
+        std::string toml = {};  // What the table of the event says after its tick.
     };
     struct State {
         std::vector<Done> done = {};
@@ -65,6 +66,7 @@ class ByHand {
     void restore(State state);
 
   private:
+    Result<void> may_jam(const world::Event& event) const;
     Result<Answer> add(timeline::Timeline& timeline, Done done);
     void give_to_world();
     std::string as_toml(std::int64_t after) const;

@@ -82,28 +82,61 @@ Result<Command> read_change(const Entry& entry, const Words& words) {
     return Change{.fact = std::string(rest(words)), .gives = entry.name == "give"};
 }
 
-Result<Command> read_kill(const Entry& entry, const Words& words) {
-    if (words.empty()) return wrong(entry, "the catom is missing");
-    const std::string verb(entry.name);
-    if (words.size() > 1 || words[0].front() != '@') return Kill{.verb = verb, .body = std::string(rest(words))};
-    return number<std::uint64_t>(entry, words[0].substr(1), 0).map([&](std::uint64_t id) -> Command {
-        return Kill{.verb = verb, .catom = id};
+bool all_catoms(const Words& words) {
+    return std::ranges::all_of(words, [](std::string_view word) {
+        return word.size() > 1 && word.front() == '@' && std::ranges::all_of(word.substr(1), [](char c) { return c >= '0' && c <= '9'; });
     });
 }
 
-Result<Command> read_link(const Entry& entry, const Words& words) {
-    if (words.empty()) return wrong(entry, "the catom is missing");
-    CutOrHeal asked{.cuts = entry.name == "cut"};
-    for (std::size_t i = 0; i < words.size(); ++i) {
-        if (words[i].front() != '@') return wrong(entry, fmt::format("{} is no catom", words[i]));
-        const Result<std::uint64_t> id = number<std::uint64_t>(entry, words[i].substr(1), 0);
+// @3 @4 ..., each once.
+Result<std::vector<std::uint64_t>> read_catoms(const Entry& entry, const Words& words) {
+    std::vector<std::uint64_t> ids;
+    for (const std::string_view word : words) {
+        const Result<std::uint64_t> id = number<std::uint64_t>(entry, word.substr(1), 0);
         if (!id) return tl::unexpected<Error>(id.error());
-        if (i == 0)
-            asked.catom = *id;
-        else
-            asked.other = *id;
+        if (std::ranges::find(ids, *id) == ids.end()) ids.push_back(*id);
     }
-    return asked;
+    return ids;
+}
+
+Result<Command> read_kill(const Entry& entry, const Words& words) {
+    if (words.empty()) return wrong(entry, "the catom is missing");
+    Kill asked{.verb = std::string(entry.name)};
+    if (!all_catoms(words)) {
+        asked.body = std::string(rest(words));
+        return asked;
+    }
+    return read_catoms(entry, words).map([&](std::vector<std::uint64_t> ids) -> Command {
+        asked.catoms = std::move(ids);
+        return asked;
+    });
+}
+
+// jam TICKS ..., and the others without ticks: @N, @N @M, around @N @M ..., around BODY.
+Result<Command> read_links(const Entry& entry, const Words& all) {
+    StrikeLinks asked{.verb = std::string(entry.name)};
+    Words words = all;
+    if (asked.verb == "jam") {
+        if (words.empty()) return wrong(entry, "the number of ticks is missing");
+        const Result<std::int64_t> ticks = number<std::int64_t>(entry, words[0], 1);
+        if (!ticks) return tl::unexpected<Error>(ticks.error());
+        asked.ticks = *ticks;
+        words.erase(words.begin());
+    }
+    asked.around = !words.empty() && words[0] == "around";
+    if (asked.around) words.erase(words.begin());
+    if (words.empty()) return wrong(entry, "the catom is missing");
+    if (asked.around && !all_catoms(words)) {
+        asked.body = std::string(rest(words));
+        return asked;
+    }
+    for (const std::string_view word : words)
+        if (word.front() != '@') return wrong(entry, fmt::format("{} is no catom", word));
+    if (!asked.around && words.size() > 2) return wrong(entry, fmt::format("a link has two catoms, and {} is a third one", words[2]));
+    return read_catoms(entry, words).map([&](std::vector<std::uint64_t> ids) -> Command {
+        asked.catoms = std::move(ids);
+        return asked;
+    });
 }
 
 // A path may have blanks in it.
@@ -201,7 +234,7 @@ Result<Command> read_help(const Entry&, const Words& words);
 
 constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
-constexpr std::array<Entry, 38> kCommands = {{
+constexpr std::array<Entry, 39> kCommands = {{
     {"step", "[N]", "go N ticks forward, or one; Enter alone does the same at the prompt", 1, read_ticks<Step>},
     {"back", "[N]", "go N ticks back, or one", 1, read_ticks<Back>},
     {"to", "T", "go to the end of tick T, forward or back; 0 is the state before the first tick", 1, read_to},
@@ -216,12 +249,16 @@ constexpr std::array<Entry, 38> kCommands = {{
     {"delete", "N", "drop a break or a watch; delete all drops all of them", 1, read_delete},
     {"give", "FACT", "give a fact at the start of the next tick: give token(@3, 7)", kAnyNumber, read_change},
     {"take", "FACT", "take a fact that was given, at the start of the next tick", kAnyNumber, read_change},
-    {"kill", "@N|BODY", "end catom N, or those for which a body holds, at the start of the next tick: kill dist(A, D), D > 9", kAnyNumber,
-     read_kill},
-    {"hang", "@N|BODY", "the same catoms do nothing any more, from the next tick on", kAnyNumber, read_kill},
-    {"restart", "@N|BODY", "the same catoms begin anew, with the facts of the start, in the next tick", kAnyNumber, read_kill},
-    {"cut", "@N [@M]", "cut all links of catom N at the start of the next tick, or that with catom M", 2, read_link},
-    {"heal", "@N [@M]", "bring these links back", 2, read_link},
+    {"kill", "@N...|BODY", "end these catoms, or those for which a body holds, at the start of the next tick: kill dist(A, D), D > 9",
+     kAnyNumber, read_kill},
+    {"hang", "@N...|BODY", "the same catoms do nothing any more, from the next tick on", kAnyNumber, read_kill},
+    {"restart", "@N...|BODY", "the same catoms begin anew, with the facts of the start, in the next tick", kAnyNumber, read_kill},
+    {"cut", "@N [@M]|around @N...|around BODY",
+     "cut all links of catom N at the start of the next tick, or that with catom M, or those between several catoms and all others",
+     kAnyNumber, read_links},
+    {"heal", "@N [@M]|around @N...|around BODY", "bring these links back", kAnyNumber, read_links},
+    {"jam", "TICKS @N [@M]|around @N...|around BODY", "nothing arrives over these links for some ticks, beginning with the next one",
+     kAnyNumber, read_links},
     {"events", "", "what was done by hand, and in which ticks", 0, read_alone<Events>},
     {"save-events", "FILE", "write that as events of a world", kAnyNumber, read_save_events},
     {"fork", "NAME", "go on from here in a new branch of the run; the present one stays as it is", 1, read_branch<Fork>},

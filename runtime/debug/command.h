@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "runtime/base/error.h"
 
@@ -44,13 +45,17 @@ struct Change {
 // Catoms fail: kill, hang, restart.
 struct Kill {
     std::string verb = "kill";
-    std::optional<std::uint64_t> catom = {};
+    std::vector<std::uint64_t> catoms = {};
     std::string body = {};  // Otherwise those for which it holds, in Meld: the first variable that is a catom.
 };
-struct CutOrHeal {
-    bool cuts = true;
-    std::uint64_t catom = 0;
-    std::optional<std::uint64_t> other = {};  // Otherwise all links of the catom.
+// Links fail: cut, heal, jam.
+struct StrikeLinks {
+    std::string verb = "cut";
+    std::int64_t ticks = 0;  // Of a jam.
+    // All links of one catom, or that of two. `around`: the links between these catoms, or those for which the body holds, and all others.
+    std::vector<std::uint64_t> catoms = {};
+    bool around = false;
+    std::string body = {};
 };
 struct Events {};  // Those that were made by hand.
 struct SaveEvents {
@@ -104,9 +109,9 @@ struct Help {
 };
 struct Quit {};
 
-using Command = std::variant<Step, Back, To, Run, Reverse, Until, Break, Watch, Breaks, Delete, Change, Kill, CutOrHeal, Events, SaveEvents,
-                             Fork, BranchList, Switch, Reload, Save, Facts, Query, Why, History, Messages, Depends, Rules, Predicates,
-                             Where, Diff, Help, Quit>;
+using Command = std::variant<Step, Back, To, Run, Reverse, Until, Break, Watch, Breaks, Delete, Change, Kill, StrikeLinks, Events,
+                             SaveEvents, Fork, BranchList, Switch, Reload, Save, Facts, Query, Why, History, Messages, Depends, Rules,
+                             Predicates, Where, Diff, Help, Quit>;
 
 // A line with a command; not an empty one. Errors say what is wrong with it and how the command is written.
 Result<Command> parse_command(std::string_view line);

@@ -49,7 +49,7 @@ Result<Answer> Session::execute(const Command& command) {
                    [&](const Delete& asked) { return breaks_.remove(asked.number); },
                    [&](const Change& asked) { return change(asked); },
                    [&](const Kill& asked) { return kill(asked); },
-                   [&](const CutOrHeal& asked) { return cut_or_heal(asked); },
+                   [&](const StrikeLinks& asked) { return strike_links(asked); },
                    [&](const Events&) -> Result<Answer> { return by_hand_.all(now); },
                    [&](const SaveEvents& asked) { return save_events(path_of(asked.path)); },
                    [&](const Fork& asked) { return fork(asked.name); },
@@ -183,9 +183,9 @@ Result<Answer> Session::kill(const Kill& asked) {
     return by_hand_.kill(timeline_, asked);
 }
 
-Result<Answer> Session::cut_or_heal(const CutOrHeal& asked) {
+Result<Answer> Session::strike_links(const StrikeLinks& asked) {
     if (auto can = changeable(); !can) return tl::unexpected<Error>(can.error());
-    return by_hand_.cut_or_heal(timeline_, asked);
+    return by_hand_.strike_links(timeline_, asked);
 }
 
 Result<Answer> Session::fork(const std::string& name) {

@@ -67,7 +67,7 @@ class Session {
     Result<void> changeable() const;
     Result<Answer> change(const Change& asked);
     Result<Answer> kill(const Kill& asked);
-    Result<Answer> cut_or_heal(const CutOrHeal& asked);
+    Result<Answer> strike_links(const StrikeLinks& asked);
     Result<Answer> fork(const std::string& name);
     Result<Answer> go_to(const std::string& branch);
     Result<Answer> save_events(const std::string& path);

@@ -92,6 +92,7 @@ struct ShareOrder {
     std::string colour = {}, only = {}, hide = {}, links = {}, arrows = {}, labels = {};
     std::string map = "viridis";
     bool exposed = false;
+    std::string form = {};
     std::vector<std::string> facts = {};  // Predicates, or "all".
     std::int64_t every = 1;               // Ticks between two frames.
     std::uint64_t limit_mb = 64;

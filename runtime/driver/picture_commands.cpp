@@ -129,9 +129,11 @@ void add_export(CLI::App& app, Asking& asking) {
                      "examples/meld/gradient.meld -o gradient.ply --colour 'dist(A, D)'",
                      ExportOptions{});
     PictureOptions& picture = *asking.run.debug->picture;
-    add(c, "-o,--output", picture.file, "FILE", "What is written: .ply, .glb, .csv or .xyz")->required();
+    add(c, "-o,--output", picture.file, "FILE", "What is written: .ply, .glb, .csv or .xyz; TICK in the name makes a file of each tick")
+        ->required();
     add(c, "--tick", std::get<ExportOptions>(picture.of).ticks, "T[,T...]",
-        "Write the run after these ticks, as in 0,20,end; several in .csv and .xyz files. Otherwise where it ends")
+        "Write the run after these ticks, as in 0,20,end; several in .csv and .xyz files, or with TICK in the name. Otherwise where it "
+        "ends")
         ->delimiter(',');
     add_look(c, picture);
     add_looked_at(c, asking);

@@ -52,11 +52,8 @@ Result<std::optional<std::pair<double, double>>> parse_range(const std::string& 
 }
 
 Result<std::optional<render::Form>> parse_form(const std::string& text) {
-    using Form = render::Form;
     if (text.empty()) return std::nullopt;
-    for (const auto& [name, form] : {std::pair("sphere", Form::Sphere), std::pair("cube", Form::Cube), std::pair("rounded", Form::Rounded),
-                                     std::pair("disc", Form::Disc), std::pair("hexagon", Form::Hexagon)})
-        if (text == name) return form;
+    if (const auto form = render::form_named(text)) return form;
     return fail(fmt::format("--form: '{}' is none", text), "Write sphere, cube, rounded, disc or hexagon");
 }
 

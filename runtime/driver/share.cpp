@@ -37,7 +37,8 @@ Result<picture::Look> look_of(const ShareOrder& order) {
                           {"arrows", order.arrows},
                           {"labels", order.labels},
                           {"map", order.map},
-                          {"exposed", order.exposed}});
+                          {"exposed", order.exposed},
+                          {"form", order.form}});
 }
 
 }  // namespace
@@ -53,6 +54,7 @@ void add_share(CLI::App& app, ShareOrder& order) {
         ->type_name("NAME")
         ->capture_default_str()
         ->needs(file);
+    app.add_option("--form", order.form, "With --share: draw sphere, cube, rounded, disc or hexagon")->type_name("NAME")->needs(file);
     app.add_flag("--exposed", order.exposed, "With --share: only catoms with a free cell beside them")->needs(file);
     app.add_option("--facts", order.facts, "With --share: predicates whose facts a click shows, or all")
         ->delimiter(',')
@@ -77,6 +79,7 @@ void add_share_arguments(const ShareOrder& order, std::vector<std::string>& word
     for (const auto& [name, body, help] : kBodies)
         if (!(order.*body).empty()) words.insert(words.end(), {name, order.*body});
     if (order.exposed) words.emplace_back("--exposed");
+    if (!order.form.empty()) words.insert(words.end(), {"--form", order.form});
     for (const std::string& name : order.facts) words.insert(words.end(), {"--facts", name});
 }
 

@@ -12,6 +12,7 @@
 #include "runtime/driver/memory_check.h"
 #include "runtime/driver/memory_need.h"
 #include "runtime/picture/frame.h"
+#include "runtime/picture/obstacles.h"
 #include "runtime/sim/choices.h"
 #include "runtime/view/scene/block.h"
 #include "runtime/world/populate.h"
@@ -36,17 +37,28 @@ constexpr double kMostShown = 2e5;
 picture::Frame preview(const world::World& world, const world::Lattice& lattice) {
     picture::Frame out;
     std::vector<std::uint32_t> numbers;
+    const auto put = [&](const world::Vec3& at, double spacing) {
+        out.ids.push_back(out.ids.size());
+        const auto axis = [&](std::size_t i) { return static_cast<float>(spacing * at[i]); };
+        out.scene.places.emplace_back(axis(0), axis(1), axis(2));
+    };
     for (const auto& [key, count] : world::count_bricks(world, lattice, 0, 1)) {
         world::cells_of_brick(world, lattice, key, numbers);
         for (const std::uint32_t number : numbers) {
-            const world::Vec3 at = lattice.position(lattice.cell_in_brick(lattice.brick_at(key), number));
-            out.ids.push_back(out.ids.size());
-            out.scene.places.emplace_back(static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2]));
+            put(lattice.position(lattice.cell_in_brick(lattice.brick_at(key), number)), world.is_free() ? world.physics.spacing : 1);
         }
+    }
+    if (world.is_free()) {
+        out.scene.diameters.assign(out.ids.size(), 1);
+        for (const world::PlacedCatom& placed : world.placed) {
+            put(placed.position, 1);
+            out.scene.diameters.push_back(static_cast<float>(placed.radius.value_or(world.radius) / world.radius));
+        }
+        picture::add_obstacles(world, out.scene);
     }
     out.catoms = out.ids.size();
     out.scene.colours.resize(out.ids.size());
-    out.scene.form = picture::form_of(world.lattice);
+    out.scene.form = world.is_free() ? render::Form::Sphere : picture::form_of(world.lattice);
     return out;
 }
 
@@ -119,7 +131,7 @@ Result<view::Reply> WorldTab::check(const std::string& toml) const {
         out["memory"]["message"] = warning_of_memory(*world, need, options_.processes);
     // Of a tick in which all catoms are evaluated.
     if (const std::optional<double> each = evaluation_()) out["seconds"] = *each * catoms;
-    if (world->is_free() || world->is_graph() || !exact || catoms > kMostShown) return view::Reply{.words = std::move(out)};
+    if (world->is_graph() || !exact || catoms > kMostShown) return view::Reply{.words = std::move(out)};
     const picture::Frame seen = preview(*world, lattice);
     view::Reply checked{.words = view::frame_words(seen, std::nullopt), .binary = view::frame_block(seen)};
     checked.words.erase("tick");

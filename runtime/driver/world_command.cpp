@@ -145,8 +145,8 @@ Result<void> import_world(const WorldOptions& options) {
     file->write(made->text);
     if (auto written = file->commit(); !written) return written;
     const std::string left = made->left_out.empty() ? "" : fmt::format("; left out: {}", fmt::join(made->left_out, ", "));
-    return print(options.output == "-" ? stderr : stdout,
-                 fmt::format("{}: {} catoms of {}{}\n", visible(options.output), made->cells, visible(options.import), visible(left)));
+    return print(options.output == "-" ? stderr : stdout, fmt::format("{}: {} catom{} of {}{}\n", visible(options.output), made->cells,
+                                                                      made->cells == 1 ? "" : "s", visible(options.import), visible(left)));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "runtime/comm/at_first.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/inspect/query.h"
+#include "runtime/picture/obstacles.h"
 #include "runtime/picture/palette.h"
 #include "runtime/record/sorted_facts.h"
 
@@ -28,6 +29,7 @@ constexpr float kSmall = 0.5F;             // In space, catoms are so much small
 // Links of a graph: more would be a grey surface.
 constexpr std::uint64_t kMostLinks = 200'000;
 constexpr render::Rgb kFaint = {150, 150, 150};
+constexpr render::Rgb kCut = {214, 60, 50};
 constexpr float kThin = 0.04F;
 // The part of the way between two catoms that an arrow takes.
 constexpr float kArrowBegins = 0.12F, kArrowEnds = 0.8F;
@@ -48,6 +50,31 @@ std::vector<Vec> ways_of(const sim::Subdomain& subdomain) {
     return out;
 }
 
+// The first column that says where a line ends: another catom, a vec3, or else three numbers side by side.
+std::optional<std::size_t> end_of(const std::vector<Table::Column>& columns, std::size_t from) {
+    const auto is = [&](std::size_t i, auto... kinds) { return i < columns.size() && ((columns[i].type.kind == kinds) || ...); };
+    for (std::size_t i = from; i < columns.size(); ++i)
+        if (is(i, Kind::Node, Kind::Vec3)) return i;
+    for (std::size_t i = from; i < columns.size(); ++i)
+        if (is(i, Kind::Int, Kind::Float) && is(i + 1, Kind::Int, Kind::Float) && is(i + 2, Kind::Int, Kind::Float)) return i;
+    return std::nullopt;
+}
+
+// A vec3, or three numbers in columns side by side.
+Vec way_of(const Table& table, std::size_t row, std::size_t column) {
+    Vec out;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto axis = static_cast<Eigen::Index>(i);
+        if (table.columns()[column].type.kind == Kind::Vec3)
+            out[axis] = static_cast<float>(tuple::item(table.cell(row, column).list, i).real);
+        else if (table.columns()[column + i].type.kind == Kind::Int)
+            out[axis] = static_cast<float>(table.cell(row, column + i).integer);
+        else
+            out[axis] = static_cast<float>(table.cell(row, column + i).real);
+    }
+    return out;
+}
+
 // Asks the bodies of a look, one after the other, and puts what they say into a frame.
 class Looker {
   public:
@@ -61,7 +88,7 @@ class Looker {
     struct Said {
         Table table = {};
         std::size_t catom = 0;                // The column of the catom that it is about.
-        std::optional<std::size_t> end = {};  // Of what a line goes to.
+        std::optional<std::size_t> end = {};  // Of what a line goes to: a catom, a vec3, or the first of three numbers.
         std::optional<std::size_t> value = {};
         // The value of a row as people read it; this instead if it has none.
         std::string words(std::size_t row, const std::string& instead) const { return value ? visible(table.plain(row, *value)) : instead; }
@@ -81,8 +108,11 @@ class Looker {
         return static_cast<std::size_t>(places_[*at]);
     }
     void add_drawn();
-    // The links of a graph between nodes that are shown, unless lines are asked for.
+    // The links of a graph between nodes that are shown, also what is left of those that were cut, unless lines are asked for.
     void add_graph();
+    void add_stubs(const Vec& a, const Vec& b);
+    using Link = std::pair<std::uint64_t, std::uint64_t>;
+    std::vector<Link> links_now() const;
     // Lines go between the middles of catoms, where nobody would see them.
     void uncover_lines();
 
@@ -105,19 +135,15 @@ Result<Looker::Said> Looker::ask(const std::string& body, const char* option, Wa
     const auto fits = [&]() -> Result<void> {
         if (!speaks_) return {};
         const std::vector<Table::Column>& columns = said.table.columns();
-        const auto next = [&](std::size_t from, auto... kinds) {
-            for (std::size_t i = from; i < columns.size(); ++i)
-                if (((columns[i].type.kind == kinds) || ...)) return i;
-            return columns.size();
-        };
         const auto lacks = [&](const char* what, const char* example) {
             return fail(fmt::format("{}: no variable is {} in `{}`", option, what, body), fmt::format("Write it as in {}", example));
         };
-        said.catom = next(0, Kind::Node);
-        if (said.catom == columns.size()) return lacks("a catom", "--only 'leader(A)'");
+        const auto catom = std::ranges::find(columns, Kind::Node, [](const Table::Column& column) { return column.type.kind; });
+        said.catom = static_cast<std::size_t>(catom - columns.begin());
+        if (catom == columns.end()) return lacks("a catom", "--only 'leader(A)'");
         if (wants == Wants::Lines) {
-            said.end = next(said.catom + 1, Kind::Node, Kind::Vec3);
-            if (*said.end == columns.size()) return lacks("another catom or a vec3", "--links 'parent(A, B)'");
+            said.end = end_of(columns, said.catom + 1);
+            if (!said.end) return lacks("another catom, a vec3 or the first of three numbers", "--links 'parent(A, B)'");
         }
         if (columns.size() > 1) said.value = said.catom + 1 == columns.size() ? columns.size() - 2 : columns.size() - 1;
         if (wants == Wants::Values && !said.value) return lacks("a value", "--labels 'dist(A, D)'");
@@ -138,6 +164,9 @@ Result<void> Looker::choose() {
             if (const auto at = drawn_.find(said->table.cell(row, said->catom).catom)) shown[*at] = shows;
     }
     if (look_.exposed) keep_exposed(shown);
+    if (look_.cut)
+        for (std::size_t i = 0; i < shown.size(); ++i)
+            shown[i] = shown[i] && look_.cut->keeps(static_cast<float>(drawn_.positions[i][static_cast<std::size_t>(look_.cut->axis)]));
     render::Scene& scene = frame_.scene;
     places_.assign(drawn_.ids.size(), -1);
     for (std::size_t i = 0; i < drawn_.ids.size(); ++i) {
@@ -213,8 +242,7 @@ Result<void> Looker::join(const std::string& body, const char* option, bool arro
             end = begin + (arrow ? kArrowEnds : 1) * way;
             if (arrow) begin += kArrowBegins * way;
         } else {
-            const List* const parts = said->table.cell(row, *said->end).list;
-            for (int i = 0; i < 3; ++i) end[i] += static_cast<float>(tuple::item(parts, static_cast<std::size_t>(i)).real);
+            end += way_of(said->table, row, *said->end);
         }
         scene.strokes.push_back({.from = begin, .to = end, .radius = 0.05F, .arrow = arrow});
     }
@@ -272,25 +300,55 @@ void Looker::add_drawn() {
             scene.strokes.push_back({.from = vec(drawn_.positions[from]), .to = vec(drawn_.positions[to])});
 }
 
+// Of a link that was cut, what is left at either end.
+void Looker::add_stubs(const Vec& a, const Vec& b) {
+    constexpr float kStub = 0.3F;
+    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
+        frame_.scene.strokes.push_back({.from = from, .to = from + kStub * (to - from), .colour = kCut, .radius = 1.5F * kThin});
+}
+
 void Looker::add_graph() {
     if (!subdomain_.world.is_graph() || !look_.links.empty() || !look_.arrows.empty()) return;
     const graph::Graph& graph = *subdomain_.world.graph;
     if (graph.links() > kMostLinks) return;
-    const auto shown = [&](graph::Node node) -> std::ptrdiff_t {
-        const auto at = drawn_.find(graph.id(node));
-        return at ? places_[*at] : -1;
+    const std::vector<Link> now = links_now();
+    if (!speaks_) return;
+    const auto at = [&](std::uint64_t id) -> std::optional<Vec> {
+        const auto drawn = drawn_.find(id);
+        if (!drawn || places_[*drawn] < 0) return std::nullopt;
+        return frame_.scene.places[static_cast<std::size_t>(places_[*drawn])];
     };
-    for (graph::Node node = 0; node < graph.nodes(); ++node) {
-        const std::ptrdiff_t here = shown(node);
+    for (const auto& [a, b] : now)
+        if (const auto here = at(a), there = at(b); here && there)
+            frame_.scene.strokes.push_back({.from = *here, .to = *there, .colour = kFaint, .radius = kThin});
+    for (graph::Node node = 0; node < graph.nodes(); ++node)
         for (const graph::Node other : graph.neighbours(node)) {
-            if (here < 0 || other < node) continue;
-            if (const std::ptrdiff_t there = shown(other); there >= 0)
-                frame_.scene.strokes.push_back({.from = frame_.scene.places[static_cast<std::size_t>(here)],
-                                                .to = frame_.scene.places[static_cast<std::size_t>(there)],
-                                                .colour = kFaint,
-                                                .radius = kThin});
+            if (other < node || std::ranges::binary_search(now, Link(std::minmax(graph.id(node), graph.id(other))))) continue;
+            if (const auto here = at(graph.id(node)), there = at(graph.id(other)); here && there) add_stubs(*here, *there);
         }
+}
+
+// The links that there are, by the numbers of their catoms, the smaller one first; on process 0. Every process calls it.
+std::vector<Looker::Link> Looker::links_now() const {
+    ByteWriter mine;
+    const world::Ensemble& ensemble = subdomain_.ensemble;
+    for (sim::Catom c = 0; c < ensemble.index_count(); ++c) {
+        if (!subdomain_.owned(c)) continue;
+        subdomain_.each_neighbour(c, [&](sim::Catom other) {
+            mine.write(std::min(ensemble.id(c), ensemble.id(other)));
+            mine.write(std::max(ensemble.id(c), ensemble.id(other)));
+        });
     }
+    std::vector<Link> out;
+    for (const auto& bytes : comm::at_first(subdomain_.comm, mine.take()))
+        for (ByteReader in(bytes, "links"); !in.done();) {
+            const auto less = in.read<std::uint64_t>();
+            out.emplace_back(less, in.read<std::uint64_t>());
+        }
+    std::ranges::sort(out);
+    const auto twice = std::ranges::unique(out);
+    out.erase(twice.begin(), twice.end());
+    return out;
 }
 
 void Looker::uncover_lines() {
@@ -320,6 +378,7 @@ Result<Frame> Looker::frame() {
     if (auto done = call_out(); !done) return tl::unexpected<Error>(done.error());
     uncover_lines();
     render::Scene& scene = frame_.scene;
+    if (speaks_) add_obstacles(subdomain_.world, scene);
     if (look_.ground && !scene.places.empty()) {
         float lowest = std::numeric_limits<float>::infinity();
         for (std::size_t i = 0; i < scene.places.size(); ++i) lowest = std::min(lowest, scene.places[i].z() - scene.diameter(i) / 2);

@@ -24,6 +24,14 @@ struct Callout {
     std::string text = {};  // Of the catom.
 };
 
+// A plane at right angles to an axis; what is on one side of it is not shown.
+struct Cut {
+    int axis = 0;
+    float at = 0;
+    bool above = false;  // Otherwise what is below is kept.
+    bool keeps(float x) const { return above ? x >= at : x <= at; }
+};
+
 // Bodies may be empty. Each is about the first of its variables that is a catom. The value of a catom is that of the last other variable;
 // of several the least.
 struct Look {
@@ -31,7 +39,8 @@ struct Look {
     std::string only = {};    // These are shown,
     std::string hide = {};    // and these are not.
     bool exposed = false;     // On a lattice only those with a free cell beside them.
-    std::string links = {};   // A line from the catom to the next variable that is a catom, or along a vec3,
+    std::optional<Cut> cut = {};
+    std::string links = {};   // A line from the catom to the next variable that is a catom, or along a vec3 or three numbers,
     std::string arrows = {};  // or an arrow.
     std::string labels = {};  // The value is written at the catom.
     std::vector<Callout> callouts = {};

@@ -43,10 +43,22 @@ std::string quoted(const std::string& text) {
     return out + '"';
 }
 
-// A row for each catom and tick.
-class Csv : public ModelFile {
+class OneFile : public ModelFile {
   public:
-    explicit Csv(OutputFile file) : ModelFile(std::move(file)) { write("tick,catom,x,y,z,diameter,red,green,blue,value\n"); }
+    Result<void> commit() override { return file_.commit(); }
+
+  protected:
+    explicit OneFile(OutputFile file) : file_(std::move(file)) {}
+    void write(std::string_view bytes) { file_.write(bytes); }
+
+  private:
+    OutputFile file_;
+};
+
+// A row for each catom and tick.
+class Csv : public OneFile {
+  public:
+    explicit Csv(OutputFile file) : OneFile(std::move(file)) { write("tick,catom,x,y,z,diameter,red,green,blue,value\n"); }
     Result<void> add(const Frame& frame) override {
         const render::Scene& scene = frame.scene;
         const Values values(frame);
@@ -61,9 +73,9 @@ class Csv : public ModelFile {
 };
 
 // Extended XYZ, as OVITO and ASE read it: a frame for each tick.
-class Xyz : public ModelFile {
+class Xyz : public OneFile {
   public:
-    explicit Xyz(OutputFile file) : ModelFile(std::move(file)) {}
+    explicit Xyz(OutputFile file) : OneFile(std::move(file)) {}
     Result<void> add(const Frame& frame) override {
         const render::Scene& scene = frame.scene;
         const Values values(frame);
@@ -88,9 +100,9 @@ class Xyz : public ModelFile {
 };
 
 // Points with colours, sizes and values.
-class Ply : public ModelFile {
+class Ply : public OneFile {
   public:
-    explicit Ply(OutputFile file) : ModelFile(std::move(file)) {}
+    explicit Ply(OutputFile file) : OneFile(std::move(file)) {}
     Result<void> add(const Frame& frame) override {
         const render::Scene& scene = frame.scene;
         const Values values(frame);
@@ -116,9 +128,9 @@ class Ply : public ModelFile {
 };
 
 // glTF 2.0 in one file: the surface of what can be seen from outside, as one mesh with a colour at each corner.
-class Glb : public ModelFile {
+class Glb : public OneFile {
   public:
-    explicit Glb(OutputFile file) : ModelFile(std::move(file)) {}
+    explicit Glb(OutputFile file) : OneFile(std::move(file)) {}
     Result<void> add(const Frame& frame) override {
         const Solid solid = solid_of(frame.scene);
         const std::size_t corners = solid.places.size(), places = 12 * corners, colours = 8 * corners, faces = 12 * solid.faces.size();
@@ -207,6 +219,27 @@ std::optional<Kind> kind_of(const std::string& path) {
     return std::nullopt;
 }
 
+// In the name of files of several ticks, what stands for the tick.
+constexpr std::string_view kTick = "TICK";
+
+// A file of each tick.
+class Series : public ModelFile {
+  public:
+    explicit Series(std::string path) : path_(std::move(path)) {}
+    Result<void> add(const Frame& frame) override {
+        std::string path = path_;
+        path.replace(path.find(kTick), kTick.size(), fmt::format("{:06}", frame.tick));
+        Result<std::unique_ptr<ModelFile>> file = open(path, 1);
+        if (!file) return tl::unexpected<Error>(file.error());
+        if (auto added = (*file)->add(frame); !added) return added;
+        return (*file)->commit();
+    }
+    Result<void> commit() override { return {}; }
+
+  private:
+    std::string path_;
+};
+
 }  // namespace
 
 Result<void> ModelFile::check(const std::string& path, std::size_t ticks) {
@@ -214,13 +247,16 @@ Result<void> ModelFile::check(const std::string& path, std::size_t ticks) {
     if (!kind)
         return fail(fmt::format("{} ends with none of .csv, .xyz, .ply and .glb, which say what is written", path),
                     "Write -o FILE.ply, for example");
-    if (ticks > 1 && (*kind == Kind::Ply || *kind == Kind::Glb))
-        return fail(fmt::format("{} can hold one tick only", path), "Give one --tick, or write a .csv or .xyz file");
+    if (ticks > 1 && (*kind == Kind::Ply || *kind == Kind::Glb) && path.find(kTick) == std::string::npos)
+        return fail(fmt::format("{} can hold one tick only", path),
+                    fmt::format("Write {} for files of their own, give one --tick, or write a .csv or .xyz file",
+                                std::string(path).insert(path.size() - 4, fmt::format("-{}", kTick))));
     return {};
 }
 
 Result<std::unique_ptr<ModelFile>> ModelFile::open(const std::string& path, std::size_t ticks) {
     if (auto fits = check(path, ticks); !fits) return tl::unexpected<Error>(fits.error());
+    if (path.find(kTick) != std::string::npos) return std::make_unique<Series>(path);
     Result<OutputFile> file = OutputFile::open(path, Appears::Whole);
     if (!file) return tl::unexpected<Error>(file.error());
     switch (*kind_of(path)) {

@@ -13,9 +13,10 @@ namespace meld::picture {
 
 class ModelFile {
   public:
-    // Whether a file of this name can hold so many ticks. Errors: the name ends with nothing that is known; it holds one tick only.
+    // Whether files of this name can hold so many ticks. Errors: the name ends with nothing that is known; it holds one tick only, and the
+    // name has no TICK in it.
     static Result<void> check(const std::string& path, std::size_t ticks);
-    // Errors: those of check(), and of the file, which is seen when it is whole only.
+    // Errors: those of check(), and of the file, which is seen when it is whole only. A name with TICK stands for a file of each tick.
     static Result<std::unique_ptr<ModelFile>> open(const std::string& path, std::size_t ticks);
     virtual ~ModelFile() = default;
     ModelFile(const ModelFile&) = delete;
@@ -23,14 +24,10 @@ class ModelFile {
 
     // A frame with its colours. Errors: it is too large for the format (4).
     virtual Result<void> add(const Frame& frame) = 0;
-    Result<void> commit() { return file_.commit(); }
+    virtual Result<void> commit() = 0;
 
   protected:
-    explicit ModelFile(OutputFile file) : file_(std::move(file)) {}
-    void write(std::string_view bytes) { file_.write(bytes); }
-
-  private:
-    OutputFile file_;
+    ModelFile() = default;
 };
 
 }  // namespace meld::picture

@@ -19,7 +19,7 @@ namespace meld::render {
 namespace {
 
 // Of geometries in an Embree scene.
-constexpr unsigned kCatoms = 0, kStrokes = 1;
+constexpr unsigned kCatoms = 0, kStrokes = 1, kObstacles = 2;
 
 // Beyond this share of half a cube its faces bend towards its edges, so that cubes that touch can be told apart.
 constexpr float kEdge = 0.86F;
@@ -279,6 +279,20 @@ struct Geometry::Parts {
         for (std::size_t i = 0; enough && i < ends.size() / 2; ++i) starts[i] = static_cast<std::uint32_t>(2 * i);
         return add(curves, kStrokes) && enough;
     }
+    bool add_obstacles() {
+        const std::size_t count = scene.obstacles.size();
+        if (count == 0) return true;
+        RTCGeometry triangles = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* const corners = room<std::array<float, 3>>(triangles, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 3 * count);
+        auto* const indices = room<std::array<std::uint32_t, 3>>(triangles, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, count);
+        const bool enough = corners != nullptr && indices != nullptr;
+        for (std::size_t i = 0; enough && i < 3 * count; ++i) {
+            const Vec& at = scene.obstacles[i / 3][i % 3];
+            corners[i] = {at.x(), at.y(), at.z()};
+            indices[i / 3][i % 3] = static_cast<std::uint32_t>(i);
+        }
+        return add(triangles, kObstacles) && enough;
+    }
     bool fill() {
         rays = rtcNewScene(device);
         if (rays == nullptr) return false;
@@ -290,7 +304,7 @@ struct Geometry::Parts {
                             : scene.form == Form::Hexagon ? add_faces(hexagons_of(scene))
                             : scene.form == Form::Rounded ? add_rounded()
                                                           : add_points();
-        if (!catoms || !add_strokes()) return false;
+        if (!catoms || !add_strokes() || !add_obstacles()) return false;
         rtcCommitScene(rays);
         return rtcGetDeviceError(device) == RTC_ERROR_NONE;
     }
@@ -325,6 +339,9 @@ Geometry::Hit Geometry::seen_by(const Ray& ray, float distance, Vec normal, std:
         const std::uint32_t stroke = parts_->tube_owners[primitive];
         return {distance, normal, scene.strokes[stroke].colour, static_cast<std::uint32_t>(scene.places.size()) + stroke};
     }
+    // One thing: between its triangles there are no edges to be seen.
+    if (geometry == kObstacles)
+        return {distance, normal, kObstacle, static_cast<std::uint32_t>(scene.places.size() + scene.strokes.size())};
     const std::uint32_t catom = parts_->owners.empty() ? primitive : parts_->owners[primitive];
     if (scene.form == Form::Cube) normal = bent(normal, ray.from + distance * ray.along - scene.places[catom], scene.diameter(catom) / 2);
     return {distance, normal, scene.colours[catom], catom};

@@ -29,7 +29,7 @@ class Geometry {
         float distance;
         Vec normal;  // Towards where the ray came from; of length 1.
         Rgb colour;
-        std::uint32_t thing;  // The number of the place, or behind them that of the stroke.
+        std::uint32_t thing;  // The number of the place, behind them that of the stroke, and then one for all obstacles.
     };
     // What each ray meets first. Any thread may ask. Cost: some 0.1 us a ray; less if rays beside each other in the list are close together
     // and go the same way, as up to 16 go together.

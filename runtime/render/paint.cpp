@@ -25,7 +25,9 @@ constexpr float kLeast = 0.3F;
 // Pixels to a catom from which on flat ones that touch have a line between them.
 constexpr float kOutlined = 8;
 constexpr std::size_t kLeastSky = 4;  // Rays to the sky for each pixel, at least; also where one ray goes through it.
-constexpr float kSunWidth = 0.05F;    // Half of it, as a slope.
+// Of catoms with fewer pixels across, the grain of one ray to the sky from each place is not seen among their own edges.
+constexpr float kGrain = 8;
+constexpr float kSunWidth = 0.05F;  // Half of it, as a slope.
 // Rays begin this far from what they leave, in catom diameters.
 constexpr float kOff = 2e-3F;
 
@@ -96,7 +98,7 @@ class Painter {
           camera_(camera),
           quality_(quality),
           count_(quality.samples * quality.samples),
-          sky_(std::max(quality.sky, kLeastSky / count_)),
+          sky_(std::max(camera.scale() < kGrain ? 1 : quality.sky, kLeastSky / count_)),
           sun_((Vec::UnitZ() * 0.9F - camera.right() * 0.5F - camera.forward() * 0.45F).normalized()),
           reach_(std::max(4.0F, 0.2F * camera.extent())) {
         across_sun_ = beside(sun_);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace meld::render {
@@ -22,6 +23,12 @@ struct Rgb {
 
 // How catoms look. Discs and hexagons lie flat, for lattices in the plane; rounded ones are cubes with round edges.
 enum class Form : std::uint8_t { Sphere, Cube, Disc, Hexagon, Rounded };
+inline constexpr std::array<std::string_view, 5> kFormNames = {"sphere", "cube", "disc", "hexagon", "rounded"};
+inline std::optional<Form> form_named(std::string_view name) {
+    for (std::size_t i = 0; i < kFormNames.size(); ++i)
+        if (kFormNames[i] == name) return static_cast<Form>(i);
+    return std::nullopt;
+}
 
 // The radius of the edges of rounded cubes.
 inline constexpr float kRound = 0.13F;
@@ -40,6 +47,10 @@ struct Note {
     std::string text = {};
 };
 
+// Of an obstacle; seen from both sides.
+using Triangle = std::array<Vec, 3>;
+inline constexpr Rgb kObstacle = {205, 200, 190};
+
 struct Scene {
     Form form = Form::Sphere;
     std::vector<Vec> places = {};
@@ -47,8 +58,9 @@ struct Scene {
     std::vector<Rgb> colours = {};      // One for each place.
     std::vector<Stroke> strokes = {};
     std::vector<Note> notes = {};
-    std::vector<Note> callouts = {};   // Written beside the picture, with a line to the place.
-    std::vector<Vec> ways = {};        // From a catom to its neighbours on a lattice that fills space; of no use: empty.
+    std::vector<Note> callouts = {};  // Written beside the picture, with a line to the place.
+    std::vector<Vec> ways = {};       // From a catom to its neighbours on a lattice that fills space; of no use: empty.
+    std::vector<Triangle> obstacles = {};
     std::optional<float> ground = {};  // The height of a floor, which shows shadows only.
 
     float diameter(std::size_t i) const { return diameters.empty() ? 1.0F : diameters[i]; }

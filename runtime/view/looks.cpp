@@ -12,6 +12,21 @@ namespace {
 
 constexpr double kFar = 1e9;  // No world is so large, in diameters.
 
+Result<std::optional<picture::Cut>> cut_of(const Json& json) {
+    if (json.empty()) return std::nullopt;
+    Fields fields(json, "cut");
+    std::int64_t axis = 0;
+    double at = 0;
+    picture::Cut cut;
+    fields.read("axis", axis, 0, 2);
+    fields.read("at", at, -kFar, kFar);
+    fields.read("above", cut.above);
+    if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
+    cut.axis = static_cast<int>(axis);
+    cut.at = static_cast<float>(at);
+    return cut;
+}
+
 }  // namespace
 
 Result<picture::Look> look_of(const Json& json) {
@@ -20,6 +35,8 @@ Result<picture::Look> look_of(const Json& json) {
     std::string map = "viridis";
     std::vector<double> range;
     std::optional<double> size;
+    std::string form;
+    const Result<std::optional<picture::Cut>> cut = cut_of(fields.object("cut"));
     fields.read("colour", look.colour);
     fields.read("only", look.only);
     fields.read("hide", look.hide);
@@ -27,10 +44,19 @@ Result<picture::Look> look_of(const Json& json) {
     fields.read("arrows", look.arrows);
     fields.read("labels", look.labels);
     fields.read("exposed", look.exposed);
+    fields.read("form", form);
     fields.read("map", map);
     fields.read("range", range, 2, -1e300, 1e300);
     fields.read("size", size, 1e-3, 1);
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
+    if (!cut) return tl::unexpected<Error>(cut.error());
+    look.cut = *cut;
+    if (!form.empty()) {
+        look.form = render::form_named(form);
+        if (!look.form)
+            return fail(fmt::format("look: there is no form \"{}\"", form),
+                        fmt::format("There are {}", fmt::join(render::kFormNames, ", ")));
+    }
     const auto known = render::ColourMap::named(map);
     if (!known)
         return fail(fmt::format("look: there is no map \"{}\"", map),

@@ -20,6 +20,7 @@
 #include "runtime/sim/ending_name.h"
 #include "runtime/view/looks.h"
 #include "runtime/view/scene/block.h"
+#include "runtime/view/scene/thin.h"
 
 namespace meld::view {
 
@@ -28,6 +29,8 @@ namespace {
 constexpr std::int64_t kMostTick = std::numeric_limits<std::int64_t>::max() - 1;
 constexpr double kLeastPixels = 16, kMostPixels = 2000;  // Along each side of a picture.
 constexpr std::int64_t kMostPoints = 100'000;
+// Catoms in a frame, unless the page asks for more or fewer: what software draws in a second, and what memory holds.
+constexpr std::int64_t kMostSent = 300'000, kMostPerFrame = 20'000'000;
 constexpr const char* kVerbs = "There are hello, frame, image, command, play, pause, metrics, world, world-check, world-save and interrupt";
 
 // What every request may have besides its own keys.
@@ -166,6 +169,8 @@ Result<Reply> Viewer::hello() {
                    {"catoms", std::get<debug::Standing>(*standing).catoms},
                    {"recorded", options_.session.recorded},
                    {"live", !options_.session.recorded},
+                   {"links", subdomain.ensemble.keeps_links() && (!is_free || is_graph)},
+                   {"jams", subdomain.world.longest_jam},
                    {"predicates", std::move(predicates)},
                    {"maps", std::move(maps)}};
     reply.words.update(where());
@@ -182,7 +187,9 @@ Result<void> Viewer::go_to(std::optional<std::int64_t> tick) {
 Result<Reply> Viewer::frame(const Json& request) {
     Fields fields = fields_of(request);
     std::optional<std::int64_t> tick;
+    std::int64_t most = kMostSent;
     fields.read("tick", tick, 0, kMostTick);
+    fields.read("most", most, 1, kMostPerFrame);
     const Result<picture::Look> look = look_of(fields.object("look"));
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     if (!look) return tl::unexpected<Error>(look.error());
@@ -193,7 +200,10 @@ Result<Reply> Viewer::frame(const Json& request) {
     if (!speaks()) return reply;
     const std::optional<render::Legend> legend = picture::colour(std::span(&*seen, 1), *look);
     reply.words = frame_words(*seen, legend);
-    reply.binary = frame_block(*seen);
+    const Thinned thinned = thin(*seen, static_cast<std::size_t>(most));
+    reply.words["sent"] = seen->ids.size();
+    reply.words["coarse"] = thinned.coarse;
+    reply.binary = frame_block(*seen, thinned.covers);
     return reply;
 }
 

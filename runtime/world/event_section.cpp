@@ -27,7 +27,8 @@ class Events {
     Events(TomlReader& reader, World& world) : reader_(reader), world_(world) {}
 
     void read(const toml::table& table);
-    void measure_jams();
+    // `least`: they may make messages so late, however short they are.
+    void measure_jams(std::int64_t least);
 
   private:
     // Calls read(node) for the items of an array, or for what is none.
@@ -210,33 +211,16 @@ void Events::read(const toml::table& table) {
     world_.events.push_back(std::move(event));
 }
 
-// How late a message may be: jams that follow each other, or that a catom which pauses can meet one after the other, count as one, wherever
-// they are.
-void Events::measure_jams() {
-    std::vector<std::pair<std::int64_t, std::int64_t>> jams;
+void Events::measure_jams(std::int64_t least) {
     const auto refuse = [&](std::string_view problem) {
-        reader_.wrong(Error{fmt::format("{}: {}", first_jam_, problem), "make them fewer or shorter"});
+        reader_.wrong(
+            Error{fmt::format("{}: {}", first_jam_.empty() ? "[network] longest_jam" : first_jam_, problem), "make them fewer or shorter"});
     };
-    for (const Event& event : world_.events) {
-        if (event.jam.empty()) continue;
-        std::int64_t ticks = 0;
-        for (const Jam& jam : event.jam) ticks = std::max(ticks, jam.ticks);
-        if (jams.size() + static_cast<std::size_t>(event.times) > kMaxJams)
-            return refuse(fmt::format("there are more than {} jams", kMaxJams));
-        for (std::int64_t i = 0; i < event.times; ++i) {
-            const std::int64_t begin = event.tick + i * event.every;
-            jams.emplace_back(begin, begin + ticks + world_.clock.most - 1);
-        }
-    }
-    std::ranges::sort(jams);
-    std::int64_t begin = 0, end = 0, longest = 0;
-    for (const auto& [from, to] : jams) {
-        if (from > end) begin = from;
-        end = std::max(end, to);
-        longest = std::max(longest, end - begin);
-    }
+    const std::optional<std::int64_t> measured = longest_jam(world_.events, world_.clock);
+    if (!measured) return refuse(fmt::format("there are more than {} jams", kMaxJams));
+    const auto longest = static_cast<std::uint64_t>(std::max(*measured, least));
     world_.longest_jam = 0;
-    const auto most = static_cast<std::uint64_t>(longest) + world_.latency();
+    const auto most = longest + world_.latency();
     if (most > kMaxLatency_ticks)
         return refuse(fmt::format("a message may be under way for {} ticks, and the maximum is {}", most, kMaxLatency_ticks));
     world_.longest_jam = static_cast<std::uint32_t>(longest);
@@ -279,10 +263,32 @@ void each_table(TomlReader& reader, const toml::table& top, const char* name, co
 
 }  // namespace
 
+std::optional<std::int64_t> longest_jam(std::span<const Event> events, const ClockOptions& clock) {
+    std::vector<std::pair<std::int64_t, std::int64_t>> jams;
+    for (const Event& event : events) {
+        if (event.jam.empty()) continue;
+        std::int64_t ticks = 0;
+        for (const Jam& jam : event.jam) ticks = std::max(ticks, jam.ticks);
+        if (jams.size() + static_cast<std::size_t>(event.times) > kMaxJams) return std::nullopt;
+        for (std::int64_t i = 0; i < event.times; ++i) {
+            const std::int64_t begin = event.tick + i * event.every;
+            jams.emplace_back(begin, begin + ticks + clock.most - 1);
+        }
+    }
+    std::ranges::sort(jams);
+    std::int64_t begin = 0, end = 0, longest = 0;
+    for (const auto& [from, to] : jams) {
+        if (from > end) begin = from;
+        end = std::max(end, to);
+        longest = std::max(longest, end - begin);
+    }
+    return longest;
+}
+
 void read_events(TomlReader& reader, const toml::table& top, World& world) {
     Events events(reader, world);
     each_table(reader, top, "event", [&](const toml::table& table) { events.read(table); });
-    if (!reader.error()) events.measure_jams();
+    if (!reader.error()) events.measure_jams(top["network"]["longest_jam"].value_or(std::int64_t{0}));
 }
 
 void read_faults(TomlReader& reader, const toml::table& top, World& world) {

@@ -1,6 +1,10 @@
 // [[event]] and [faults] of a world file.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <span>
+
 #include "runtime/world/toml_reader.h"
 #include "runtime/world/world_file.h"
 
@@ -17,6 +21,10 @@ void read_events(TomlReader& reader, const toml::table& top, World& world);
 
 // [faults] kill, hang, restart, cut, heal = P, where = REGION, from = T, until = T; or several, [[faults]].
 void read_faults(TomlReader& reader, const toml::table& top, World& world);
+
+// How late jams can make a message: those that follow each other, or that a catom which pauses can meet one after the other, count as one,
+// wherever they are. Nothing if there are too many of them.
+std::optional<std::int64_t> longest_jam(std::span<const Event> events, const ClockOptions& clock);
 
 // Whether anything of these is for catoms that are known by their links.
 bool needs_links(const toml::table& top);

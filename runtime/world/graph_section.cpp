@@ -18,6 +18,7 @@ constexpr std::uint64_t kMaxGraph_bytes = std::uint64_t{16} << 30;
 constexpr std::pair<std::string_view, std::string_view> kNotInGraphs[] = {
     {"body", "a graph has nodes instead of cells: take [[body]] out"},
     {"target", "a target is a set of cells: take [target] out, or give a fact to the nodes that you mean"},
+    {"without", "a graph has nodes instead of cells: take [without] out"},
     {"held", "nodes of a graph hold no units: take held out"},
 };
 

@@ -63,7 +63,7 @@ void refuse_others(const Section& section, const toml::table& table, const std::
 
 void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& network) {
     const Section section(reader, table, "[network]",
-                          {"kind", "least", "most", "loss", "retry", "tries", "duplicate", "reorder", "region"});
+                          {"kind", "least", "most", "loss", "retry", "tries", "duplicate", "reorder", "region", "longest_jam"});
     std::string kind = "ideal";
     section.read_choice("kind", kind, {"ideal", "latency", "lossy", "raw"});
     network.kind = kind == "latency" ? NetworkKind::Latency
@@ -71,7 +71,10 @@ void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& 
                    : kind == "raw"   ? NetworkKind::Raw
                                      : NetworkKind::Ideal;
     const std::vector<std::string_view> keys = keys_of(network.kind);
-    refuse_others(section, table, kind, keys, {"kind", "region"});
+    refuse_others(section, table, kind, keys, {"kind", "region", "longest_jam"});
+    // It is the events' (event_section.cpp), which know how long theirs are.
+    std::uint32_t longest_jam = 1;
+    read_ticks(section, "longest_jam", longest_jam);
     read_terms(section, network.kind, network.terms);
     const toml::node* regions = section.find("region");
     if (regions == nullptr) return;

@@ -21,6 +21,7 @@
 #include "runtime/world/populate.h"
 #include "runtime/world/positions_file.h"
 #include "runtime/world/program_section.h"
+#include "runtime/world/shape_tree.h"
 #include "runtime/world/toml_reader.h"
 
 namespace meld::world {
@@ -117,6 +118,15 @@ void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedC
     if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
 }
 
+// cells = an array or a file name, in a section of this name.
+void read_cells(TomlReader& reader, const Section& section, std::string_view name, CellList& listed) {
+    const toml::node* cells = section.find("cells");
+    if (!cells) return;
+    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
+    if (cells->is_string()) return read_cell_file(reader, *cells, listed);
+    reader.wrong(cells->source(), fmt::format("{} cells {}", name, type_mismatch(*cells, "a file name or an array of [x, y, z]")));
+}
+
 void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed,
                std::vector<PlacedCatom>& placed) {
     const Section body(reader, table, "[[body]]", {"shape", "cells", "positions"});
@@ -129,11 +139,28 @@ void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>&
     }
     if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
     read_positions(reader, body, placed);
-    const toml::node* cells = body.find("cells");
-    if (!cells) return;
-    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
-    if (cells->is_string()) return read_cell_file(reader, *cells, listed);
-    reader.wrong(cells->source(), "[[body]] cells " + type_mismatch(*cells, "a file name or an array of [x, y, z]"));
+    read_cells(reader, body, "[[body]]", listed);
+}
+
+// No catoms stand on the cells that [without] lists, whatever the bodies are.
+void read_without(TomlReader& reader, const Section& top, const Lattice& lattice, World& world) {
+    const toml::node* node = top.find("without");
+    if (!node) return;
+    if (!node->is_table()) return reader.wrong(node->source(), "without " + type_mismatch(*node, "a table [without]"));
+    const Section without(reader, *node->as_table(), "[without]", {"cells"});
+    if (!without.has("cells")) return reader.wrong(node->source(), "[without] has no cells", "add cells = [[0, 0, 0]]");
+    CellList listed(lattice);
+    read_cells(reader, without, "[without]", listed);
+    const Result<std::vector<Cell>> cells = listed.sorted();
+    if (!cells) return reader.wrong(cells.error());
+    const auto before = [&](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); };
+    std::erase_if(world.cells, [&](Cell cell) { return std::binary_search(cells->begin(), cells->end(), cell, before); });
+    if (cells->empty() || !world.body.root()) return;
+    // Balls that hold the middle of their cell and of no other.
+    std::vector<Shape> holes;
+    for (const Cell cell : *cells) holes.push_back(make_shape(Moved{make_shape(Ball{0.25}, ""), lattice.position(cell)}, ""));
+    const std::string text = fmt::format("minus({}, {} cells)", world.body.text(), cells->size());
+    world.body = make_shape(Difference{world.body, {make_shape(Union{std::move(holes)}, "")}}, text);
 }
 
 void read_bodies(TomlReader& reader, const Section& top, World& world) {
@@ -155,6 +182,7 @@ void read_bodies(TomlReader& reader, const Section& top, World& world) {
     Result<std::vector<Cell>> cells = listed.sorted();
     if (!cells) return reader.wrong(cells.error());
     world.cells = std::move(*cells);
+    read_without(reader, top, lattice, world);
 }
 
 void read_target(TomlReader& reader, const toml::table& table, World& world) {
@@ -302,9 +330,9 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     world.by_links = by_links(table);
-    const Section top(reader, table, "",
-                      {"lattice", "graph", "links",  "nodes",  "directed", "radius",  "seed",  "held", "body",       "target", "facts",
-                       "event",   "set",   "motion", "record", "limits",   "network", "clock", "time", "components", "faults", "program"});
+    const Section top(reader, table, "", {"lattice", "graph",  "links", "nodes",      "directed", "radius",  "seed",   "held",
+                                          "body",    "target", "facts", "event",      "set",      "motion",  "record", "limits",
+                                          "network", "clock",  "time",  "components", "faults",   "program", "without"});
     read_top(reader, top, world);
     // Before a graph, which is made where it is read.
     read_limits(reader, table_at(reader, table, "limits"), world.limits);

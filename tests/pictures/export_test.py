@@ -201,6 +201,13 @@ class Exports(Case):
         self.assertEqual(self.export("b.xyz", *DIST, target="run.vtkhdf"), wanted)
         self.assertEqual(self.export("b.xyz", *DIST, target="kept"), self.export("a.xyz", *DIST, "--tick", 2))
 
+    def test_a_file_of_each_tick(self):
+        for end in ("ply", "glb"):
+            out, _ = self.call("meldsim", "export", "front.meld", "-o", f"s-TICK.{end}", "--tick", "0,2,end")
+            self.assertEqual(out, f"s-TICK.{end}: 27 of 27 catoms, ticks 0, 2, 8\n")
+            for tick in (0, 2, 8):
+                self.assertEqual(self.read(f"s-{tick:06}.{end}"), self.export(f"b.{end}", "--tick", tick))
+
     def test_mistakes(self):
         self.write("old.ply", "as it was")
         for says, code, name, *options in (("old.ply can hold one tick only", 2, "old.ply", "--tick", "0,1"),

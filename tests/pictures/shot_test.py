@@ -68,6 +68,28 @@ class Shots(Case):
         # Those that have no value are grey.
         self.assertEqual(close(self.shot("painted.meld", "--bare", "--colour", "id(A, N), N = 1"), RED).sum(), 0)
 
+    def test_bodies_stand_before_obstacles(self):
+        self.write("fall.meld", "type fast(node, float, float, float).\nfast(A, X, Y, Z) :- velocity(A, X, Y, Z).\n")
+        world = '[[body]]\npositions = [[0, 0, 3], [0, 2, 3]]\n[motion]\nkind = "bodies"\n'
+        box = '[[motion.obstacle]]\nkind = "box"\ncentre = [-4, 1, 3]\nsize = [1, 20, 20]\n'
+
+        def seen(text, *options):
+            self.write("fall.toml", text)
+            return self.shot("fall.meld", "--bare", "--azimuth", 0, "--elevation", 0, "--tick", 12, *options).astype(int)
+
+        # Behind the balls is a wall, and without it nothing.
+        self.assertGreater((seen(world) == 255).all(axis=2).mean(), 0.3)
+        wall = seen(world + box)
+        self.assertEqual((wall == 255).all(axis=2).sum(), 0)
+        red, blue = wall[5, 5, 0], wall[5, 5, 2]
+        self.assertTrue(150 < red < 215 and 5 < red - blue < 25, wall[5, 5])
+        # They fall, and arrows say so, by three numbers as by a vec3.
+        arrows = seen(world, "--arrows", "fast(A, X, Y, Z)")
+        self.assertGreater((arrows.max(axis=2) < 70).sum(), 50)
+        self.assertTrue((arrows == seen(world, "--arrows", "fast(A, X, Y, Z), V = vec3(X, Y, Z)")).all())
+        self.refused("meldsim", "shot", "fall.meld", "-o", "b.png", "--arrows", "fast(A, X, Y, _)", "--quiet", "--tick", 1, code=2,
+                     says="no variable is another catom, a vec3 or the first of three numbers", lines=None)
+
     def test_only_and_hide(self):
         whole = (self.shot("corner.meld", "--bare", "--zoom", "0.5") < 250).any(axis=2).sum()
         some = (self.shot("corner.meld", "--bare", "--zoom", "0.5", "--hide", "dist(A, D), D > 2") < 250).any(axis=2).sum()
@@ -206,7 +228,8 @@ class Shots(Case):
     def test_mistakes(self):
         for says, *options in (("did you mean `dist`?", "--colour", "dits(A, D)"),
                                ("--colour: no variable is a catom in `D = 3`", "--colour", "D = 3"),
-                               ("--links: no variable is another catom or a vec3 in `dist(A, D)`", "--links", "dist(A, D)"),
+                               ("--links: no variable is another catom, a vec3 or the first of three numbers in `dist(A, D)`",
+                                "--links", "dist(A, D)"),
                                ("--labels: no variable is a value in `source(A)`", "--labels", "source(A)"),
                                ("--size: '10' is no size of a picture", "--size", "10"),
                                ("--range: '3:1' is no range", "--range", "3:1"),

@@ -7,6 +7,10 @@ add_test(NAME pictures_movie COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_
 add_test(NAME pictures_export COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/export_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(pictures_movie pictures_export PROPERTIES TIMEOUT 120 PROCESSORS 2)
+# Compared with what they should be, also where something is wrong.
+add_test(NAME pictures_looks COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/looks_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(pictures_looks PROPERTIES TIMEOUT 120)
 # The gallery: some of its pictures are made again; the campaign makes all.
 add_test(NAME pictures_gallery COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/gallery_test.py
   --bin $<TARGET_FILE_DIR:meldsim> heat life ring belief_propagation)

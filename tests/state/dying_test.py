@@ -162,6 +162,32 @@ class Dying(DebugTest):
             self.assertIn("--by-links", self.session([command], "dist.meld", "--world", "w.toml", code=2)[1])
         self.assertIn("no catom @99", self.session(["heal @3 @99"], "dist.meld", "--world", "w.toml", "--by-links", code=2)[1])
 
+    def test_failures_of_several_and_around_them_by_hand(self):
+        self.write("dist.meld", DIST)
+        self.write("w.toml", square(8) + '[facts]\nsource = "id == 0"\n[network]\nlongest_jam = 30\n')
+        commands = ["to 12", "cut around cell(A, X, Y, _), X >= 2", "to 60", "query dist(A, D), cell(A, X, Y, _), X >= 2",
+                    "heal around cell(A, X, Y, _), X >= 2", "to 80", "jam 12 @0", "jam 9 around @3 @4 @5", "kill @50 @51", "hang @9 @9 @8",
+                    "to 130", "where", "back 40", "to 130", "where", "save-events e.toml", "events"]
+        for processes in (1, 2):
+            answers = self.answers(commands, "dist.meld", "--world", "w.toml", "--ticks", 200, "-n", processes)
+            self.assertEqual(answers[3]["count"], 0)
+            self.assertEqual(answers[11]["digest"], answers[14]["digest"])
+            events = answers[16]["events"]
+            self.assertEqual([(e["tick"], e["kind"], e.get("ticks")) for e in events],
+                             [(13, "cut", None), (61, "heal", None), (81, "jam", 12), (81, "jam", 9), (81, "kill", None),
+                              (81, "hang", None)])
+            self.assertEqual([e["catoms"] for e in events[2:]], [[0], [3, 4, 5], [50, 51], [9, 8]])
+            self.assertEqual(events[0]["catoms"], events[1]["catoms"])
+            self.write("both.toml", self.read("w.toml").decode() + self.read("e.toml").decode())
+            digests = self.run_of("dist.meld", "both.toml", "--ticks", 130)[1].decode()
+            self.assertIn(answers[11]["digest"], digests.splitlines()[-1])
+        for command, says in (("jam 31 @0", "late by more than 30 ticks"), ("jam @0", "'@0'"), ("jam 3", "the catom is missing"),
+                              ("cut @1 @2 @3", "@3 is a third one"), ("cut around", "the catom is missing"),
+                              ("kill @1 @99", "no catom @99"), ("cut around dist(A, 99)", "holds for no catom")):
+            self.assertIn(says, self.session([command], "dist.meld", "--world", "w.toml", code=2)[1], command)
+        self.write("w.toml", square(8))
+        self.assertIn("[network] longest_jam", self.session(["jam 3 @0"], "dist.meld", "--world", "w.toml", "--by-links", code=2)[1])
+
     def test_history_of_what_went_with_its_catom(self):
         """No rule is named that has not fired, and no event that has taken nothing."""
         self.write("k.meld", "type linear token(node, int).\ntype linear done(node, int).\ntype base(node).\ntype view(node).\n"

@@ -17,7 +17,9 @@ from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
 
 from frame import main  # noqa: E402
+from judge import judge  # noqa: E402
 from png import read_png  # noqa: E402
+from stairs import COLOURS, FILES as STAIRS, PLACES  # noqa: E402
 from viewing import CORNER, Viewing  # noqa: E402
 
 WIDTH, HEIGHT = 6, 4
@@ -29,7 +31,7 @@ FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-
 
 
 class Pages(Viewing):
-    FILES = Viewing.FILES | {"plate.meld": CORNER, "plate.toml": PLATE}
+    FILES = Viewing.FILES | STAIRS | {"plate.meld": CORNER, "plate.toml": PLATE}
 
     @classmethod
     def setUpClass(cls):
@@ -45,9 +47,9 @@ class Pages(Viewing):
         self.browser.get(link)
         self.wait(lambda: self.run_js("return document.body.dataset.ready"))
 
-    def share(self, *options):
-        self.call("meldsim", "view", "plate.meld", "--share", "a.html", "--quiet", *options)
-        self.open((pathlib.Path(self.folder) / "a.html").as_uri())
+    def share(self, *options, program="plate.meld", after=""):
+        self.call("meldsim", "view", program, "--share", "a.html", "--quiet", *options)
+        self.open((pathlib.Path(self.folder) / "a.html").as_uri() + after)
 
     def run_js(self, text, *arguments):
         return self.browser.execute_script(text, *arguments)
@@ -97,6 +99,38 @@ class Pages(Viewing):
         row = [self.cell(pixels, x, 0).sum() for x in range(WIDTH)]
         self.assertEqual(row, sorted(row))
         self.assertIn("0", self.text("legend"))
+
+    def stairs(self, *options):
+        """The picture of catoms that look different from all sides, seen with parallel rays and without a legend."""
+        self.share("--colour", "value(A, N)", *options, program="stairs.meld")
+        self.to(self.run_js("return viewer.info.last"))
+        self.run_js("viewer.stage.view.angle = 0; document.getElementById('legend').hidden = true; viewer.stage.fit()")
+        return self.pixels()
+
+    def test_balls_are_as_they_should_be_and_mistakes_would_be_noticed(self):
+        pixels = self.stairs()
+        self.assertEqual(judge(pixels, PLACES, COLOURS), [])
+        self.assertNotEqual(judge(pixels[:, ::-1], PLACES, COLOURS), [], "mirrored")
+        for order in ((1, 0, 2), (0, 2, 1), (2, 1, 0)):
+            self.assertNotEqual(judge(pixels, PLACES[:, order], COLOURS), [], order)
+        self.assertGreater(len(judge(self.stairs("--map", "cividis"), PLACES, COLOURS)), 5)
+        x, y, z = (int(c) for c in PLACES[11])
+        self.assertNotEqual(judge(self.stairs("--hide", f"cell(A, {x}, {y}, {z})"), PLACES, COLOURS), [], "one is missing")
+
+    def test_a_shared_run_is_seen_without_webgl(self):
+        self.share("--colour", "dist(A, D)", after="#images")
+        self.to(self.run_js("return viewer.info.last"))
+        pixels = self.pixels()
+        self.assertLess(np.abs(self.cell(pixels, 0, 0) - PURPLE).max(), 40)
+        self.assertLess(np.abs(self.cell(pixels, WIDTH - 1, HEIGHT - 1) - YELLOW).max(), 40)
+        self.click(0)
+        self.assertEqual(self.text("catom"), "Catom @0")
+
+    def test_forms_are_drawn(self):
+        for form in ("sphere", "cube", "rounded", "disc", "hexagon"):
+            self.share("--colour", "dist(A, D)", "--form", form)
+            self.to(self.run_js("return viewer.info.last"))
+            self.assertLess(np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max(), 50, form)
 
     def test_a_click_shows_the_facts_of_the_catom_at_that_tick(self):
         self.share("--colour", "dist(A, D)", "--facts", "dist")
@@ -169,7 +203,7 @@ class Pages(Viewing):
             .move_by_offset(x1 - x0, 0).move_by_offset(0, y1 - y0).release().key_up(Keys.CONTROL).perform()
         self.wait(lambda: "and 2 more" in self.text("catom"))
         self.browser.find_element(By.ID, "kill").click()
-        self.wait(lambda: "They die in tick" in self.text("panel"))
+        self.wait(lambda: "It happens in tick" in self.text("panel"))
         self.command("run")
         self.wait(lambda: self.text("about").startswith("21 catoms"))
         # The catom at (2, 0), once 2 steps from the source, is reached over the last catom of the column.
@@ -230,6 +264,87 @@ class Pages(Viewing):
         self.write("plate.toml", PLATE)
         self.browser.find_element(By.ID, "edit-world").click()
         self.wait(lambda: self.run_js("return viewer.stage.frame.count") == 24)
+
+    def test_failures_are_made_by_mouse_and_saved(self):
+        self.write("jams.toml", PLATE + "[network]\nlongest_jam = 30\n")
+        self.write("taps.meld", CORNER + "tap(A) -o token(A, 0).\n")
+        self.open(self.view("taps.meld", "--world", "jams.toml"))
+        self.enter("look-colour", "dist(A, D)")
+        self.command("run")
+        self.click(23)
+
+        def press(name, says):
+            self.browser.find_element(By.ID, name).click()
+            self.wait(lambda: says in self.text("panel"))
+
+        press("cut-links", "cut @23")
+        self.command("run")
+        self.wait(lambda: "dist(@23, " not in self.text("facts"))
+        press("heal-links", "heal @23")
+        self.command("run")
+        self.wait(lambda: "dist(@23, " in self.text("facts"))
+        press("jam-links", "jam 10 @23")
+        press("hang", "hang @23")
+        self.run_js("viewer.select([0, 1, 2])")
+        press("cut-links", "cut around 3 catoms")
+        press("restart", "restart 3 catoms")
+        self.run_js("viewer.select([22, 23])")
+        press("cut-links", "cut @22 @23")
+        press("tap", "give tap(@23)")
+        press("save-events", "events.toml: 9 events")
+        events = self.read("events.toml").decode()
+        for line in ('cut = "id == 23"', 'jam = { where = "id == 23", ticks = 10 }', "hang = [23]", "restart = [0, 1, 2]",
+                     "cut = [[22, 23]]",
+                     'cut = { between = ["id >= 0 && id <= 2", "!(id >= 0 && id <= 2)"] }', 'give = { "tap" = "id == 22" }'):
+            self.assertIn(line, events)
+        # The world with these events makes the same run.
+        self.command("to 60")
+        digest = self.browser.execute_script("return viewer.source.command('where')")["answer"]["digest"]
+        self.write("again.toml", self.read("jams.toml").decode() + events)
+        self.call("meldsim", "run", "taps.meld", "--world", "again.toml", "--ticks", "60", "--digest", "d.txt", "--quiet")
+        self.assertIn(digest, self.read("d.txt").decode())
+
+    def test_a_world_is_changed_by_mouse(self):
+        self.open(self.view("plate.meld", "--world", "plate.toml"))
+        self.browser.find_element(By.ID, "edit-world").click()
+        self.wait(lambda: "24" in self.text("world-said"))
+        area, stage = self.browser.find_element(By.ID, "world-toml"), self.browser.find_element(By.ID, "stage")
+
+        def tool(name):
+            self.browser.find_element(By.ID, f"tool-{name}").click()
+
+        def click(x, y, catoms):
+            """Counted in cells from the lower left one."""
+            at = self.run_js("""const s = viewer.stage, low = arguments[2];
+                const at = s.view.project(low[0] + arguments[0], low[1] + arguments[1], 0);
+                return [at.x - s.view.width / 2, at.y - s.view.pixels / 2];""", x, y, low)
+            ActionChains(self.browser).move_to_element_with_offset(stage, *map(round, at)).click().perform()
+            self.wait(lambda: self.run_js("return viewer.stage.frame.count") == catoms)
+
+        low = self.run_js("return viewer.stage.bounds.low")
+        self.run_js("const {stage} = viewer, {view} = stage; view.zoom(0.6, view.width / 2, view.pixels / 2); stage.draw()")
+        tool("place")
+        click(5.3, 1, 25)  # Beside the last of its row,
+        click(8, 1, 26)    # and where nothing is.
+        self.assertIn("2", self.text("world-said").split("pieces")[1].split()[0])
+        tool("remove")
+        click(0, 0, 25)
+        tool("select")
+        click(8, 1, 25)
+        tool("copy")
+        click(-0.4, 1, 26)
+        text = area.get_attribute("value")
+        x, y = (int(c) for c in low[:2])
+        self.assertTrue(text.endswith("# Placed and taken out by mouse.\n"
+                                      f"[[body]]\ncells = [[{x + 6}, {y + 1}], [{x + 8}, {y + 1}], [{x - 1}, {y + 1}]]\n\n"
+                                      f"[without]\ncells = [[{x}, {y}]]\n"), text)
+        tool("undo")
+        self.wait(lambda: self.run_js("return viewer.stage.frame.count") == 25)
+        self.browser.find_element(By.ID, "world-save").click()
+        self.wait(lambda: "is written" in self.text("world-saved"))
+        out, _ = self.call("meldsim", "world", "plate.toml")
+        self.assertIn("25 catoms", out)
+        self.write("plate.toml", PLATE)
 
     def test_two_runs_are_side_by_side(self):
         self.write("half.meld", CORNER.replace("D + 1", "D + 2"))

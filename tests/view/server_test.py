@@ -10,8 +10,10 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
+import numpy as np  # noqa: E402
+
 from frame import main, square  # noqa: E402
-from viewing import Viewing  # noqa: E402
+from viewing import CORNER, Viewing  # noqa: E402
 from websocket import get  # noqa: E402
 
 MAGIC = 0x46444C4D
@@ -69,7 +71,7 @@ class Requests(Viewing):
         self.assertEqual((said["tick"], said["catoms"], said["shown"]), (4, 36, 36))
         self.assertEqual(page.event("moved")["tick"], 4)
         head = struct.unpack_from("<16I", block)
-        self.assertEqual(head[:5], (MAGIC, 1, 4, 0, 36))
+        self.assertEqual(head[:5], (MAGIC, 2, 4, 0, 36))
         self.assertEqual(said["legend"]["title"], "D")
         # Those that are shown, the others, and what is wrong.
         self.assertEqual(page.ask("frame", look={"only": "dist(A, 2)"})[0]["shown"], 3)
@@ -81,6 +83,98 @@ class Requests(Viewing):
             self.assertIsNone(block)
             self.assertIn(message, said["error"]["message"])
         self.assertEqual(page.ask("command", line="where")[0]["tick"], 4)
+
+    def test_what_is_hidden_is_left_out_of_large_frames(self):
+        self.write("cube.toml", '[[body]]\nshape = "box(8, 8, 8)"\n[facts]\nsource = "id == 0"\n')
+        page = self.page(self.view("corner.meld", "--world", "cube.toml"))
+
+        def frame(**asked):
+            said, block = page.ask("frame", **asked)
+            self.assertTrue(said["ok"], said)
+            count, flags = struct.unpack_from("<16I", block)[4:6]
+            self.assertEqual((said["sent"], bool(flags & 2)), (count, count < said["shown"]))
+            self.assertEqual(said["catoms"], 512)
+            places = np.frombuffer(block, "<f4", 3 * count, 64).reshape(-1, 3)
+            diameters = np.frombuffer(block, "<f4", count, 64 + 12 * count)
+            ids = np.frombuffer(block, "<u4", count, 64 + 16 * count)
+            self.assertTrue((np.diff(ids.astype(int)) > 0).all())
+            covers = np.frombuffer(block, "<i1", 4 * count, 64 + 24 * count).reshape(-1, 4) if flags & 2 else None
+            return said, places, diameters, covers
+
+        self.assertEqual(len(frame()[1]), 512)
+        # Two layers of balls are seen, the outer ones and those between them.
+        said, places, diameters, covers = frame(most=500)
+        self.assertEqual((said["coarse"], len(places)), (1, 8 ** 3 - 4 ** 3))
+        self.assertEqual(set(diameters), {1})
+        outer = np.abs(places - places.mean(axis=0)).max(axis=1) > 3
+        self.assertEqual(outer.sum(), 8 ** 3 - 6 ** 3)
+        # A corner has three neighbours of six, and they are on its inner side.
+        corner = covers[(places == places.min(axis=0)).all(axis=1)][0]
+        self.assertEqual([int(c) for c in corner], [42 + 0, 42, 42, 64])
+        self.assertTrue((covers[~outer] == [0, 0, 0, 127]).all())
+        # Where it is cut, what was inside is seen.
+        cut = {"axis": 2, "at": float(places[:, 2].mean())}
+        said, below, *_ = frame(most=100, look={"cut": cut})
+        self.assertEqual(said["shown"], 256)
+        self.assertLess(below[:, 2].max(), cut["at"] + 1)
+        # Fewer than can be seen: balls of two diameters, or more.
+        said, places, diameters, covers = frame(most=300)
+        self.assertEqual((said["coarse"], len(places), set(diameters)), (2, 4 ** 3 - 2 ** 3, {2}))
+        # In the end one for all.
+        self.assertEqual(len(frame(most=1)[1]), 1)
+        for wrong, message in (({"axis": 3, "at": 0}, "axis"), ({"axes": 0}, '"axes"'), ("x", "no object")):
+            self.assertIn(message, page.ask("frame", look={"cut": wrong})[0]["error"]["message"])
+        self.assertIn("sphere, cube", page.ask("frame", look={"form": "ball"})[0]["error"]["hint"])
+        self.assertEqual(struct.unpack_from("<16I", page.ask("frame", look={"form": "rounded"})[1])[9], 4)
+
+    def test_obstacles_are_in_frames(self):
+        self.write("fall.meld", "type seen(node).\nseen(A) :- id(A, 0).\n")
+        self.write("fall.toml", """
+[[body]]
+positions = [[0, 0, 3], [1, 0, 3]]
+[motion]
+kind = "bodies"
+ground = -0.5
+[[motion.obstacle]]
+kind = "box"
+centre = [3, 0, 0]
+size = [1, 2, 1]
+[[motion.obstacle]]
+kind = "terrain"
+centre = [5, 5, 0]
+heights = [[0, 1, 0], [0, 0, 2]]
+""")
+        page = self.page(self.view("fall.meld"))
+        _, block = page.ask("frame")
+        count, triangles = struct.unpack_from("<16I", block)[4], struct.unpack_from("<16I", block)[10]
+        self.assertEqual((count, triangles), (2, 2 + 12 + 4))
+        corners = np.frombuffer(block, "<f4", 9 * triangles, len(block) - 36 * triangles).reshape(-1, 3, 3)
+        self.assertTrue((corners[:2, :, 2] == -0.5).all())
+        box = corners[2:14].reshape(-1, 3)
+        self.assertEqual((box.min(axis=0).tolist(), box.max(axis=0).tolist()), ([2.5, -1, -0.5], [3.5, 1, 0.5]))
+        self.assertEqual(sorted({tuple(at) for at in corners[14:].reshape(-1, 3).tolist()}),
+                         [(5, 5, 0), (5, 6, 0), (6, 5, 1), (6, 6, 0), (7, 5, 0), (7, 6, 2)])
+
+    def test_links_of_graphs_that_are_cut_are_shown_as_cut(self):
+        self.write("ring.meld", CORNER)
+        self.write("ring.toml", 'lattice = "graph"\ngraph = "ring(5)"\n[facts]\nsource = "id == 0"\n')
+        for processes in (1, 2):
+            page = self.page(self.view("ring.meld", "-n", processes))
+
+            def strokes():
+                _, block = page.ask("frame")
+                head = struct.unpack_from("<16I", block)
+                at = np.frombuffer(block, "<u1", 28 * head[6], 64 + 24 * head[4]).reshape(-1, 28)
+                return head[6], int((at[:, 24] > 180).sum())
+
+            self.assertEqual(strokes(), (5, 0))
+            self.assertTrue(page.ask("command", line="cut @1 @2")[0]["ok"])
+            page.ask("command", line="step")
+            self.assertEqual(strokes(), (4 + 2, 2))
+            page.ask("command", line="heal around @1")
+            page.ask("command", line="step")
+            self.assertEqual(strokes(), (5, 0))
+            self.interrupt()
 
     def test_pictures_are_painted_here(self):
         page = self.page(self.view("corner.meld"))

@@ -189,6 +189,34 @@ class Models(Case):
         self.write("cells.npy", npy(cells)[:-1])
         self.refused("meldsim", "world", "w.toml", code=2, says="cells.npy ends too early")
 
+    def test_cells_are_kept_empty(self):
+        for lattice, listed in (("cubic", "[[3, 0, 0], [0, 0, 0]]"), ("fcc", "[[3, 0, 1], [0, 0, 0]]"), ("hex", "[[3, 1], [0, 0]]"),
+                                ("square", "[[3, 1], [0, 0]]")):
+            whole = world("box(5, 5, 5)", lattice, f"[[body]]\ncells = {listed}\n")
+            program = "type at-cell(node, int, int, int).\nat-cell(A, X, Y, Z) :- cell(A, X, Y, Z).\n"
+
+            def cells(text):
+                self.write("w.toml", text)
+                self.write("cells.meld", program)
+                out = self.call("meldsim", "query", "cells.meld", "--world", "w.toml", "at-cell(_, X, Y, Z)", "--quiet", "--csv")[0]
+                return {tuple(map(int, line.split(","))) for line in out.splitlines()[1:]}
+
+            before, third = cells(whole), (3, 1, 0) if lattice in ("hex", "square") else (3, 0, int(lattice == "fcc"))
+            self.assertIn(third, before)
+            after = cells(whole + f"[without]\ncells = {listed}\n")
+            self.assertEqual(before - after, {third, (0, 0, 0)}, lattice)
+            self.assertLess(after, before)
+        # As a list of their own, too; and for a target that is as large as the body.
+        self.write("holes.csv", "0,0,0\n1,0,0\n9,9,9\n")
+        more = '[without]\ncells = "holes.csv"\n[target]\nshape = "box(9, 9, 9)"\nfit = "mass"\n[motion]\nkind = "lattice"\n'
+        self.assertEqual(self.count(world("box(5, 5, 5)", more=more))[0], 123)
+        cube = world("box(2, 1, 1)")
+        for text, says in ((cube + "[without]\n", "[without] has no cells"), ("without = 3\n" + cube, "a table [without]"),
+                           (cube + "[without]\ncells = [[0, 0, 0], [0, 0, 0]]\n", "cell (0, 0, 0) is listed twice"),
+                           (cube + "[without]\ncells = [[0, 0, 0], [-1, 0, 0]]\n", "no catom: the body is empty"),
+                           ('lattice = "graph"\ngraph = "ring(5)"\n[without]\ncells = []\n', "a graph has no without")):
+            self.refuse(text, says)
+
     def test_configurations_of_visiblesim_become_worlds(self):
         self.write("c.xml", CONFIGURATION)
         out = self.call("meldsim", "world", "--import", "c.xml", "--lattice", "fcc", "-o", "made.toml")[0]

@@ -4,10 +4,10 @@ const MAGIC = 0x46444c4d;
 
 export function emptyFrame() {
     return {tick: 0, count: 0, form: 0, positions: new Float32Array(0), diameters: new Float32Array(0), ids: new Float64Array(0),
-        colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: []};
+        colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: [], triangles: new Float32Array(0), covers: null};
 }
 
-const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: new Uint8Array(0)});
+export const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: new Uint8Array(0)});
 
 export function joinIds(low, high) {
     return Float64Array.from(low, (word, i) => word + (high ? high[i] * 4294967296 : 0));
@@ -53,8 +53,8 @@ export class Reader {
 
 export function parseBlock(buffer) {
     const read = new Reader(buffer);
-    const [magic, version, tickLow, tickHigh, count, flags, lines, arrows, labels, form] = read.words(16);
-    if (magic !== MAGIC || version !== 1) throw {message: "The server speaks of frames in another way than this page",
+    const [magic, version, tickLow, tickHigh, count, flags, lines, arrows, labels, form, triangles] = read.words(16);
+    if (magic !== MAGIC || version !== 2) throw {message: "The server speaks of frames in another way than this page",
         hint: "Load the page again"};
     const frame = {tick: tickLow + tickHigh * 4294967296, count, form};
     frame.positions = read.floats(3 * count);
@@ -62,9 +62,12 @@ export function parseBlock(buffer) {
     const low = read.words(count);
     frame.ids = joinIds(low, flags & 1 ? read.words(count) : null);
     frame.colours = read.bytes(4 * count);
+    // Of catoms that hide others, which are left out: how much of their sky their neighbours take.
+    frame.covers = flags & 2 ? new Int8Array(read.bytes(4 * count)) : null;
     frame.lines = read.strokes(lines);
     frame.arrows = read.strokes(arrows);
     frame.labels = read.labels(labels);
+    frame.triangles = read.floats(9 * triangles);
     return frame;
 }
 

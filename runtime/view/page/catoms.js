@@ -8,6 +8,9 @@ import {catomFragment, catomVertex, haloFragment, reaches} from "./shaders.js";
 // Of the triangle in front of a catom.
 const CORNERS = 3;
 
+// Where the light comes from, as in runtime/render/paint.cpp.
+export const setSun = (sun, view) => sun.set(0, 0, 0.9).addScaledVector(view.right, -0.5).addScaledVector(view.forward, -0.45).normalize();
+
 // The catoms at these places of a frame.
 function gathered(frame, places, cover) {
     const count = places.length, at = new Float32Array(4 * count), colours = new Uint8Array(4 * count), shade = new Int8Array(4 * count);
@@ -86,8 +89,7 @@ export class Catoms {
             mesh.material.uniforms.size.value = this.size * (mesh === this.solid ? 1 : mesh === this.halo ? 1.22 : 1.05);
         }
         if (this.solid)
-            this.solid.material.uniforms.sun.value.set(0, 0, 0.9).addScaledVector(view.right, -0.5).addScaledVector(view.forward,
-                -0.45).normalize();
+            setSun(this.solid.material.uniforms.sun.value, view);
     }
 }
 
@@ -98,7 +100,8 @@ function meeting(form, radius, x, y, z, along) {
         const middle = -(x * dx + y * dy + z * dz), rest = radius * radius - (x * x + y * y + z * z - middle * middle);
         return rest < 0 ? Infinity : middle - Math.sqrt(rest);
     }
-    const high = form === 1 ? radius : 0.3 * radius;
+    // Rounded ones as cubes.
+    const box = form === 1 || form === 4, high = box ? radius : 0.3 * radius;
     let enters = -Infinity, leaves = Infinity;
     const slab = (from, way, half) => {
         if (Math.abs(way) < 1e-9) {
@@ -115,7 +118,7 @@ function meeting(form, radius, x, y, z, along) {
         return px * px + py * py <= radius * radius ? at : Infinity;
     }
     slab(x, dx, radius);
-    if (form === 1) slab(y, dy, radius);
+    if (box) slab(y, dy, radius);
     else for (const s of [0.5, -0.5]) slab(s * x + 0.8660254 * y, s * dx + 0.8660254 * dy, radius);
     return enters <= leaves ? enters : Infinity;
 }

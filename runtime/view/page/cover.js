@@ -2,7 +2,7 @@
 
 const THIRD = Math.sqrt(3) / 2, LAYER = Math.SQRT1_2;
 // The neighbours, in diameters, and what coordinates are multiples of.
-const LATTICES = {
+export const LATTICES = {
     square: {unit: [1, 1, 1], ways: [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]},
     hex: {unit: [0.5, THIRD, 1], ways: [[1, 0, 0], [0.5, THIRD, 0], [-0.5, THIRD, 0], [-1, 0, 0], [-0.5, -THIRD, 0], [0.5, -THIRD, 0]]},
     cubic: {unit: [1, 1, 1], ways: [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]},
@@ -45,7 +45,7 @@ export function coverOf(lattice, frame, kept, culls) {
         if (neighbours === count) cells[index[i]] = 2;
     }
     // Between balls one sees as far as the neighbours of those outside.
-    const balls = frame.form === 0;
+    const balls = frame.form === 0 || frame.form === 4;
     const drawn = new Uint32Array(kept.length), cover = new Float32Array(4 * kept.length);
     let out = 0;
     for (let i = 0; i < kept.length; ++i) {

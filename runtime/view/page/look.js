@@ -3,6 +3,8 @@ import {h, mistakeOf} from "./dom.js";
 
 const BODIES = [["colour", "Colour by", "dist(A, D)"], ["only", "Show only", "leader(A)"], ["hide", "Hide", "dist(A, D), D > 9"],
     ["links", "Links", "parent(A, B)"], ["arrows", "Arrows", "parent(A, B)"], ["labels", "Labels", "dist(A, D)"]];
+const FORMS = [["", "as the lattice"], ["sphere", "sphere"], ["cube", "cube"], ["rounded", "rounded cube"], ["disc", "disc"], ["hexagon",
+    "hexagon"]];
 const MAPS = ["viridis", "cividis", "magma", "coolwarm", "grey"];
 
 // "dist(A, B)": a body for each predicate, to choose from.
@@ -28,7 +30,7 @@ export class LookPanel {
         const parts = [this.bodies, h("h2", {}, "What is shown")];
         if (given) parts.push(...this.fixed(given));
         else parts.push(...BODIES.map((body) => this.field(...body)), ...this.mapping(info.maps), this.exposed());
-        element.replaceChildren(...parts, h("h2", {}, "View"), ...this.cutting(info.flat), this.sizing());
+        element.replaceChildren(...parts, h("h2", {}, "View"), ...this.cutting(info.flat), this.sizing(), this.moving());
     }
 
     suggest(predicates) { this.bodies.replaceChildren(...suggestions(predicates || []).map((body) => h("option", {value: body}))); }
@@ -55,7 +57,9 @@ export class LookPanel {
             onchange: () => this.changed()});
         this.high = h("input", {type: "text", id: "look-high", placeholder: "greatest", "aria-label": "Greatest value",
             onchange: () => this.changed()});
-        return [h("div", {class: "row"}, this.map, this.low, this.high)];
+        this.form = h("select", {id: "look-form", "aria-label": "Form", onchange: () => this.changed()},
+            FORMS.map(([value, text]) => h("option", {value}, text)));
+        return [h("div", {class: "row"}, this.map, this.low, this.high), h("label", {class: "row"}, "Form", this.form)];
     }
 
     exposed() {
@@ -67,15 +71,15 @@ export class LookPanel {
         const slider = h("input", {type: "range", id: "cut", min: "0", max: "1000", value: "1000", "aria-label": "Cut plane",
             oninput: () => {
             this.cut.part = slider.value / 1000;
-            this.arranged();
+            this.cutMoved();
         }});
         const axis = h("select", {id: "cut-axis", "aria-label": "Axis of the cut", onchange: () => {
             this.cut.axis = Number(axis.value);
-            this.arranged();
+            this.cutMoved();
         }}, h("option", {value: "-1"}, "No cut"), ["x", "y", "z"].slice(0, flat ? 2 : 3).map((name, i) => h("option", {value: i}, name)));
         const side = h("button", {type: "button", title: "The other side", onclick: () => {
             this.cut.above = !this.cut.above;
-            this.arranged();
+            this.cutMoved();
         }}, "⇄");
         return [h("div", {class: "row"}, axis, slider, side)];
     }
@@ -83,9 +87,31 @@ export class LookPanel {
     sizing() {
         const slider = h("input", {type: "range", id: "size", min: "0.1", max: "1", step: "0.05", value: "1", oninput: () => {
             this.size = Number(slider.value);
-            this.arranged();
+            if (this.away) this.changed();
+            else this.arranged();
         }});
         return h("label", {class: "row"}, "Size", slider);
+    }
+
+    moving() {
+        this.onMoves = h("input", {type: "checkbox", id: "moves", onchange: () => this.changed()});
+        return h("label", {class: "check", title: "Arrows from where catoms were in the tick that was shown before"}, this.onMoves,
+            "Arrows of moves");
+    }
+
+    get moves() { return this.onMoves.checked; }
+
+    // `thinned`: hidden catoms were left out of the frame, so that a cut has to ask for others; `away`: the server draws it. `bounds` are
+    // of all when nothing is cut.
+    seen({thinned, away, bounds}) {
+        this.away = away;
+        this.asksForCut = thinned || away;
+        if (this.cut.axis < 0 || !this.bounds) this.bounds = bounds;
+    }
+
+    cutMoved() {
+        if (this.asksForCut) this.changed();
+        else this.arranged();
     }
 
     // As the server wants it.
@@ -97,6 +123,9 @@ export class LookPanel {
         const low = parseFloat(this.low.value), high = parseFloat(this.high.value);
         out.range = low < high ? [low, high] : null;
         out.exposed = this.onlyExposed.checked;
+        out.form = this.form.value;
+        if (this.asksForCut) out.cut = this.cutIn(this.bounds);
+        if (this.away && this.size < 1) out.size = this.size;
         return out;
     }
 

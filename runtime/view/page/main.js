@@ -1,6 +1,6 @@
 // The viewer: shows a run that a server holds, or one that is in the page.
 import {briefly, byId, grouped, h, mistakeOf, seldom} from "./dom.js";
-import {placeOf} from "./block.js";
+import {boundsOf, placeOf} from "./block.js";
 import {listenToKeys} from "./keys.js";
 import {showLegend} from "./legend.js";
 import {LookPanel} from "./look.js";
@@ -23,6 +23,7 @@ class Viewer {
     }
 
     get source() { return this.active.source; }
+    get editing() { return this.world && this.world.isOpen; }
     get stage() { return this.active.stage; }
     get words() { return this.active.words; }
 
@@ -40,12 +41,13 @@ class Viewer {
         document.title = title === "Claymeld" ? title : `${title} - Claymeld`;
         this.look = new LookPanel(byId("look"), info, source.asks ? null : info.look, {changed: (field) => this.refresh(undefined,
             field), arranged: () => this.arrange()});
-        this.panel = new Panel(byId("panel"), source, {choose: (id) => this.choose(id), did: () => this.refresh()});
+        this.panel = new Panel(byId("panel"), source, info, {choose: (id) => this.choose(id), did: () => this.refresh()});
         const last = Math.max(...this.sides.map((side) => side.info.last ?? side.info.tick ?? 0));
         this.transport = new Transport(byId("transport"), {...info, last, live: source.live}, this.moves());
         for (const side of this.sides)
-            listen(side.stage, side.box, {picked: (id, more) => this.selectIn(side, id === null ? [] : [id], more),
-                boxed: (ids, more) => this.selectIn(side, ids, more)});
+            listen(side.stage, side.box, {picked: (id, more, at) => this.editing ? this.world.picked(side.stage, id, more, at)
+                : this.selectIn(side, id === null ? [] : [id], more),
+            boxed: (ids, more) => this.editing ? this.world.boxed(side.stage, ids, more) : this.selectIn(side, ids, more)});
         listenToKeys(this.keys(), byId("keys"));
         this.wire();
         this.refreshMetrics = seldom(() => this.plot(), 400);
@@ -67,7 +69,7 @@ class Viewer {
         this.first.onevent = (event) => this.told(event);
         this.first.onclosed = (lost) => this.complain(lost);
         if (!this.first.world) return;
-        this.world = new WorldTab(byId("world"), this.first, (frame, said) => this.preview(frame, said));
+        this.world = new WorldTab(byId("world"), this.first, (frame, said, fits) => this.preview(frame, said, fits));
         byId("edit-world").hidden = false;
         byId("edit-world").addEventListener("click", () => this.editWorld(!this.world.isOpen));
     }
@@ -76,17 +78,22 @@ class Viewer {
     async editWorld(open) {
         document.body.classList.toggle("world", open);
         byId("edit-world").classList.toggle("on", open);
+        this.active.stage.select(new Set());
         await this.world.show(open);
-        if (!open) await this.refresh();
+        if (!open) {
+            this.active.stage.select(this.selected);
+            await this.refresh();
+        }
         this.active.stage.home();
     }
 
-    preview(frame, said) {
-        if (!this.world.isOpen) return;
+    // `fits`: all of it is to be seen.
+    preview(frame, said, fits) {
+        if (!this.editing) return;
         const {stage} = this.active, flat = said.lattice === "square" || said.lattice === "hex", turned = flat !== stage.flat;
         stage.show(frame, {lattice: said.lattice, flat});
         if (turned) stage.home();
-        else stage.fit();
+        else if (fits) stage.fit();
         showLegend(byId("legend"), null);
     }
 
@@ -96,14 +103,18 @@ class Viewer {
             this.asked = [tick === undefined && this.asked ? this.asked[0] : tick, field];
             return;
         }
-        if (this.world && this.world.isOpen) return;
+        if (this.editing) return;
         this.busy = true;
         let wrong = null;
         for (const side of this.sides) {
             try {
                 const {words, frame} = await side.source.frame(this.look.look(), tick);
                 side.complain(null);
-                side.show(words, frame);
+                side.show(words, frame, this.look.moves);
+                if (side === this.active) {
+                    const bounds = boundsOf(frame), away = side.stage.drawnAway;
+                    this.look.seen({thinned: frame.covers !== null, away, bounds});
+                }
             } catch (error) {
                 if (!error.message || error instanceof Error) console.error(error);
                 wrong = wrong || error;
@@ -124,7 +135,9 @@ class Viewer {
         const {words, info: {lattice}} = this.active;
         if (this.look.cut.axis >= 0) this.arrange();
         const some = words.shown === words.catoms ? "" : `${grouped(words.shown)} of `;
-        byId("about").textContent = `${some}${grouped(words.catoms)} catoms, ${lattice}`;
+        const coarse = words.coarse > 1 ? `, as ${grouped(words.sent)} balls` : "";
+        byId("about").title = coarse ? `Each stands for what is in a cube with sides of ${words.coarse} diameters` : "";
+        byId("about").textContent = `${some}${grouped(words.catoms)} catoms, ${lattice}${coarse}`;
         if (this.ended && this.ended.tick !== words.tick) this.ended = null;
         this.transport.at(words.tick, words.last || this.info.last, this.ended ? this.ended.words : "");
         this.panel.show(this.primary, this.selected);
@@ -134,7 +147,7 @@ class Viewer {
 
     arrange() {
         for (const {stage} of this.sides) {
-            stage.cut = this.look.cutIn(stage.bounds);
+            stage.cut = this.look.asksForCut ? null : this.look.cutIn(stage.bounds);
             stage.size = this.look.size;
             stage.arrange();
         }

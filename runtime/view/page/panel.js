@@ -4,9 +4,11 @@ import {whyTree} from "./why.js";
 
 export class Panel {
     // `choose` selects a catom; `did` is called when something has been changed by hand.
-    constructor(element, source, {choose, did}) {
+    constructor(element, source, info, {choose, did}) {
         this.element = element;
         this.source = source;
+        this.info = info;
+        this.selected = new Set();
         this.choose = choose;
         this.did = did;
         this.facts = h("div");
@@ -86,8 +88,14 @@ export class Panel {
         const fact = this.field = h("input", {type: "text", id: "fact", spellcheck: "false", autocomplete: "off", "aria-label": "A fact"});
         const button = (verb, title) => h("button", {id: verb, title, onclick: () => fact.value.trim() && this.do(verb,
             fact.value.trim())}, verb);
-        const kill = h("button", {id: "kill", title: "Kill what is selected, or all catoms of the body in the field", onclick: () =>
-            fact.value.trim() ? this.do("kill", fact.value.trim()) : this.killSelected()}, "kill");
+        const fails = (verb, title) => h("button", {id: verb, title: `${title}: what is selected, or all catoms of the body in the field`,
+            disabled: verb !== "kill" && !this.info.links, onclick: () => this.strike(verb, fact.value.trim())}, verb);
+        const strikes = (verb, title) => h("button", {id: `${verb}-links`, title,
+            disabled: !this.info.links || (verb === "jam" && !this.info.jams),
+            onclick: () => this.strikeLinks(verb, fact.value.trim())}, verb);
+        this.jam = h("input", {type: "number", id: "jam-ticks", min: "1", value: "10", title: "For so many ticks", "aria-label": "Ticks",
+            disabled: !this.info.jams});
+        const tap = h("button", {id: "tap", title: "Tap what is selected", onclick: () => this.tap()}, "tap");
         const save = h("button", {id: "save-events", title: "Write a file with all that was done by hand", onclick: () => {
             const name = fact.value.trim() || "events.toml";
             this.do("save-events", /\.toml$/.test(name) ? name : "events.toml");
@@ -95,16 +103,49 @@ export class Panel {
         return h("div", {}, h("h2", {}, "By hand"), h("div", {class: "row"}, fact),
             h("div", {class: "row"}, button("give", "Give it this fact"), button("take", "Take this fact"), button("why",
                 "Why does it hold?"),
-                button("why-not", "Why does it not hold?"), kill), h("div", {class: "row"}, save));
+                button("why-not", "Why does it not hold?"), tap),
+            h("div", {class: "row"}, fails("kill", "End"), fails("hang", "Do nothing any more"), fails("restart", "Begin anew")),
+            h("div", {class: "row"}, strikes("cut", "Cut the links of the selected catom, the link of two, or those around more"),
+                strikes("heal", "Bring such links back"), strikes("jam", "Nothing arrives over such links"), this.jam),
+            this.lacks(), h("div", {class: "row"}, save));
     }
 
-    async killSelected() {
-        const all = [...this.selected];
-        this.more.replaceChildren(h("h2", {}, "kill ", all.length === 1 ? `@${all[0]}` : `${grouped(all.length)} catoms`));
-        const told = await Promise.all(all.map((one) => this.ask(`kill @${one}`)));
-        const wrong = told.find(({error}) => error);
-        this.more.append(wrong ? wrong.error : h("p", {class: "quiet"}, `They die in tick ${grouped(told[0].tick + 1)}.`));
-        await this.did();
+    // What has to be known from the start.
+    lacks() {
+        const {links, jams} = this.info;
+        if (links && jams) return null;
+        return h("p", {class: "quiet"}, links ? "Jams need a world with [network] longest_jam = 50."
+            : "For hang, restart and links, start the viewer with --by-links.");
+    }
+
+    get named() { return [...this.selected].map((id) => `@${id}`).join(" "); }
+
+    // What is selected, in words.
+    get chosen() { return this.selected.size === 1 ? this.named : `${grouped(this.selected.size)} catoms`; }
+
+    strike(verb, body) { return this.act(`${verb} ${body || this.chosen}`, `${verb} ${body || this.named}`); }
+
+    strikeLinks(verb, body) {
+        const head = verb === "jam" ? `jam ${this.jam.value}` : verb, around = body || this.selected.size > 2 ? "around " : "";
+        const chosen = this.selected.size < 3 ? this.named : this.chosen;
+        return this.act(`${head} ${around}${body || chosen}`, `${head} ${around}${body || this.named}`);
+    }
+
+    async tap() {
+        for (const id of this.selected) if (!await this.act("tap", `give tap(@${id})`)) return;
+    }
+
+    // Whether it could be done; it happens in the next tick.
+    async act(title, line) {
+        const told = await this.ask(line);
+        this.more.replaceChildren(h("h2", {}, withCatoms(title, this.choose)));
+        if (told.error) this.more.append(told.error);
+        else {
+            this.more.append(h("p", {class: "quiet"}, told.text.trim(), h("br"), `It happens in tick ${grouped(told.tick + 1)}.`));
+            await this.did();
+        }
+        this.more.scrollIntoView({block: "nearest"});
+        return !told.error;
     }
 
     // Whether it could be done.

@@ -1,6 +1,6 @@
 // The pointer on the picture: drag turns, with Shift or another button moves, with Ctrl draws a box; a click selects, the wheel zooms.
 
-// `picked(id or null, more)`, `boxed(ids, more)`.
+// `picked(id or null, more, [x, y])`, `boxed(ids, more)`.
 export function listen(stage, box, {picked, boxed}) {
     const {element, view} = stage;
     let drag = null;
@@ -36,7 +36,7 @@ export function listen(stage, box, {picked, boxed}) {
         if (moved && does === "box") {
             element.classList.remove("boxing");
             boxed(stage.within(Math.min(x, from.x), Math.min(y, from.y), Math.max(x, from.x), Math.max(y, from.y)), more);
-        } else if (!moved && button === 0) picked(stage.at(x, y), more);
+        } else if (!moved && button === 0) picked(stage.at(x, y), more, [x, y]);
     });
     element.addEventListener("pointercancel", () => {
         drag = null;

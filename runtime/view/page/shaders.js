@@ -103,10 +103,32 @@ float outlined(vec3 at, vec3 normal) {
     float far = 0.0;
     for (int i = 0; i < 3; ++i) far = max(far, abs(dot(at.xy, sides[i])));
     return 1.0 - 0.4 * smoothstep(0.44, 0.5, far);
+}`, `
+// A box whose edges are round: as far as the distance to it says, again and again.
+const float round_ = 0.13;
+vec3 beyond(vec3 at) { return max(abs(at) - (0.5 - round_), 0.0); }
+bool meets(out vec2 t, out vec3 normal) {
+    vec3 inverse = 1.0 / along, a = (-0.5 - from) * inverse, b = (0.5 - from) * inverse;
+    vec3 enters = min(a, b), leaves = max(a, b);
+    t = vec2(max(max(enters.x, enters.y), enters.z), min(min(leaves.x, leaves.y), leaves.z));
+    float length_ = length(along), gap = 1.0;
+    for (int i = 0; i < 24 && t.x <= t.y; ++i) {
+        gap = length(beyond(from + t.x * along)) - round_;
+        if (gap < 0.001) break;
+        t.x += gap / length_;
+    }
+    if (t.x > t.y || gap >= 0.01) return false;
+    vec3 at = from + t.x * along;
+    normal = normalize(sign(at) * (beyond(at) + 1e-6));
+    return true;
+}
+float outlined(vec3 at, vec3 normal) {
+    vec3 bend = beyond(at);
+    return 1.0 - 0.3 * smoothstep(0.0, 0.13, length(bend) - max(max(bend.x, bend.y), bend.z));
 }`];
 
 // How far the forms reach from their middles.
-export const reaches = [0.5, 0.867, 0.53, 0.6];
+export const reaches = [0.5, 0.867, 0.53, 0.6, 0.78];
 
 const head = `#version 300 es
 precision highp float;
@@ -190,3 +212,26 @@ in vec3 paint;
 in float side;
 out vec4 pixel;
 void main() { pixel = vec4(paint * (0.72 + 0.28 * sqrt(max(0.0, 1.0 - side * side))), 1.0); }`;
+
+// What stands in the way of bodies: triangles, lit from both sides.
+export const solidVertex = `#version 300 es
+precision highp float;
+uniform mat4 viewMatrix, projectionMatrix;
+in vec3 position;
+out vec3 at;
+void main() {
+    at = position;
+    gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
+}`;
+
+export const solidFragment = `#version 300 es
+precision highp float;
+uniform vec3 sun, forward, paint;
+in vec3 at;
+out vec4 pixel;
+void main() {
+    vec3 normal = normalize(cross(dFdx(at), dFdy(at)));
+    if (dot(normal, forward) > 0.0) normal = -normal;
+    float light = 0.74 * (0.72 + 0.28 * normal.z) + 0.4 * max(0.0, dot(normal, sun));
+    pixel = vec4(pow(min(vec3(1.0), pow(paint, vec3(2.2)) * light), vec3(1.0 / 2.2)), 1.0);
+}`;

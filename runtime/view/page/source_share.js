@@ -35,7 +35,7 @@ function painter(head) {
 
 // Reads one record and makes of the state before it the next one.
 function changed(state, read) {
-    const [kind, tickLow, tickHigh, catoms, removedCount, setCount, strokes, lines, arrows, labels, factBytes] = read.words(12);
+    const [kind, tickLow, tickHigh, catoms, removedCount, setCount, strokes, lines, arrows, labels, factBytes, triangles] = read.words(12);
     const before = kind === 0 ? {...emptyFrame(), values: new Uint32Array(0), facts: new Map()} : state;
     const ids = (count) => joinIds(read.words(count), read.words(count));
     const removed = new Set(ids(removedCount)), set = ids(setCount);
@@ -46,6 +46,8 @@ function changed(state, read) {
     next.lines = strokes ? read.strokes(lines) : before.lines;
     next.arrows = strokes ? read.strokes(arrows) : before.arrows;
     next.labels = strokes ? read.labels(labels) : before.labels;
+    next.triangles = strokes ? read.floats(9 * triangles) : before.triangles;
+    next.covers = null;
     next.facts = before.facts;
     if (factBytes > 0) {
         next.facts = new Map(before.facts);

@@ -6,28 +6,34 @@ import {View} from "./camera.js";
 import {Catoms, met} from "./catoms.js";
 import {coverOf} from "./cover.js";
 import {Labels} from "./labels.js";
+import {Obstacles} from "./obstacles.js";
+import {Sketch} from "./sketch.js";
 import {Strokes} from "./strokes.js";
 
 const FAST = 60;   // Milliseconds that a picture may take while something moves.
 const SLOW = 600;  // With more it is drawn with fewer pixels also when nothing moves.
+
+// Of a frame from which others have left out what is hidden.
+const known = (frame, kept) => ({drawn: kept, cover: Float32Array.from({length: 4 * kept.length},
+    (_, i) => frame.covers[4 * kept[i >> 2] + (i & 3)] / 127)});
 
 export class Stage {
     // `paint` asks the server for a picture, where there is no WebGL: (camera, size) -> bytes of a PNG.
     // `view` is shared by stages that are seen from the same place.
     constructor(element, paint, view = null) {
         this.element = element;
+        this.paint = paint;
         this.canvas = element.querySelector("canvas");
         this.picture = element.querySelector("img");
         this.view = view || new View();
         this.partner = null;  // Draws when this one does.
         this.frame = emptyFrame();
-        this.drawn = new Uint32Array(0);
+        this.drawn = this.kept = new Uint32Array(0);
         this.lattice = "";
         this.cut = null;  // {axis, at, above}: what is beyond it is not shown.
         this.size = 1;
         this.dark = false;
         this.selected = new Set();
-        this.paint = paint;
         this.labels = new Labels(element.querySelector(".labels"));
         this.scale = 1;  // Of the canvas's own pixels while it moves.
         this.well = 0;  // How long the last good picture took.
@@ -41,15 +47,20 @@ export class Stage {
         const context = location.hash === "#images" ? null
             : this.canvas.getContext("webgl2", {antialias: false, alpha: false, preserveDrawingBuffer: true});
         this.drawsItself = context !== null;
-        this.element.classList.toggle("images", !this.drawsItself);
+        if (!context && !this.paint) this.sketch = new Sketch(this.canvas);
+        this.element.classList.toggle("images", !context && !this.sketch);
         if (!context) return;
         this.renderer = new WebGLRenderer({canvas: this.canvas, context});
         this.renderer.sortObjects = true;
         this.scene = new Scene();
         this.catoms = new Catoms(this.scene);
         this.strokes = new Strokes(this.scene);
+        this.obstacles = new Obstacles(this.scene);
         this.catoms.shape(0);
     }
+
+    // By a server, which also writes labels.
+    get drawnAway() { return !this.drawsItself && !this.sketch; }
 
     resize() {
         const {clientWidth: width, clientHeight: height} = this.element;
@@ -92,19 +103,20 @@ export class Stage {
     // What of the frame is drawn.
     arrange() {
         const {frame, cut} = this;
-        let kept = [];
-        for (let i = 0; i < frame.count; ++i)
-            if (!cut || (cut.above ? frame.positions[3 * i + cut.axis] >= cut.at
-                : frame.positions[3 * i + cut.axis] <= cut.at)) kept.push(i);
-        kept = Uint32Array.from(kept);
+        const beyond = (x) => cut && (cut.above ? x < cut.at : x > cut.at);
+        let kept = new Uint32Array(frame.count), count = 0;
+        for (let i = 0; i < frame.count; ++i) if (!cut || !beyond(frame.positions[3 * i + cut.axis])) kept[count++] = i;
+        kept = kept.subarray(0, count);
         const whole = this.size === 1 && frame.diameters.every((diameter) => diameter === 1);
-        const {drawn, cover} = coverOf(whole ? this.lattice : "", frame, kept, true);
+        const {drawn, cover} = frame.covers ? known(frame, kept) : coverOf(whole ? this.lattice : "", frame, kept, true);
         this.drawn = drawn;
         if (this.drawsItself) {
             this.catoms.size = this.size;
             this.catoms.show(frame, drawn, cover);
             this.strokes.show(frame, this.dark);
+            this.obstacles.show(frame, this.dark);
         }
+        this.kept = kept;
         this.shown = kept.length === frame.count ? null : new Set(kept);
         this.mark();
     }
@@ -133,8 +145,9 @@ export class Stage {
         requestAnimationFrame(() => {
             this.wanted = false;
             if (this.drawsItself) this.drawFast();
+            else if (this.sketch) this.sketch.draw(this);
             else this.drawByServer();
-            this.labels.place(this, !this.drawsItself);
+            this.labels.place(this, this.drawnAway);
             clearTimeout(this.later);
             this.later = setTimeout(() => this.drawWell(), 160);
         });
@@ -149,6 +162,7 @@ export class Stage {
         this.renderer.setClearColor(this.dark ? 0x14161a : 0xffffff);
         this.catoms.update(this.view);
         this.strokes.update(this.view);
+        this.obstacles.update(this.view);
         const begin = performance.now();
         this.renderer.render(this.scene, this.view.camera);
         const pixel = new Uint8Array(4), gl = this.renderer.getContext();
@@ -170,7 +184,7 @@ export class Stage {
         const most = window.devicePixelRatio || 1;
         // As good as the last good one was fast.
         if (this.drawsItself) this.well = this.render(this.well < SLOW && most < 2 ? 2 * most : most);
-        this.labels.place(this, !this.drawsItself, true);
+        this.labels.place(this, this.drawnAway, true);
         this.element.dataset.pictures = Number(this.element.dataset.pictures || 0) + 1;
     }
 
@@ -202,10 +216,17 @@ export class Stage {
         return place < 0 ? null : this.frame.ids[place];
     }
 
-    // Those whose middles are within a rectangle of pixels.
+    // Which side of which catom is at a pixel: its place, and from its middle to where the ray meets it; place -1: none.
+    sideAt(x, y) {
+        const ray = this.view.ray(x, y), {place, far} = met(this.frame, this.drawn, this.size, ray), p = this.frame.positions;
+        if (place < 0) return {place, ray};
+        return {place, ray, towards: ["x", "y", "z"].map((axis, i) => ray.from[axis] + far * ray.along[axis] - p[3 * place + i])};
+    }
+
+    // Those whose middles are within a rectangle of pixels, also behind others.
     within(x0, y0, x1, y1) {
         const out = [], p = this.frame.positions;
-        for (const place of this.drawn) {
+        for (const place of this.kept) {
             const at = this.view.project(p[3 * place], p[3 * place + 1], p[3 * place + 2]);
             if (at.depth > 0 && at.x >= x0 && at.x <= x1 && at.y >= y0 && at.y <= y1) out.push(this.frame.ids[place]);
         }

@@ -10,6 +10,8 @@
 #include <ranges>
 #include <span>
 
+#include "runtime/picture/obstacles.h"
+
 namespace meld::view {
 
 namespace {
@@ -47,6 +49,8 @@ std::uint32_t high_word(std::uint64_t number) { return static_cast<std::uint32_t
 
 std::string css(render::Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b); }
 
+}  // namespace
+
 // Notes are at places; the page wants to know whose they are. They come in the order of catoms, mostly.
 std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene) {
     std::vector<std::uint32_t> out;
@@ -61,21 +65,21 @@ std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene) {
     return out;
 }
 
-}  // namespace
-
-std::string frame_block(const picture::Frame& frame) {
+std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers) {
     const render::Scene& scene = frame.scene;
     const bool wide = std::ranges::any_of(frame.ids, [](std::uint64_t id) { return high_word(id) != 0; });
     const auto arrows = static_cast<std::size_t>(std::ranges::count_if(scene.strokes, &render::Stroke::arrow));
     const std::size_t catoms = scene.places.size();
+    std::vector<render::Triangle> triangles = picture::floor_of(scene);
+    triangles.insert(triangles.end(), scene.obstacles.begin(), scene.obstacles.end());
     Block out;
-    out.reserve(64 + 28 * catoms + 28 * scene.strokes.size() + 40 * scene.notes.size());
+    out.reserve(64 + 32 * catoms + 28 * scene.strokes.size() + 40 * scene.notes.size() + 36 * triangles.size());
     const auto tick = static_cast<std::uint64_t>(frame.tick);
     for (const std::uint64_t number :
          {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms},
-          std::uint64_t{wide ? kWideIds : 0}, std::uint64_t{scene.strokes.size() - arrows}, std::uint64_t{arrows},
-          std::uint64_t{scene.notes.size()}, static_cast<std::uint64_t>(scene.form), std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0},
-          std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}})
+          std::uint64_t{(wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered)}, std::uint64_t{scene.strokes.size() - arrows},
+          std::uint64_t{arrows}, std::uint64_t{scene.notes.size()}, static_cast<std::uint64_t>(scene.form), std::uint64_t{triangles.size()},
+          std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}})
         out.put(low_word(number));
     for (const render::Vec& place : scene.places) out.put(place);
     for (std::size_t i = 0; i < catoms; ++i) out.put(scene.diameter(i));
@@ -83,6 +87,7 @@ std::string frame_block(const picture::Frame& frame) {
     if (wide)
         for (const std::uint64_t id : frame.ids) out.put(high_word(id));
     for (const render::Rgb colour : scene.colours) out.put(colour);
+    for (const Cover& cover : covers) out.put(cover);
     for (const bool arrow : {false, true})
         for (const render::Stroke& stroke : scene.strokes) {
             if (stroke.arrow != arrow) continue;
@@ -95,6 +100,8 @@ std::string frame_block(const picture::Frame& frame) {
         out.put(owners[i]);
         out.put_text(scene.notes[i].text);
     }
+    for (const render::Triangle& triangle : triangles)
+        for (const render::Vec& corner : triangle) out.put(corner);
     return out.take();
 }
 

@@ -98,9 +98,10 @@ std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bo
 
     std::string out;
     const auto tick = static_cast<std::uint64_t>(frame.tick);
-    for (const std::uint64_t number : {std::uint64_t{key ? 0U : 1U}, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()},
-                                       std::uint64_t{set.size()}, std::uint64_t{strokes ? 1U : 0U}, std::uint64_t{header[6]},
-                                       std::uint64_t{header[7]}, std::uint64_t{header[8]}, std::uint64_t{listed.size()}, std::uint64_t{0}})
+    for (const std::uint64_t number :
+         {std::uint64_t{key ? 0U : 1U}, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()}, std::uint64_t{set.size()},
+          std::uint64_t{strokes ? 1U : 0U}, std::uint64_t{header[6]}, std::uint64_t{header[7]}, std::uint64_t{header[8]},
+          std::uint64_t{listed.size()}, std::uint64_t{header[10]}})
         put(out, static_cast<std::uint32_t>(number));
     put_ids(out, removed);
     put_ids(out, set);

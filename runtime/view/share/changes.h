@@ -1,10 +1,11 @@
 // Frames of a run one after the other, each as what has changed since the one before, for a page that keeps a state and changes it.
 //
 // A record, in little endian: 12 numbers of 32 bits: kind (0: the state before counts for nothing; 1: it changes), tick (low, high), catoms
-// of the run, removed, set, whether strokes and labels follow (otherwise they stay), lines, arrows, labels, bytes of facts, 0. Then the ids
-// of removed catoms (all low words, all high words), and of those that are set the same, their places (3 floats), diameters and colours
-// (32 bits each, see Colours); lines, arrows and labels as in a frame block; and facts as JSON, padded with spaces to 4 bytes: by ids, the
-// list of a catom that has changed. Catoms are in the order of their ids; a label's catom is its place in that order.
+// of the run, removed, set, whether strokes, labels and triangles follow (otherwise they stay), lines, arrows, labels, bytes of facts,
+// triangles. Then the ids of removed catoms (all low words, all high words), and of those that are set the same, their places (3 floats),
+// diameters and colours (32 bits each, see Colours); lines, arrows, labels and triangles as in a frame block; and facts as JSON, padded
+// with spaces to 4 bytes: by ids, the list of a catom that has changed. Catoms are in the order of their ids; a label's catom is its place
+// in that order.
 #pragma once
 
 #include <cstdint>

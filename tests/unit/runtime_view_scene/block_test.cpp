@@ -53,7 +53,7 @@ picture::Frame two_catoms() {
 TEST(FrameBlock, HoldsCatomsInTheOrderOfItsDescription) {
     const std::string block = frame_block(two_catoms());
     Reader in(block);
-    EXPECT_EQ(in.next<std::uint32_t>(16), (Numbers{kBlockMagic, 1, 7, 3, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(in.next<std::uint32_t>(16), (Numbers{kBlockMagic, kBlockVersion, 7, 3, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}));
     EXPECT_EQ(in.next<float>(6), (Floats{0, 1, 2, -3, 4, 0.5F}));
     EXPECT_EQ(in.next<float>(2), (Floats{1, 0.5F}));
     EXPECT_EQ(in.next<std::uint32_t>(2), (Numbers{4, 5}));

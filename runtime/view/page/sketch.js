@@ -1,0 +1,108 @@
+// The picture without WebGL and without a server: forms with plain sides, the farthest first.
+
+const SIDES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+const HEXAGON = Array.from({length: 6}, (_, i) => [Math.cos((2 * i + 1) * Math.PI / 6) / Math.sqrt(3), Math.sin((2 * i + 1) * Math.PI / 6)
+    / Math.sqrt(3), 0]);
+const SPHERE = 0, CUBE = 1, HEX = 3, ROUNDED = 4;
+
+const css = (rgb, light) => `rgb(${[0, 1, 2].map((i) => Math.round(Math.min(255, rgb[i] * light))).join(",")})`;
+
+// The corners of a cube's side, around the middle.
+function cornersOf(side) {
+    const u = [side[1], side[2], side[0]], v = [side[2], side[0], side[1]];
+    return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) => side.map((x, i) => (x + a * u[i] + b * v[i]) / 2));
+}
+
+export class Sketch {
+    constructor(canvas) {
+        this.canvas = canvas;
+        this.pen = canvas.getContext("2d");
+    }
+
+    draw(stage) {
+        const {frame, view, dark} = stage, dense = window.devicePixelRatio || 1, {pen, canvas} = this;
+        canvas.width = view.width * dense;
+        canvas.height = view.pixels * dense;
+        pen.setTransform(dense, 0, 0, dense, 0, 0);
+        pen.fillStyle = dark ? "#14161a" : "#fff";
+        pen.fillRect(0, 0, view.width, view.pixels);
+        const p = frame.positions, things = [], marked = new Set(stage.marked);
+        for (const place of stage.drawn) {
+            const at = view.project(p[3 * place], p[3 * place + 1], p[3 * place + 2]);
+            if (at.depth > 0) things.push({depth: at.depth, draw: () => this.catom(stage, place, at, marked.has(place))});
+        }
+        const {triangles} = frame;
+        for (let i = 0; i < triangles.length; i += 9) {
+            const ends = [0, 3, 6].map((from) => view.project(...triangles.subarray(i + from, i + from + 3)));
+            // It is behind all that stands on it.
+            if (ends.every(({depth}) => depth > 0)) things.push({depth: Math.max(...ends.map(({depth}) => depth)),
+                draw: () => this.fill(ends, dark ? "#4a4a4a" : "#ddd9d0")});
+        }
+        things.sort((a, b) => b.depth - a.depth);
+        for (const {draw} of things) draw();
+        this.strokes(frame.lines, view, false);
+        this.strokes(frame.arrows, view, true);
+    }
+
+    catom({frame, view, size}, place, at, marked) {
+        const {pen} = this, p = frame.positions, diameter = frame.diameters[place] * size;
+        const rgb = frame.colours.subarray(4 * place, 4 * place + 3);
+        // Pixels to a diameter, there.
+        const scale = view.parallel ? 1 / view.pixel : view.pixels / (2 * view.tangent * at.depth);
+        pen.strokeStyle = marked ? "#ff591a" : css(rgb, 0.6);
+        pen.lineWidth = marked ? 2.5 : 0.7;
+        if (frame.form === CUBE || frame.form === ROUNDED || frame.form === HEX) {
+            const sides = frame.form === HEX ? [[[0, 0, 1], HEXAGON]] : SIDES.map((side) => [side, cornersOf(side)]);
+            for (const [side, corners] of sides) {
+                const middle = [0, 1, 2].map((i) => p[3 * place + i] + diameter * side[i] / 2);
+                const {eye, forward} = view;
+                const out = view.parallel ? forward.toArray() : [middle[0] - eye.x, middle[1] - eye.y, middle[2] - eye.z];
+                const faces = side.reduce((sum, x, i) => sum + x * out[i], 0);
+                if (faces >= 0 && frame.form !== HEX) continue;
+                const light = frame.form === HEX ? 1 : 0.78 + 0.2 * side[2] + 0.1 * Math.abs(side[0]);
+                this.fill(corners.map((corner) => view.project(...corner.map((x, i) => p[3 * place + i] + diameter * x))), css(rgb, light));
+                pen.stroke();
+            }
+            return;
+        }
+        const radius = Math.max(0.6, diameter * scale / 2);
+        pen.beginPath();
+        pen.arc(at.x, at.y, radius, 0, 2 * Math.PI);
+        pen.fillStyle = css(rgb, 0.88);
+        pen.fill();
+        if (radius > 2) pen.stroke();
+        if (frame.form !== SPHERE || radius < 3) return;
+        pen.beginPath();
+        pen.arc(at.x - radius * 0.25, at.y - radius * 0.3, radius * 0.5, 0, 2 * Math.PI);
+        pen.fillStyle = css(rgb, 1.12);
+        pen.fill();
+    }
+
+    fill(ends, colour) {
+        const {pen} = this;
+        pen.beginPath();
+        ends.forEach(({x, y}, i) => i ? pen.lineTo(x, y) : pen.moveTo(x, y));
+        pen.closePath();
+        pen.fillStyle = colour;
+        pen.fill();
+    }
+
+    strokes({count, ends, colours}, view, arrows) {
+        const {pen} = this;
+        pen.lineWidth = 1.5;
+        for (let i = 0; i < count; ++i) {
+            const [from, to] = [0, 3].map((at) => view.project(...ends.subarray(6 * i + at, 6 * i + at + 3)));
+            if (from.depth <= 0 || to.depth <= 0) continue;
+            const colour = pen.strokeStyle = css(colours.subarray(4 * i, 4 * i + 3), 1);
+            pen.beginPath();
+            pen.moveTo(from.x, from.y);
+            pen.lineTo(to.x, to.y);
+            pen.stroke();
+            const far = Math.hypot(to.x - from.x, to.y - from.y);
+            if (!arrows || far < 1) continue;
+            const [u, v] = [(to.x - from.x) / far, (to.y - from.y) / far], head = Math.min(9, far / 2), wide = head / 2;
+            const back = {x: to.x - head * u, y: to.y - head * v};
+            this.fill([to, {x: back.x - wide * v, y: back.y + wide * u}, {x: back.x + wide * v, y: back.y - wide * u}], colour);
+        }
+    }
+}
