@@ -60,7 +60,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     }
     if (linear) {
         w.raw("for (bool& active : s.active) active = false;");
-        w.raw("u64 fired = 0;");
+        w.raw("s.fired = 0;");
         w.open("for (;;) {");
     }
     for (std::size_t i = 0; i < plan.strata.size(); ++i)
@@ -81,7 +81,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.open("if (kLinear[r](s)) {");
         w.raw("again = true;");
         w.raw(
-            "if (++fired > e.subdomain->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], "
+            "if (++s.fired > e.subdomain->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], "
             "static_cast<i64>(e.subdomain->max_derivations));");
         w.raw("break;");
         w.close();

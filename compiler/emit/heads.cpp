@@ -204,6 +204,8 @@ void RuleEmitter::head(const MakeFact& h) {
         if (plan_.counts) w_.line("count_gained(*s.e, {});", h.predicate.index());
     } else if (h.place != scope_.rule.site) {
         send(h);
+    } else if (sweeping_ && h.predicate == rule_plan_.sweep.state) {
+        next_state(h);
     } else {
         const std::string name = predicate_name(plan_.program, h.predicate);
         w_.line("load_{}(s);", name);
@@ -227,17 +229,20 @@ void RuleEmitter::values(const MakeFact& h) {
 
 void RuleEmitter::send(const MakeFact& h) {
     MELD_EXPECT(h.place != scope_.rule.site && scope_.rule.linear, "rule {} sends to itself, or is a view", scope_.rule.name);
-    values(h);
+    const bool as_row = plan_.program.predicates[h.predicate].linear();
+    if (as_row)
+        make_row(h);
+    else
+        values(h);
     w_.raw("++s.e->derivations;");
     if (scope_.places.contains(h.place)) {
-        w_.line("s.e->host->send(s.e, {}, {}, values);", scope_.at(h.place), h.predicate.index());
+        w_.line("{};", send_to(h, scope_.at(h.place)));
         count_sent(h, scope_.port(h.place));
         return;
     }
     const std::string port = fresh("port");
     w_.line("const i32 {} = port_of(s, {});", port, scope_.value(h.place));
-    w_.line("if ({0} >= 0) {2}s.e->host->send(s.e, static_cast<u32>(s.neighbour[{0}]), {1}, values);", port, h.predicate.index(),
-            plan_.counts ? "{ " : "");
+    w_.line("if ({} >= 0) {}{};", port, plan_.counts ? "{ " : "", send_to(h, fmt::format("static_cast<u32>(s.neighbour[{}])", port)));
     if (plan_.counts) {
         count_sent(h, port);
         w_.raw("}");
@@ -245,9 +250,21 @@ void RuleEmitter::send(const MakeFact& h) {
     w_.raw("else ++s.e->dropped;");
 }
 
+// The call that sends the fact in `row` or `values` to a catom.
+std::string RuleEmitter::send_to(const MakeFact& h, const std::string& to) const {
+    const std::size_t predicate = h.predicate.index();
+    if (!plan_.program.predicates[h.predicate].linear()) return fmt::format("s.e->host->send(s.e, {}, {}, values)", to, predicate);
+    const bool lists = std::ranges::any_of(plan_.of(h.predicate).fields, [](const plan::Field& f) { return f.type.compound(); });
+    return lists ? fmt::format("s.e->host->send_row(s.e, {}, {}, &row)", to, predicate)
+                 : fmt::format("send_row(*s.e, {}, {}, {}, row)", to, predicate, plan_.of(h.predicate).column.index());
+}
+
 void RuleEmitter::count_sent(const MakeFact& h, const std::string& port) {
     if (!plan_.counts) return;
-    const auto word = [](std::size_t argument) { return fmt::format("reinterpret_cast<u64>(values[{}].list)", argument - 1); };
+    const bool as_row = plan_.program.predicates[h.predicate].linear();
+    const auto word = [&](std::size_t argument) {
+        return as_row ? as_word("row." + field_name(argument)) : fmt::format("reinterpret_cast<u64>(values[{}].list)", argument - 1);
+    };
     w_.line("count_sent(*s.e, {}, {}, {}, {});", scope_.rule_index, h.predicate.index(), port, message_bits(plan_, h.predicate, word));
 }
 
@@ -262,6 +279,7 @@ void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAgg
     const Scope before = scope_;
     const std::vector<Consumed> outer = std::move(consumed_);
     consumed_.clear();
+    keep_invariants(h.heads);
     if (!consumes(h)) {
         const std::size_t outside = w_.depth();
         steps(h.steps);

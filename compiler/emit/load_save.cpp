@@ -149,6 +149,8 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
             if (!linear) emit_count(plan, c.predicates[0], changed, w);
             if (c.follows_rows && c.exported)
                 w.line("{} s.e->host->change_rows(s.e, {}, own_changes(*s.e, s.{}));", changed, column.index(), name);
+            else if (linear && !has_lists(plan, column))
+                w.line("{} store_rows(*s.e, {}, {});", changed, column.index(), list);
             else
                 w.line("{0} s.e->host->assign_rows(s.e, {1}, {2}.rows, {2}.count);", changed, column.index(), list);
             continue;

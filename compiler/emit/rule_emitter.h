@@ -1,5 +1,5 @@
 // Emits one rule: nested loops over the plan's steps, with the heads innermost. The state that the emitting files share: rules.cpp (the
-// rule, links), matches.cpp (facts), heads.cpp (aggregates, heads).
+// rule, links), matches.cpp (facts), heads.cpp (aggregates, heads), sweep.cpp (all messages in one pass).
 #pragma once
 
 #include <optional>
@@ -47,8 +47,13 @@ class RuleEmitter {
     enum class Part { Whole, Branch };
     void count(plan::RuleId rule, Part part);
     void count_evaluation(plan::RuleId rule);
-    // A linear rule is about to be applied: with which values, if somebody wants to know.
+    // A linear rule is about to be applied: it is counted, and whoever wants to know is told with which values.
+    void about_to_fire();
     void tell_firing();
+    // ---- a linear rule that takes all messages of a catom (sweep.cpp)
+    void sweep();
+    void match_in_sweep(const Match& s);
+    void next_state(const MakeFact& h);
     // Ends a block: what it has bound is unknown outside.
     void restore(const Scope& before);
     void comment(const check::Rule& rule);
@@ -158,9 +163,14 @@ class RuleEmitter {
     void head(const plan::With& h);
     void values(const MakeFact& h);
     void send(const MakeFact& h);
+    std::string send_to(const MakeFact& h, const std::string& to) const;
     // In a module with counters, after the fact in `values` has been sent over this port.
     void count_sent(const MakeFact& h, const std::string& port);
     bool consumes(const plan::ForAll& h) const;
+    // What these heads compute from what is known already is computed at most once (invariants.cpp).
+    void keep_invariants(const std::vector<HeadPlan>& heads);
+    void keep_invariant(const Term& t);
+    bool is_invariant(const Term& term) const;
     // The heads of every match, which also feed the aggregates; `made` has an accumulator for each.
     void comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
     void accumulate_match(const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
@@ -174,6 +184,7 @@ class RuleEmitter {
     // Derivations that fail are left out: in views, except where all matches are read at once, and except in rules for single rows, where a
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
+    bool sweeping_ = false;                   // Within sweep().
     std::string last_fact_;                   // The C++ name of the row that was matched last.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
 };

@@ -100,6 +100,7 @@ void RuleEmitter::linear() {
     w_.open(fmt::format("{} bool {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     count(rule_plan_.rule, Part::Whole);
+    if (rule_plan_.sweep.applies()) sweep();
     if (scope_.rule.select != Select::None) choose();
     steps(rule_plan_.steps);
     if (scope_.rule.select == Select::Random)
@@ -107,8 +108,7 @@ void RuleEmitter::linear() {
     else if (scope_.rule.select != Select::None)
         w_.open(fmt::format("if ({} == chosen) {{", scope_.value(scope_.rule.selected)));
     w_.raw("if (s.e->trap != Trap::None) return false;");
-    if (plan_.counts) w_.line("++s.e->counters->rules[{}].firings;", rule_plan_.rule.index());
-    tell_firing();
+    about_to_fire();
     consume();
     freeze();
     heads(rule_plan_.heads);
@@ -118,6 +118,11 @@ void RuleEmitter::linear() {
     close_to(outside);
     if (!always) w_.raw("return false;");
     w_.close();
+}
+
+void RuleEmitter::about_to_fire() {
+    if (plan_.counts) w_.line("++s.e->counters->rules[{}].firings;", rule_plan_.rule.index());
+    tell_firing();
 }
 
 // Out of the way: nobody but a debugger asks.
@@ -181,6 +186,7 @@ void RuleEmitter::restore(const Scope& before) {
     scope_.values = before.values;
     scope_.places = before.places;
     scope_.ranks = before.ranks;
+    scope_.kept = before.kept;
 }
 
 void RuleEmitter::comment(const check::Rule& rule) {

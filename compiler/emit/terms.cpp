@@ -248,6 +248,7 @@ std::string literal_word(const Term& t, const Type& type, std::string& before, i
 }
 
 std::string term(const Scope& scope, const Term& t) {
+    if (const auto kept = scope.kept.find(&t); kept != scope.kept.end()) return kept->second;
     const auto operand = [&](std::size_t i) { return term(scope, t.operands[i]); };
     switch (t.op) {
         case Op::Variable:

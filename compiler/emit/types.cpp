@@ -209,6 +209,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     }
     w.raw("u64 raised;                 // Dirty bits of what linear rules made,");
     w.raw("u64 lowered;                // and of what they consumed.");
+    if (!plan.linear_rules.empty()) w.raw("u64 fired;                  // Firings of linear rules, in this evaluation.");
     if (!plan.program.functions.empty()) w.raw("u64 calls;                  // Of functions, in this tick.");
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;

@@ -87,6 +87,8 @@ struct Scope {
     int next = 0;                         // For fresh names.
     std::vector<std::string> ranks = {};  // Expressions for the ranks that count for the head.
     std::string caller = {};              // In a function: the C++ name of the rule that called it.
+    // Terms of which the text is not to be made from their parts: they are computed once for several matches.
+    std::map<const check::Term*, std::string> kept = {};
 
     std::string value(plan::VariableId v) const;  // D_4, or the id of a place.
     std::string at(plan::VariableId v) const;     // The catom index of a place.

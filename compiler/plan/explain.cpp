@@ -89,6 +89,11 @@ class Explainer {
         std::string sends;
         sent(r.heads, rule, sends);
         if (!sends.empty()) out_ += fmt::format("\n      sends {}", sends);
+        if (r.sweep.candidate()) {
+            const std::string &messages = program_.predicates[r.sweep.messages].name, &state = program_.predicates[r.sweep.state].name;
+            out_ += r.sweep.applies() ? fmt::format("\n      takes all {} in one pass where there is one {}", messages, state)
+                                      : fmt::format("\n      takes one {} at a time: {}", messages, r.sweep.obstacle);
+        }
         out_ += "\n";
     }
     // The steps of a body, of a negation or of a head, and of those inside them. A single read has no order.

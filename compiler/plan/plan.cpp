@@ -43,6 +43,7 @@ constexpr Pass kPasses[] = {
     {.name = "layout", .kind = kNeeded, .on_plan = lay_out, .plan_promise = verify_layout},
     {.name = "order", .kind = kNeeded, .on_plan = order_rules, .plan_promise = verify_steps},
     {.name = "deltas", .kind = kOptional, .on_plan = plan_deltas},
+    {.name = "sweep", .kind = kOptional, .on_plan = plan_sweeps},
     {.name = "share", .kind = kOptional, .on_plan = share_prefixes},
 };
 

@@ -57,12 +57,23 @@ struct Column {
 
 // ---- rules: steps, outermost first; each later step runs for every way to satisfy the earlier ones
 
+// Whether a linear rule that updates one fact, the state, by each fact of another predicate, the messages, may take all messages in one
+// sweep (sweep.cpp).
+struct Sweep {
+    PredicateId state = {}, messages = {};
+    std::string obstacle = {};  // Why not; empty: it may.
+
+    bool candidate() const { return state.valid(); }
+    bool applies() const { return candidate() && obstacle.empty(); }
+};
+
 struct RulePlan {
     RuleId rule;
     std::vector<Step> steps;
     std::vector<HeadPlan> heads;
     std::uint64_t inputs = 0;  // Dirty bits after which the rule is evaluated again.
     std::uint64_t absent = 0;  // For a linear rule: the bits of linear facts that must be absent, or are counted.
+    Sweep sweep = {};
     // For a delta rule (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
     std::uint64_t unchanged = 0;         // The delta rule does not apply if one of these inputs has changed too.
@@ -168,6 +179,8 @@ void lay_out(Plan& plan);
 void order_rules(Plan& plan);
 // Finds the strata that can be evaluated by row, with their delta rules.
 void plan_deltas(Plan& plan);
+// Finds the linear rules that take many facts in one sweep.
+void plan_sweeps(Plan& plan);
 // Lets rules of one predicate that begin with the same steps share them.
 void share_prefixes(Plan& plan);
 // ---- parts of passes

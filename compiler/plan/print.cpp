@@ -81,6 +81,9 @@ class Printer {
                                     : rule_->select == Select::Ascending ? "the least"
                                                                          : "the greatest",
                                     name(rule_->selected)));
+        if (r.sweep.applies())
+            indented(2, fmt::format("all {} in one pass, if there is one {}", program_.predicates[r.sweep.messages].name,
+                                    program_.predicates[r.sweep.state].name));
         steps(r.steps, 2);
         heads(r.heads, 2 + r.steps.size());
     }

@@ -19,19 +19,21 @@
 //           a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a derivation of a view
 //           traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had undefined
 //           derivations; before any of them they call undefined, if SubdomainView::undefined is set.
-//        b. When a linear rule fires: send and act, in the order of its heads. The facts consumed and produced change only in
+//        b. When a linear rule fires: send, send_row and act, in the order of its heads. The facts consumed and produced change only in
 //           the module, and the views are evaluated again, until no rule fires. Before a linear rule, or c., reads what an
 //           undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
 //        c. When everything has reached its fixpoint: act for the actions that views derive, and wake for the next tick if a rule
 //           reads it.
 //        d. Last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
-//           Private columns change with this call. So a catom whose rules trapped has stored nothing; a trap while it stores
+//           Private columns change with this call; the module itself writes their records and rows where they contain no lists and
+//           the rows fit into their block. So a catom whose rules trapped has stored nothing; a trap while it stores
 //           (a list that is too long) ends the run with some of its columns stored.
 //      After a trap evaluate returns; the rest of its block is not evaluated, but other blocks are.
 //   6. When all blocks are done: the exported records, rows and changes become visible, each marking the neighbours with the
 //      column's reader_dirty. Then losses are stored, timers set, and messages sorted by receiver, sender and number.
-//   7. Messages are delivered as given facts; messages for other processes and changed exports are exchanged; receivers are
-//      marked and see these facts in the next tick. Actions are carried out at the start of the next tick, in order of catom id.
+//   7. Rows that were sent are put in order with arrange and compare_rows, and messages are delivered as given facts; messages for
+//      other processes and changed exports are exchanged; receivers are marked and see these facts in the next tick. Actions are
+//      carried out at the start of the next tick, in order of catom id.
 //
 // A run ends between two ticks; a module is never called to end it.
 #pragma once
@@ -41,7 +43,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 16;
+inline constexpr u32 kAbiVersion = 17;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -119,15 +121,29 @@ struct ColumnInfo {
     const u16* list_types;
     // If delta rules follow single rows: the order of two rows' groups. Null: changes of this column are not recorded by row.
     int (*compare_groups)(const void* a, const void* b);
+    // If it holds linear facts: the order of two rows by all their fields, and a function for few of them: it sorts the rows from
+    // `rows + held_count` on, `count` of them, and merges them with the sorted rows `held`, which are elsewhere.
+    int (*compare_rows)(const void* a, const void* b);
+    void (*arrange)(void* rows, const void* held, u32 held_count, u32 count);
 };
 
 // One entry of a rows column. Rows are sorted, each row_bytes long.
 struct RowsHead {
     u32 count;
-    u32 capacity;
+    u32 capacity;  // Of the block; 0: the rows lie where they have arrived, or there are none.
     u8* data;
 };
 static_assert(sizeof(RowsHead) == kRowsHeadBytes);
+
+// Linear facts that catoms of one thread send: for each column a run of entries, each a SentRow with the row behind it.
+struct SentRow {
+    u32 to, from;  // Indices of catoms.
+};
+constexpr u64 sent_bytes(u64 row_bytes) { return sizeof(SentRow) + ((row_bytes + 7) & ~u64{7}); }
+struct Outgoing {
+    u8* next = nullptr;  // Where the next entry goes, if it ends before `end`.
+    u8* end = nullptr;
+};
 
 // Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is in both.
 struct RowChanges {
@@ -258,6 +274,7 @@ struct Eval {
     u32 rule = kNone32;                       // The rule under evaluation, for failures that only the runtime notices; kNone32: none.
     u32 stratum = 0;                          // For views, the stratum under evaluation.
     u64 undefined = 0;                        // The strata of the catom that have undefined derivations, as undefined_bit().
+    Outgoing* outgoing = nullptr;             // By column; without room for those that Host::send_row takes.
     Counters* counters = nullptr;             // For a module that counts (counts_abi.h).
     bool tells_firings = false;               // Host::fired is to be called.
     u32 place = kNone32;                      // Of a module that says where it is; written and read as an atomic word, by two threads.
@@ -281,6 +298,8 @@ struct Host {
     void (*change_rows)(Eval*, u16 column, const RowChanges* changes);
     // A fact for a predicate of another catom (an index), delivered in the next tick.
     void (*send)(Eval*, u32 to, u16 predicate, const Value* arguments);
+    // The same for a linear fact, as a row of its column. Rows without lists are written to Eval::outgoing instead, while there is room.
+    void (*send_row)(Eval*, u32 to, u16 predicate, const void* row);
     // An action to be carried out in the next tick.
     void (*act)(Eval*, u16 predicate, const Value* arguments);
     // Evaluate the catom again at this tick.

@@ -153,8 +153,7 @@ class Counting {
         for (u32 p = 0; p < module_.predicate_count; ++p) {
             const PredicateInfo& info = module_.predicates[p];
             const double arguments = info.arity * double{sizeof(Value)};
-            if (info.kind == PredicateKind::Linear && !info.auxiliary && info.column != kNone16)
-                sent = std::max(sent, kMessage + arguments);
+            if (info.kind == PredicateKind::Linear && !info.auxiliary && info.column != kNone16) sent = std::max(sent, message(info));
             // In the list of its thread and in that of all.
             if (info.kind == PredicateKind::Action && info.column != kNone16) changes += 2 * sizeof(eval::Action) + arguments;
             if (info.rank_offset != kNone32) changes += kTombstone;
@@ -191,8 +190,15 @@ class Counting {
     static constexpr double kLinkRow = 8, kLinkEnd = 12, kMailbox = 78, kParcel = 64, kUnderWay = 8;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
-    // A message in the list of its sender, by receiver, and as it arrives; with the orders in which they are sorted.
-    static constexpr double kMessage = 3 * sizeof(eval::Message) + 2 * 2 * sizeof(u64) + 4 * sizeof(Keyed);
+    // A linear fact as its sender writes it, and the receivers' rows of this delivery and the last one. Where a network delays it: in the
+    // list of its sender, by receiver, and as it arrives; with the orders in which they are sorted.
+    double message(const PredicateInfo& p) const {
+        const double row = module_.columns[p.column].row_bytes;
+        const double numbered = 3 * sizeof(eval::Message) + 2 * 2 * sizeof(u64) + 4 * sizeof(Keyed);
+        return world_.apart() ? numbered + p.arity * double{sizeof(Value)}
+                              : static_cast<double>(sent_bytes(module_.columns[p.column].row_bytes)) + kSlack * 2 * row;
+    }
+    static constexpr double kSlack = 1.25;  // Room of a delivery for the next one.
 
     int processes_;
     const world::World& world_;

@@ -10,6 +10,7 @@
 #include "runtime/base/random.h"
 #include "runtime/eval/kept.h"
 #include "runtime/kernel/values.h"
+#include "runtime/tuple/field.h"
 
 namespace meld::eval {
 
@@ -60,6 +61,7 @@ struct Wake {
 
 // A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
 struct Evaluator::Thread : Eval {
+    explicit Thread(const ModuleInfo& module) : outbox(module) { outgoing = outbox.places(); }
     Evaluator* owner = nullptr;
     int number = 0;
     std::vector<std::unique_ptr<u8[]>> chunks;
@@ -70,9 +72,11 @@ struct Evaluator::Thread : Eval {
     // Records and rows of this tick; the arguments of messages and actions stay until the next evaluation.
     Kept<u8> bytes;
     std::vector<Message> messages;
+    Outbox outbox;  // Until the next evaluation.
     std::vector<Action> actions;
     Kept<Value> values;
-    // The lists among them, which messages and actions own until the next evaluation.
+    std::vector<Value> arguments;  // Of a row, on its way to a network.
+    // The lists among them and in rows that were sent, which messages, actions and rows own until the next evaluation.
     std::vector<const List*> owned;
     u32 dropped_of = kNone32;
     std::vector<Loss> losses;
@@ -216,6 +220,24 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         t.messages.push_back({to, predicate, e->subdomain->geometry.catom_id[e->catom], t.sequence++,
                               t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
+    host_.send_row = [](Eval* e, u32 to, u16 predicate, const void* row) {
+        Thread& t = of(e);
+        const ModuleInfo& all = t.owner->module_;
+        const PredicateInfo& p = all.predicates[predicate];
+        if (t.owner->apart_) {
+            // A network gives each message its number.
+            tuple::read_row(p, static_cast<const u8*>(row), t.arguments);
+            return e->host->send(e, to, predicate, t.arguments.data());
+        }
+        u8* const kept = t.outbox.add(p.column, {to, e->catom});
+        std::memcpy(kept, row, all.columns[p.column].row_bytes);
+        if (all.columns[p.column].list_count == 0) return;
+        t.owner->columns_.keep_lists(p.column, kept, 1, t.number);
+        for (u32 i = 0; i < p.arity; ++i)
+            if (p.fields[i].type >= ValueType::String)
+                if (const List* list = tuple::load_field(p.fields[i], kept).list; list != nullptr) t.owned.push_back(list);
+        t.check_length(p.column);
+    };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         MELD_EXPECT(t.owner->module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
@@ -236,7 +258,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         const bool before =
             found != nullptr && !Tombstones::expired(*found, e->subdomain->now, e->subdomain->greatest_rank, e->subdomain->latency);
         if (before) *out = {found->least_rank, found->time};
-        return (t.owner->linear_ && t.lost_now(predicate, key, before, *out)) || before;
+        return (t.owner->has_linear() && t.lost_now(predicate, key, before, *out)) || before;
     };
     host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
     host_.fired = [](Eval* e, u32 rule, u32 count, const BoundVariable* variables, const Value* values) {
@@ -281,11 +303,13 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         std::copy(std::begin(f.text), std::end(f.text), e->trap_text);
     };
     for (u32 p = 0; p < module.predicate_count; ++p)
-        linear_ = linear_ || (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16);
+        if (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16)
+            linear_predicates_.push_back(static_cast<u16>(p));
     for (int i = 0; i < workers.threads(); ++i) {
-        threads_.push_back(std::make_unique<Thread>());
+        threads_.push_back(std::make_unique<Thread>(module));
         Thread& t = *threads_.back();
         t.owner = this;
+        outboxes_.push_back(&t.outbox);
         t.number = i;
         t.host = &host_;
         t.new_chunk(kArena);
@@ -337,7 +361,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     agenda_.take(awake_, dirty_,
                  [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !(left_out_ && left_out_(catom)); });
     if (acts_) postpone();
-    subdomain.tombstones = !tombstones_.empty() || linear_;
+    subdomain.tombstones = !tombstones_.empty() || has_linear();
     subdomain.undefined = !undefined_.empty();
     requests_.begin_evaluation();
     for (auto& t : threads_) {
@@ -352,6 +376,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->cut = false;
         t->release_owned();
         t->values.clear();
+        t->outbox.clear();
         t->records.clear();
         t->rows.clear();
         t->row_changes.clear();
@@ -444,7 +469,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         statistics_.dropped += t->dropped;
         statistics_.cut = statistics_.cut || t->cut;
         statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
-        statistics_.messages += t->messages.size();
+        statistics_.messages += t->messages.size() + t->outbox.count();
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         if (unsorted_.empty())
             unsorted_.swap(t->messages);
@@ -504,6 +529,24 @@ void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments)
 
 void Evaluator::order_actions(const u64* ids) {
     std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return ids[a.catom] < ids[b.catom]; });
+}
+
+bool Evaluator::sent_rows(u16 column) const {
+    return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->count(column) > 0; });
+}
+
+Sent Evaluator::all_sent(const Geometry& geometry) const {
+    Sent all{.messages = messages_, .values = {}};
+    std::vector<Value> arguments;
+    for (const u16 predicate : linear_predicates_) {
+        const PredicateInfo& p = module_.predicates[predicate];
+        each_sent(p.column, [&](SentRow sent, const u8* row) {
+            tuple::read_row(p, row, arguments);
+            all.messages.push_back({sent.to, predicate, geometry.catom_id[sent.from], 0, all.values.copy(arguments.data(), p.arity)});
+        });
+    }
+    std::ranges::stable_sort(all.messages, {}, [](const Message& m) { return std::pair(m.to, m.from); });
+    return all;
 }
 
 // By receiver, then sender, then sequence number: each receiver has few, so the rest is sorted by insertion.

@@ -17,6 +17,7 @@
 #include "runtime/eval/failure.h"
 #include "runtime/eval/firing.h"
 #include "runtime/eval/memory.h"
+#include "runtime/eval/outbox.h"
 #include "runtime/eval/requests.h"
 #include "runtime/eval/samples.h"
 #include "runtime/eval/undefined.h"
@@ -31,6 +32,12 @@ struct Statistics {
     u64 messages = 0;  // Linear facts sent.
     u64 dropped = 0;
     bool cut = false;  // Catoms were skipped, because a signal asked for the end of the run.
+};
+
+// Linear facts that were sent, whichever way they went, with their arguments.
+struct Sent {
+    std::vector<Message> messages;
+    Kept<Value> values;
 };
 
 // The position of a catom on the lattice, for `position`.
@@ -70,9 +77,21 @@ class Evaluator {
     // of the catom with the least id, if any failed.
     Failure evaluate(SubdomainView& subdomain, const OnExport& on_export);
 
-    // The messages and actions of the last evaluation, ordered by (receiver, sender, sequence) and by catom id.
+    // The messages and actions of the last evaluation, ordered by (receiver, sender, sequence) and by catom id. Linear facts are not among
+    // the messages if they were sent as rows.
     const std::vector<Message>& messages() const { return messages_; }
     const std::vector<Action>& actions() const { return actions_; }
+    // Whether rows of a column were sent, and a call of visit(SentRow, const u8* row) for each. The order depends on the threads, but not
+    // that of one sender's rows.
+    bool sent_rows(u16 column) const;
+    template <class Visit>
+    void each_sent(u16 column, const Visit& visit) const {
+        for (const Outbox* outbox : outboxes_) outbox->each(column, visit);
+    }
+    // The linear predicates that are stored.
+    const std::vector<u16>& linear_predicates() const { return linear_predicates_; }
+    // Both together, for whoever looks at a tick: ordered by receiver and sender, and of one sender by predicate.
+    Sent all_sent(const Geometry& geometry) const;
     // The catoms of the last evaluation, ascending.
     const std::vector<u32>& evaluated() const { return awake_; }
     // Why each of them was: its dirty word.
@@ -110,6 +129,8 @@ class Evaluator {
     // Puts the catoms that do not act in this tick back.
     void postpone();
     void order_messages();
+    // A catom may lose and gain within one evaluation.
+    bool has_linear() const { return !linear_predicates_.empty(); }
 
     const ModuleInfo& module_;
     tuple::Columns& columns_;
@@ -123,8 +144,9 @@ class Evaluator {
     Requests requests_;
     bool apart_ = false;
     std::function<bool(u32)> acts_, left_out_;
-    bool linear_ = false;  // The program has linear facts, so a catom may lose and gain within one evaluation.
     std::vector<std::unique_ptr<Thread>> threads_;
+    std::vector<const Outbox*> outboxes_;  // Of the threads.
+    std::vector<u16> linear_predicates_;
     std::vector<u32> awake_;
     std::vector<u64> dirty_;
     std::vector<Message> messages_, unsorted_;

@@ -173,7 +173,8 @@ class Collector {
         const auto sent = [](const eval::Message& m) { return Sent{m.to, m.from, m.predicate, m.arguments}; };
         std::multiset<Sent> by_modules;
         for (const eval::Message& m : now_.sent_by_modules()) by_modules.insert(sent(m));
-        for (const eval::Message& m : now_.sent()) {
+        const eval::Sent all = now_.sent();
+        for (const eval::Message& m : all.messages) {
             const auto module = by_modules.find(sent(m));
             One one{.from = m.from, .is = module == by_modules.end() ? One::Is::Sent : One::Is::Module, .predicate = m.predicate};
             if (module != by_modules.end()) by_modules.erase(module);

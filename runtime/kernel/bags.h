@@ -19,7 +19,13 @@ struct Bag {
         rule = first_rule;
         list.reset();
         held.reset();
-        for (u32 i = 0; i < n; ++i) list.add(e, from[i]);
+        if (n > 0) {
+            // With room for what a rule puts back.
+            list.capacity = n + 2;
+            list.rows = static_cast<Row*>(scratch(e, u64{list.capacity} * sizeof(Row)));
+            for (u32 i = 0; i < n; ++i) list.rows[i] = from[i];
+            list.count = n;
+        }
         changed = holding = false;
     }
     void hold() { holding = true; }
@@ -69,6 +75,61 @@ struct Bag {
         changed = true;
     }
 };
+
+// Sends a linear fact as a row of its column.
+template <class Row>
+void send_row(Eval& e, u32 to, u16 predicate, u16 column, const Row& row) {
+    Outgoing& out = e.outgoing[column];
+    constexpr u64 size = sent_bytes(sizeof(Row));
+    if (static_cast<u64>(out.end - out.next) < size) [[unlikely]]
+        return e.host->send_row(&e, to, predicate, &row);
+    const SentRow entry = {to, e.catom};
+    __builtin_memcpy(out.next, &entry, sizeof entry);
+    __builtin_memcpy(out.next + sizeof entry, &row, sizeof row);
+    out.next += size;
+}
+
+// ColumnInfo::arrange.
+template <class T>
+void arrange_rows(void* to, const void* before, u32 held_count, u32 count) {
+    using Row = typename T::Row;
+    Row* const rows = static_cast<Row*>(to);
+    Row* const come = rows + held_count;
+    for (u32 i = 1; i < count; ++i) {
+        const Row row = come[i];
+        u32 at = i;
+        for (; at > 0 && T::key(row, come[at - 1]) < 0; --at) come[at] = come[at - 1];
+        come[at] = row;
+    }
+    // What has come is never overtaken: as much of it is in place as is taken.
+    const Row* const held = static_cast<const Row*>(before);
+    u32 h = 0, c = 0;
+    while (h < held_count) {
+        const bool first = c == count || T::key(come[c], held[h]) >= 0;
+        rows[h + c] = first ? held[h] : come[c];
+        if (first)
+            ++h;
+        else
+            ++c;
+    }
+}
+
+// Writes what is left of linear facts without lists: in place, if it stays in its block (RowPool::fits).
+template <class Row>
+void store_rows(Eval& e, u16 column, const RowList<Row>& list) {
+    RowsHead& head = reinterpret_cast<RowsHead*>(e.subdomain->columns[column])[e.catom];
+    const bool fits =
+        list.count > 0 && list.count <= head.capacity && (list.count * 4 >= head.capacity || head.capacity * sizeof(Row) <= 64);
+    if (fits) {
+        Row* const rows = reinterpret_cast<Row*>(head.data);
+        for (u32 i = 0; i < list.count; ++i) rows[i] = list.rows[i];
+        head.count = list.count;
+    } else if (list.count == 0 && head.capacity == 0) {
+        head = {0, 0, nullptr};
+    } else {
+        e.host->assign_rows(&e, column, list.rows, list.count);
+    }
+}
 
 // Persistent facts given by linear rules, messages or the world: a sorted set that only grows.
 template <class T>

@@ -5,6 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/deep_stack.h"
+#include "runtime/tuple/arrived_rows.h"
 
 namespace meld::tuple {
 
@@ -30,7 +31,8 @@ Columns::Columns(const ModuleInfo& module, int pools)
       pools_(static_cast<std::size_t>(pools)),
       lists_(pools),
       dropped_(static_cast<std::size_t>(pools)),
-      changes_(module, pools) {}
+      changes_(module, pools),
+      arrived_(std::make_unique<ArrivedRows>(module, *this)) {}
 
 Columns::~Columns() {
     for (u32 c = 0; c < module_.column_count; ++c) {
@@ -129,7 +131,7 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
             block = mine.take(bytes);
             std::memcpy(block, rows, bytes);
         }
-        if (old != nullptr) mine.give(old, old_bytes);
+        if (head.capacity > 0) mine.give(old, old_bytes);
         head.data = block;
         head.capacity = count > 0 ? block_capacity(bytes, info.row_bytes) : 0;
     }
@@ -138,18 +140,26 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
     if (lists == Lists::Keep) keep_lists(column, head.data, count, pool);
 }
 
+void Columns::lie_at(u32 column, u32 catom, u8* rows, u32 count, int pool) {
+    RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
+    MELD_EXPECT(count > 0 && !changes_.follows(column), "column {} of catom {}, {} rows", column, catom, count);
+    if (head.capacity > 0)
+        pools_[static_cast<std::size_t>(pool)].give(head.data, std::size_t{head.capacity} * module_.columns[column].row_bytes);
+    head = {count, 0, rows};
+}
+
 void Columns::insert_row(u32 column, u32 catom, u32 at, const void* row, int pool) {
     const std::size_t size = module_.columns[column].row_bytes;
     RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
-    MELD_EXPECT(at <= head.count && head.count <= head.capacity, "row {} of {}, room for {}", at, head.count, head.capacity);
+    MELD_EXPECT(at <= head.count, "row {} of {}", at, head.count);
     const std::size_t before = at * size, behind = (head.count - at) * size;
-    if (head.count == head.capacity) {
+    if (head.count >= head.capacity) {
         RowPool& mine = pools_[static_cast<std::size_t>(pool)];
         const std::size_t bytes = (std::size_t{head.count} + 1) * size;
         u8* block = mine.take(bytes);
         if (head.data != nullptr) {
             std::memcpy(block, head.data, before + behind);
-            mine.give(head.data, head.capacity * size);
+            if (head.capacity > 0) mine.give(head.data, head.capacity * size);
         }
         head.data = block;
         head.capacity = block_capacity(bytes, size);
@@ -235,7 +245,7 @@ std::size_t Columns::bytes() const {
     std::size_t total = 0;
     for (u32 c = 0; c < module_.column_count; ++c) total += capacity_ * module_.columns[c].stride;
     for (const RowPool& pool : pools_) total += pool.bytes_reserved();
-    return total + lists_.bytes() + changes_.bytes();
+    return total + lists_.bytes() + changes_.bytes() + arrived_->bytes();
 }
 
 std::size_t Columns::bytes_for(const ModuleInfo& module, std::size_t catoms) {

@@ -16,6 +16,8 @@
 
 namespace meld::tuple {
 
+class ArrivedRows;
+
 class Columns {
   public:
     // pools: how many threads may change rows at the same time.
@@ -48,6 +50,10 @@ class Columns {
     // Inserts a row before the one at `at`, and keeps its lists too. Cost: the rows behind it are moved.
     void insert_row(u32 column, u32 catom, u32 at, const void* row, int pool);
     void set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists = Lists::Keep);
+    // The catom's rows are these from now on, which stay where they are and own their lists; those of its rows until now are among them.
+    void lie_at(u32 column, u32 catom, u8* rows, u32 count, int pool);
+    // Rows on their way to the columns of many catoms.
+    ArrivedRows& arrived() { return *arrived_; }
     // The same if write(u8* record) changes part of the record.
     template <class Write>
     void change_record(u32 column, u32 catom, int pool, const Write& write) {
@@ -123,6 +129,7 @@ class Columns {
     ListStore lists_;
     std::vector<std::vector<const List*>> dropped_;  // By pool
     ChangeLog changes_;
+    std::unique_ptr<ArrivedRows> arrived_;
 };
 
 }  // namespace meld::tuple

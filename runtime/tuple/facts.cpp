@@ -49,11 +49,6 @@ void set_present(const PredicateInfo& p, u8* record, bool on) {
     std::memcpy(record + p.presence_offset, &word, sizeof word);
 }
 
-void read_row(const PredicateInfo& p, const u8* row, std::vector<Value>& out) {
-    out.resize(p.arity);
-    for (u32 i = 0; i < p.arity; ++i) out[i] = load_field(p.fields[i], row);
-}
-
 int compare_row(const ModuleInfo& module, const PredicateInfo& p, const u8* row, const Value* arguments) {
     for (u32 i = 0; i < p.arity; ++i)
         if (const int c = compare(type_of(module, p.fields[i]), load_field(p.fields[i], row), arguments[i])) return c;

@@ -1,8 +1,9 @@
-// The value of a field in a record or a row.
+// The value of a field in a record or a row, and those of all fields of a row.
 #pragma once
 
 #include <cstddef>
 #include <cstring>
+#include <vector>
 
 #include "runtime/abi/module_abi.h"
 
@@ -33,6 +34,12 @@ inline Value load_field(const FieldInfo& field, const u8* base, std::size_t elem
             std::memcpy(&v, at, 8);
     }
     return v;
+}
+
+// The arguments of a fact that is a row.
+inline void read_row(const PredicateInfo& p, const u8* row, std::vector<Value>& out) {
+    out.resize(p.arity);
+    for (u32 i = 0; i < p.arity; ++i) out[i] = load_field(p.fields[i], row);
 }
 
 }  // namespace meld::tuple

@@ -39,5 +39,7 @@ Block error_block(Random& random, const std::vector<Known>& known, int names);
 Block half_settled_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that wander, meet and give persistent facts.
 Block linear_block(Random& random, const std::vector<Known>& known, int names);
+// Linear facts that update another one, each in turn or all in one pass.
+Block sweep_block(Random& random, const std::vector<Known>& known, int names);
 
 }  // namespace meld::reference

@@ -90,7 +90,8 @@ class Generator {
         for (std::int64_t n = 0; n < blocks && out_.refused.empty(); ++n) add(any_block());
         if (errs && out_.refused.empty()) add(error_block);
         if (linear && out_.refused.empty()) {
-            add(linear_block);
+            if (chance(random_, 40)) add(sweep_block);
+            if (out_.refused.empty()) add(linear_block);
             if (chance(random_, 50)) add(any_block());
         }
         return std::move(out_);

@@ -5,6 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/comm/packets.h"
+#include "runtime/tuple/field.h"
 
 namespace meld::sim {
 
@@ -37,12 +38,14 @@ void Exchange::run() {
     }
     if (subdomain_.alone()) {
         for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
+        subdomain_.facts_.deliver_sent(subdomain_.geometry());
         return deliver_all();
     }
     pack();
     std::vector<comm::Packet> packets = comm::take_packets(packets_);
     for (const comm::Packet& packet : packets) sent_bytes_ += packet.bytes.size();
     const std::vector<comm::Packet> received = subdomain_.comm.exchange(std::move(packets));
+    subdomain_.facts_.deliver_sent(subdomain_.geometry());
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     for (const comm::Packet& packet : received) unpack(packet, arguments, lists);
@@ -62,6 +65,23 @@ void Exchange::pack() {
         }
         if (subdomain_.network_) subdomain_.network_->sent_away(subdomain_.tick(), *subdomain_.ensemble.find(m.from), m.to);
         pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(m.to))], m);
+    }
+    pack_rows();
+}
+
+// Rows for catoms of other processes travel as messages do.
+void Exchange::pack_rows() {
+    const ModuleInfo& module = subdomain_.module;
+    const eval::Evaluator& evaluator = subdomain_.facts_.evaluator;
+    std::vector<Value> arguments;
+    for (const u16 predicate : evaluator.linear_predicates()) {
+        const PredicateInfo& p = module.predicates[predicate];
+        evaluator.each_sent(p.column, [&](SentRow sent, const u8* row) {
+            if (subdomain_.owned(sent.to)) return;
+            tuple::read_row(p, row, arguments);
+            pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(sent.to))],
+                         {sent.to, predicate, subdomain_.ensemble.id(sent.from), 0, arguments.data()});
+        });
     }
 }
 

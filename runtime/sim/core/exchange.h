@@ -43,6 +43,7 @@ class Exchange {
     // A linear fact for a catom of this process: it arrives at the end of this tick, or when the network says so.
     void come(Catom to, u64 from, u16 predicate, const Value* arguments);
     void pack();
+    void pack_rows();
     void pack_export(ByteWriter& out, const Export& changed) const;
     void pack_message(ByteWriter& out, const eval::Message& message) const;
     // How processes name a catom to each other: by its cell, or by its id if there are no cells.

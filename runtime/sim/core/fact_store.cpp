@@ -1,8 +1,10 @@
 #include "runtime/sim/core/fact_store.h"
 
+#include <type_traits>
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/tuple/arrived_rows.h"
 
 namespace meld::sim {
 
@@ -54,6 +56,47 @@ void FactStore::give_all(u32 predicate, u32 catom, std::vector<const Value*>& fa
     } else if (tuple::give_facts(module_, columns, predicate, catom, facts, rows_, 0)) {
         mark(catom, own_dirty(predicate));
     }
+}
+
+void FactStore::deliver_sent(const Geometry& geometry) {
+    for (const u16 predicate : evaluator.linear_predicates()) {
+        const u16 column = module_.predicates[predicate].column;
+        if (evaluator.sent_rows(column)) deliver_rows(column, geometry);
+    }
+}
+
+void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
+    tuple::ArrivedRows& arrived = columns.arrived();
+    const ColumnInfo& info = module_.columns[column];
+    const auto here = [&](SentRow sent) { return geometry.catom_state[sent.to] == kCatomOwned; };
+    arrived.open(column);
+    evaluator.each_sent(column, [&](SentRow sent, const u8*) {
+        if (here(sent)) arrived.count(sent.to);
+    });
+    arrived.make_room();
+    const auto place = [&](auto bytes) {
+        evaluator.each_sent(column, [&](SentRow sent, const u8* row) {
+            if (!here(sent)) return;
+            u8* const placed = arrived.place<bytes>(sent.to, row);
+            if (info.list_count > 0) columns.keep_lists(column, placed, 1, 0);
+        });
+    };
+    // A copy of a length known at compile time is a few instructions.
+    switch (info.row_bytes) {
+        case 8:
+            place(std::integral_constant<u32, 8>{});
+            break;
+        case 16:
+            place(std::integral_constant<u32, 16>{});
+            break;
+        case 24:
+            place(std::integral_constant<u32, 24>{});
+            break;
+        default:
+            place(std::integral_constant<u32, 0>{});
+    }
+    arrived.end(workers_);
+    for (const u32 catom : arrived.receivers()) mark(catom, info.own_dirty);
 }
 
 bool FactStore::take(u32 predicate, u32 catom, const Value* arguments) {

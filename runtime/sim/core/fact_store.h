@@ -31,6 +31,8 @@ class FactStore {
     // Facts given from outside: returns whether they change anything; if so, the catom is marked.
     bool give(u32 predicate, u32 catom, const Value* arguments);
     void give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts);
+    // Gives the rows that catoms of this process have sent in the last evaluation to their receivers here, which are marked.
+    void deliver_sent(const Geometry& geometry);
     bool take(u32 predicate, u32 catom, const Value* arguments);
     // The same from all workers at once, for different catoms; the caller marks them.
     bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
@@ -70,6 +72,7 @@ class FactStore {
     eval::Evaluator evaluator;
 
   private:
+    void deliver_rows(u16 column, const Geometry& geometry);
     u64 own_dirty(u32 predicate) const { return module_.columns[module_.predicates[predicate].column].own_dirty; }
     // A given fact is private to its catom; the planner derives from it what neighbours may read.
     void check_given(u32 predicate) const;

@@ -77,7 +77,7 @@ class Subdomain {
     const std::vector<eval::Action>& actions() const { return facts_.evaluator.actions(); }
     // Linear facts that catoms of this process were sent in the last tick, by their rules and by modules; and those by modules among them,
     // with the same arguments. Nothing right after a snapshot has been restored.
-    const std::vector<eval::Message>& sent() const { return facts_.evaluator.messages(); }
+    eval::Sent sent() const { return facts_.evaluator.all_sent(geometry()); }
     const std::vector<eval::Message>& sent_by_modules() const { return facts_.evaluator.requests().messages(); }
     // The catoms of this process that were evaluated in the last tick: nothing but what was sent to a catom has changed at others.
     const std::vector<u32>& evaluated() const { return facts_.evaluator.evaluated(); }

@@ -36,10 +36,10 @@ class Module {
         predicates_[2] = {"count", PredicateKind::Persistent, Storage::Single, false, false, 1, count_fields_, 2, 2, kNone32, 8, 1};
         predicates_[3] = {"speed", PredicateKind::Sensed, Storage::Single, false, false, 1, speed_fields_, 3, 3, kNone32, 24, 1};
         predicates_[4] = {"turn", PredicateKind::Sensed, Storage::Single, false, false, 2, turn_fields_, 3, 4, kNone32, 24, 2};
-        columns_[0] = {"path", true, false, sizeof(RowsHead), 16, 0, 0, nullptr, 2, path_offsets_, path_types_, nullptr};
-        columns_[1] = {"name", false, true, 16, 0, 0, 0, nullptr, 1, path_offsets_, &string_, nullptr};
-        columns_[2] = {"count", false, false, 16, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr};
-        columns_[3] = {"speed+turn", false, false, 32, 0, 0, 0, nullptr, 1, path_offsets_, &vec3_, nullptr};
+        columns_[0] = {"path", true, false, sizeof(RowsHead), 16, 0, 0, nullptr, 2, path_offsets_, path_types_, nullptr, nullptr, nullptr};
+        columns_[1] = {"name", false, true, 16, 0, 0, 0, nullptr, 1, path_offsets_, &string_, nullptr, nullptr, nullptr};
+        columns_[2] = {"count", false, false, 16, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr, nullptr, nullptr};
+        columns_[3] = {"speed+turn", false, false, 32, 0, 0, 0, nullptr, 1, path_offsets_, &vec3_, nullptr, nullptr, nullptr};
         info_.types = types_.table();
         info_.predicate_count = 5;
         info_.predicates = predicates_;

@@ -1,0 +1,68 @@
+// Emits what the heads of a comprehension compute from variables known outside it: the first match computes it, later ones reuse it.
+// Nothing is computed where nothing matches, and what can fail does so at the same place as before.
+#include "compiler/check/library.h"
+#include "compiler/emit/rule_emitter.h"
+
+namespace meld::emit {
+
+namespace {
+
+// Operators that cost more than the test whether their result is known.
+bool is_dear(const Term& t) {
+    switch (t.op) {
+        case Op::Call:
+        case Op::Library:
+        case Op::List:
+        case Op::Struct:
+        case Op::Tuple:
+        case Op::Cons:
+        case Op::Append:
+        case Op::Divide:
+        case Op::Modulo:
+        case Op::Power:
+        case Op::Sqrt:
+            return true;
+        default:
+            return false;
+    }
+}
+
+}  // namespace
+
+bool RuleEmitter::is_invariant(const Term& term) const {
+    bool fixed = !is_random(plan_.program, term);
+    check::each_subterm(term, [&](const Term& t) {
+        const bool known =
+            !t.is_variable() || t.variable == scope_.rule.site || scope_.values.contains(t.variable) || scope_.places.contains(t.variable);
+        const bool external = t.op == Op::Call && plan_.program.functions[t.function].external;
+        fixed = fixed && known && !external && t.op != Op::Let && t.op != Op::Fresh && t.op != Op::Due;
+    });
+    return fixed;
+}
+
+void RuleEmitter::keep_invariant(const Term& t) {
+    if (scope_.kept.contains(&t)) return;
+    bool dear = false;
+    check::each_subterm(t, [&](const Term& part) { dear = dear || is_dear(part); });
+    if (!dear) return;
+    if (!is_invariant(t)) {
+        for (const Term& operand : t.operands) keep_invariant(operand);
+        return;
+    }
+    const std::string value = term(scope_, t);
+    // Lists that the module contains are as good as computed.
+    if (value.starts_with("({ static ")) return;
+    const std::string name = fresh("same"), known = fresh("known");
+    w_.line("{} {}{{}};", cpp_type(t.type), name);
+    w_.line("bool {} = false;", known);
+    scope_.kept[&t] = fmt::format("({0} ? {1} : ({0} = true, {1} = {2}))", known, name, value);
+}
+
+void RuleEmitter::keep_invariants(const std::vector<HeadPlan>& heads) {
+    plan::each_head_plan(heads, [&](const HeadPlan& h) {
+        if (const MakeFact* fact = as<MakeFact>(h))
+            for (const Term& argument : fact->arguments) keep_invariant(argument);
+    });
+}
+
+}  // namespace meld::emit

@@ -1,0 +1,98 @@
+// The linear facts that the catoms of one thread send in a tick, as rows: compiled modules write them here.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+
+namespace meld::eval {
+
+class Outbox {
+  public:
+    explicit Outbox(const ModuleInfo& module) : columns_(module.column_count), places_(module.column_count) {
+        for (u32 c = 0; c < module.column_count; ++c) columns_[c].entry_bytes = sent_bytes(module.columns[c].row_bytes);
+    }
+
+    // As Eval::outgoing.
+    Outgoing* places() { return places_.data(); }
+    // Makes room for one more entry, if there is none.
+    u8* next(u16 column) {
+        Outgoing& place = places_[column];
+        if (static_cast<std::size_t>(place.end - place.next) < columns_[column].entry_bytes) take_chunk(column);
+        return place.next;
+    }
+    // Adds an entry; returns where its row is to be written.
+    u8* add(u16 column, SentRow entry) {
+        u8* const at = next(column);
+        *reinterpret_cast<SentRow*>(at) = entry;
+        places_[column].next += columns_[column].entry_bytes;
+        return at + sizeof(SentRow);
+    }
+
+    // Calls visit(SentRow, const u8* row) for each entry of a column, in the order of sending.
+    template <class Visit>
+    void each(u16 column, const Visit& visit) const {
+        const Column& c = columns_[column];
+        for (std::size_t i = 0; i < c.used; ++i) {
+            const u8* const end = i + 1 == c.used ? places_[column].next : c.chunks[i].bytes.get() + c.chunks[i].filled;
+            for (const u8* at = c.chunks[i].bytes.get(); at != end; at += c.entry_bytes)
+                visit(*reinterpret_cast<const SentRow*>(at), at + sizeof(SentRow));
+        }
+    }
+    std::size_t count(u16 column) const {
+        const Column& c = columns_[column];
+        if (c.used == 0) return 0;
+        std::size_t bytes = static_cast<std::size_t>(places_[column].next - c.chunks[c.used - 1].bytes.get());
+        for (std::size_t i = 0; i + 1 < c.used; ++i) bytes += c.chunks[i].filled;
+        return bytes / c.entry_bytes;
+    }
+    std::size_t count() const {
+        std::size_t all = 0;
+        for (std::size_t c = 0; c < columns_.size(); ++c) all += count(static_cast<u16>(c));
+        return all;
+    }
+
+    // The chunks stay, so that a steady tick allocates nothing.
+    void clear() {
+        for (std::size_t c = 0; c < columns_.size(); ++c) {
+            columns_[c].used = 0;
+            places_[c] = {};
+        }
+    }
+
+  private:
+    struct Chunk {
+        std::unique_ptr<u8[]> bytes;
+        std::size_t size = 0, filled = 0;
+    };
+    struct Column {
+        std::size_t entry_bytes = 0;
+        std::vector<Chunk> chunks;
+        std::size_t used = 0;  // Chunks; the last of them is being filled.
+    };
+    static constexpr std::size_t kFirstChunk = 1 << 10, kLargestChunk = 1 << 16;
+
+    void take_chunk(u16 column) {
+        Column& c = columns_[column];
+        Outgoing& place = places_[column];
+        if (c.used > 0) {
+            Chunk& full = c.chunks[c.used - 1];
+            full.filled = static_cast<std::size_t>(place.next - full.bytes.get());
+        }
+        if (c.used == c.chunks.size()) {
+            const std::size_t size = c.used == 0 ? kFirstChunk : std::min(kLargestChunk, 2 * c.chunks.back().size);
+            c.chunks.push_back({.bytes = nullptr, .size = std::max(size, c.entry_bytes)});
+            c.chunks.back().bytes = std::make_unique_for_overwrite<u8[]>(c.chunks.back().size);
+        }
+        const Chunk& fresh = c.chunks[c.used++];
+        place = {fresh.bytes.get(), fresh.bytes.get() + fresh.size};
+    }
+
+    std::vector<Column> columns_;
+    std::vector<Outgoing> places_;
+};
+
+}  // namespace meld::eval

@@ -1,0 +1,119 @@
+#include "runtime/tuple/arrived_rows.h"
+
+#include <algorithm>
+
+#include "runtime/base/assert.h"
+#include "runtime/tuple/columns.h"
+#include "runtime/tuple/field.h"
+
+namespace meld::tuple {
+
+namespace {
+
+// The number of rows up to which a module sorts them by insertion.
+constexpr u32 kFew = 16;
+// Receivers that a worker takes at a time.
+constexpr std::size_t kReceivers = 1024;
+
+}  // namespace
+
+void ArrivedRows::open(u16 column) {
+    MELD_EXPECT(module_.columns[column].arrange != nullptr && receivers_.empty(), "column {}", column);
+    column_ = column;
+    row_bytes_ = module_.columns[column].row_bytes;
+    // A program that sends nothing needs no counts.
+    if (counts_.size() < columns_.count()) counts_.resize(columns_.count(), 0);
+}
+
+void ArrivedRows::make_room() {
+    starts_.clear();
+    std::size_t total = 0;
+    for (const u32 catom : receivers_) {
+        starts_.push_back(static_cast<u32>(total));
+        const u32 held = columns_.rows(column_, catom).count, come = counts_[catom];
+        counts_[catom] = static_cast<u32>(total) + held;
+        total += std::size_t{held} + come;
+        MELD_CHECK(total < kNone32, "{} facts of column {} for one process", total, column_);
+    }
+    starts_.push_back(static_cast<u32>(total));
+    if (filling_.size < total * row_bytes_) {
+        filling_.size = total * row_bytes_ + total * row_bytes_ / 4;
+        filling_.bytes = std::make_unique_for_overwrite<u8[]>(filling_.size);
+    }
+}
+
+void ArrivedRows::end(Workers& workers) {
+    const std::size_t blocks = (receivers_.size() + kReceivers - 1) / kReceivers;
+    workers.run(blocks, [&](int worker, std::size_t block) {
+        const std::size_t to = std::min(receivers_.size(), (block + 1) * kReceivers);
+        for (std::size_t i = block * kReceivers; i < to; ++i) leave(i, worker);
+    });
+    // What is left of an earlier delivery moves, since its block will be filled again.
+    Block& before = blocks_[column_];
+    for (const u32 catom : before.receivers) {
+        const RowsHead& head = columns_.rows(column_, catom);
+        if (head.capacity == 0 && head.data >= before.bytes.get() && head.data < before.bytes.get() + before.size)
+            columns_.set_rows(column_, catom, head.data, head.count, 0);
+    }
+    columns_.release_dropped(0);
+    before.receivers.clear();
+    filling_.receivers.swap(receivers_);
+    std::swap(before, filling_);
+}
+
+// The lists of rows that the catom holds already come along.
+void ArrivedRows::leave(std::size_t receiver, int pool) {
+    const ColumnInfo& column = module_.columns[column_];
+    const u32 catom = receivers_[receiver], count = starts_[receiver + 1] - starts_[receiver];
+    RowsHead& head = *reinterpret_cast<RowsHead*>(columns_.entry(column_, catom));
+    MELD_ASSERT(counts_[catom] == starts_[receiver + 1], "catom {} got {} rows more than were counted", catom,
+                i64{counts_[catom]} - i64{starts_[receiver + 1]});
+    counts_[catom] = 0;
+    u8* const rows = filling_.bytes.get() + std::size_t{starts_[receiver]} * row_bytes_;
+    const bool many = count - head.count > kFew;
+    if (many) sort_many(rows + std::size_t{head.count} * row_bytes_, count - head.count);
+    if (!many || head.count > 0) column.arrange(rows, head.data, head.count, count - head.count);
+    columns_.lie_at(column_, catom, rows, count, pool);
+}
+
+// A word of the first field decides most comparisons; rows with the same word are often in order already, because their sender went through
+// its own facts in order.
+void ArrivedRows::sort_many(u8* rows, u32 count) const {
+    const ColumnInfo& column = module_.columns[column_];
+    struct Prefixed {
+        u64 prefix;
+        const u8* row;
+    };
+    const PredicateInfo& p = *std::find_if(module_.predicates, module_.predicates + module_.predicate_count,
+                                           [&](const PredicateInfo& one) { return one.column == column_; });
+    // The runtime compares lists of ints by words, the module one element after the other.
+    const auto less = [&](const Prefixed& a, const Prefixed& b) {
+        if (column.list_count == 0) return column.compare_rows(a.row, b.row) < 0;
+        for (u32 i = 0; i < p.arity; ++i)
+            if (const int c = compare(type_of(module_, p.fields[i]), load_field(p.fields[i], a.row), load_field(p.fields[i], b.row)))
+                return c < 0;
+        return false;
+    };
+    const std::vector<u8> unsorted(rows, rows + std::size_t{count} * row_bytes_);
+    std::vector<Prefixed> order;
+    order.reserve(count);
+    for (u32 i = 0; i < count; ++i) {
+        const u8* const row = unsorted.data() + std::size_t{i} * row_bytes_;
+        order.push_back({p.arity == 0 ? 0 : order_prefix(type_of(module_, p.fields[0]), load_field(p.fields[0], row)), row});
+    }
+    std::stable_sort(order.begin(), order.end(), [](const Prefixed& a, const Prefixed& b) { return a.prefix < b.prefix; });
+    for (auto from = order.begin(); from != order.end();) {
+        const auto to = std::find_if(from, order.end(), [&](const Prefixed& one) { return one.prefix != from->prefix; });
+        if (!std::is_sorted(from, to, less)) std::stable_sort(from, to, less);
+        from = to;
+    }
+    for (u32 i = 0; i < count; ++i) std::memcpy(rows + std::size_t{i} * row_bytes_, order[i].row, row_bytes_);
+}
+
+std::size_t ArrivedRows::bytes() const {
+    std::size_t total = filling_.size + counts_.capacity() * sizeof(u32);
+    for (const Block& block : blocks_) total += block.size + block.receivers.capacity() * sizeof(u32);
+    return total;
+}
+
+}  // namespace meld::tuple

@@ -1,0 +1,65 @@
+// Rows of linear facts that arrive for many catoms of one column at once. They are scattered into one block, by receiver, each receiver's
+// in order, and stay there: the receivers' heads refer to them until their evaluation consumes them or writes the rest elsewhere.
+//
+// A delivery is opened for a column, counts every row, makes room, places every row, and ends. Its cost is proportional to the rows that
+// arrive and to those that their receivers hold already, not to the number of catoms.
+#pragma once
+
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/base/parallel_for.h"
+
+namespace meld::tuple {
+
+class Columns;
+
+class ArrivedRows {
+  public:
+    ArrivedRows(const ModuleInfo& module, Columns& columns) : module_(module), columns_(columns), blocks_(module.column_count) {}
+
+    // ---- one delivery, in this order
+    void open(u16 column);
+    void count(u32 catom) {
+        if (counts_[catom]++ == 0) receivers_.push_back(catom);
+    }
+    void make_room();
+    // The same rows again; Bytes: of a row, or 0. The row is copied; its lists, if it has any, are the caller's.
+    template <u32 Bytes = 0>
+    u8* place(u32 catom, const u8* row) {
+        const std::size_t size = Bytes == 0 ? row_bytes_ : Bytes;
+        u8* const at = filling_.bytes.get() + counts_[catom]++ * size;
+        std::memcpy(at, row, size);
+        return at;
+    }
+    // Puts the rows of each receiver in order, with those that it holds, and leaves them to it.
+    void end(Workers& workers);
+    // Of the last delivery.
+    const std::vector<u32>& receivers() const { return blocks_[column_].receivers; }
+
+    std::size_t bytes() const;
+
+  private:
+    struct Block {
+        std::unique_ptr<u8[]> bytes;
+        std::size_t size = 0;
+        std::vector<u32> receivers;
+    };
+    void leave(std::size_t receiver, int pool);
+    void sort_many(u8* rows, u32 count) const;
+
+    const ModuleInfo& module_;
+    Columns& columns_;
+    std::vector<Block> blocks_;  // By column: the last delivery.
+    Block filling_;              // This one; in between, a block that is free.
+    u16 column_ = 0;
+    u32 row_bytes_ = 0;
+    std::vector<u32> counts_;     // By catom: the rows that come, then where the next one goes; 0 between deliveries.
+    std::vector<u32> receivers_;  // In the order of their first rows.
+    std::vector<u32> starts_;     // Of their rows in the block; one more than there are receivers.
+};
+
+}  // namespace meld::tuple
