@@ -110,7 +110,8 @@ class Counting {
         for (u32 c = 0; c < module_.column_count; ++c) {
             if (!module_.columns[c].exported) continue;
             exported += 1;
-            under_way += kParcel + (module_.columns[c].rows ? module_.columns[c].row_bytes * rows_of(c) : module_.columns[c].stride);
+            under_way += kParcel + (module_.columns[c].rows ? static_cast<double>(module_.columns[c].row_bytes) * rows_of(c)
+                                                            : module_.columns[c].stride);
         }
         const double known = ends * (kMailbox + static_cast<double>(tuple::Columns::bytes_for(module_, 1)));
         return {"links and messages on their way",
@@ -148,7 +149,7 @@ class Counting {
         double changes = 0, sent = 0;
         for (u32 c = 0; c < module_.column_count; ++c) {
             const ColumnInfo& column = module_.columns[c];
-            if (column.exported) changes += kPlace + (column.rows ? column.row_bytes * rows_of(c) : column.stride);
+            if (column.exported) changes += kPlace + (column.rows ? static_cast<double>(column.row_bytes) * rows_of(c) : column.stride);
         }
         for (u32 p = 0; p < module_.predicate_count; ++p) {
             const PredicateInfo& info = module_.predicates[p];

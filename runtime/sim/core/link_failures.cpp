@@ -113,7 +113,7 @@ void LinkFailures::strike() {
         };
     };
     const auto by_chance = [&](world::Fault fault, double world::Faults::* probability) -> std::optional<Which> {
-        const auto strikes = [&world, now, probability](const world::Faults& one) { return one.*probability > 0 && one.strikes_in(now); };
+        const auto strikes = [now, probability](const world::Faults& one) { return one.*probability > 0 && one.strikes_in(now); };
         if (std::ranges::none_of(world.faults, strikes)) return std::nullopt;
         return [&world, now, fault, probability, strikes](const End& a, const End& b) {
             for (std::size_t i = 0; i < world.faults.size(); ++i) {
