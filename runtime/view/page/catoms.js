@@ -5,6 +5,8 @@ import {emptyFrame} from "./block.js";
 import {cornersOf} from "./corners.js";
 import {catomFragment, catomVertex, haloFragment, reaches} from "./shaders.js";
 
+// So many that are selected shine through what is in front of them.
+const MOST_VEILED = 60;
 // Of the triangle in front of a catom.
 const CORNERS = 3;
 
@@ -81,6 +83,8 @@ export class Catoms {
             mesh.geometry = geometry;
             mesh.visible = places.length > 0;
         }
+        // Many over each other would be a wall before everything.
+        this.veil.visible = places.length > 0 && places.length <= MOST_VEILED;
     }
 
     update(view) {
