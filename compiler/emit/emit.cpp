@@ -10,6 +10,7 @@ std::string emit_module(const plan::Plan& plan) {
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
     if (plan.counts) w.raw("#define MELD_COUNTS");
+    if (plan.program.by_links) w.raw("#define MELD_BY_LINKS");
     w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     if (keeps_fronts(plan)) w.raw("#include \"runtime/kernel/fronts.h\"");
     if (plan.counts) w.raw("#include \"runtime/kernel/counts.h\"");

@@ -117,7 +117,7 @@ bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected,
         if (current != nullptr) removed.add(e, *current);
         if (holds) added.add(e, out);
     }
-    r.proposed.reset();
+    r.start_round();
     if (removed.count == 0 && added.count == 0) return false;
     const u32 count = r.count - removed.count + added.count;
     check_fact_limit(e, count, r.rule);

@@ -51,7 +51,7 @@ struct Front : Mutual<T> {
                 lost.add(e, old[i]);
                 e.host->lose(&e, T::kPredicate, T::hash(old[i]), old[i].rank);
             }
-        r.proposed.reset();
+        r.start_round();
     }
     // Groups take all trusted proposals that no other beats, and drop the elements that these beat. A value that exists keeps its rank.
     MELD_STEP bool take(Eval& e) {

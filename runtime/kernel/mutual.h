@@ -31,7 +31,7 @@ struct Mutual {
         for (u32 i = 0; i < old_count; ++i) kept[i] = 0;
         r.rows = nullptr;
         r.count = 0;
-        r.proposed.reset();
+        r.start_round();
         replaced = false;
     }
     // Facts stay if a derivation from lower ranks supports them with facts that are already kept.
@@ -45,7 +45,7 @@ struct Mutual {
             grew = true;
         }
         if (!grew) return false;  // The proposals of the last round stay for `lose`.
-        r.proposed.reset();
+        r.start_round();
         Row* now = static_cast<Row*>(scratch(e, u64{old_count} * sizeof(Row)));
         u32 n = 0;
         for (u32 i = 0; i < old_count; ++i)
@@ -85,7 +85,7 @@ struct Mutual {
                 lost.add(e, old[i]);
                 e.host->lose(&e, T::kPredicate, T::hash(old[i]), old[i].rank);
             }
-        r.proposed.reset();
+        r.start_round();
     }
     // Nobody has seen a fact that this evaluation has derived, so there is no loss to remember.
     bool was_there(const Row& row) const {

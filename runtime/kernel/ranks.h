@@ -126,7 +126,7 @@ MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
     if constexpr (!T::kKeyed) {
         Row* out = static_cast<Row*>(scratch(e, sizeof(Row)));
         const bool holds = decide_group<T>(e, r.count ? r.rows : nullptr, p, n, *out);
-        r.proposed.reset();
+        r.start_round();
         if (holds == (r.count == 1) && (!holds || (T::same(*out, r.rows[0]) && out->rank == r.rows[0].rank))) return false;
         r.replace(out, holds ? 1 : 0);
         return true;
@@ -150,7 +150,7 @@ MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
             if (current != nullptr) ++held;
         }
         check_fact_limit(e, next.count, r.rule);
-        r.proposed.reset();
+        r.start_round();
         if (changed) r.replace(next.rows, next.count);
         return changed;
     }

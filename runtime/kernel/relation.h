@@ -20,6 +20,14 @@ inline constexpr bool kCounts = true;
 inline constexpr bool kCounts = false;
 #endif
 
+// Defined by modules whose catoms may have any number of neighbours: most of these propose the same, so proposals that decide nothing are
+// worth a look. Counters see all of them.
+#if defined(MELD_BY_LINKS) && !defined(MELD_COUNTS)
+inline constexpr bool kManyLinks = true;
+#else
+inline constexpr bool kManyLinks = false;
+#endif
+
 // An evaluation has found derivations of T in quarantine.
 template <class T>
 void count_waiting(Eval& e, u32 derivations) {
@@ -54,6 +62,7 @@ struct Relation {
     const RowChanges* changes;  // From origin to rows, if they were asked for.
     RowList<Row> proposed;      // Candidates of the current round.
     Row single;                 // Where rows of a Single are loaded.
+    bool supported;             // Some proposal of this round supports the only row (decides_nothing()).
     u32 rule;  // The rule that a trap names: the first that derives T, then the one that made most of the latest proposals.
     bool changed;
 
@@ -63,14 +72,31 @@ struct Relation {
         rule = first_rule;
         count = origin_count = n;
         changes = nullptr;
-        proposed.reset();
+        start_round();
         changed = false;
+    }
+    void start_round() {
+        proposed.reset();
+        if constexpr (kManyLinks) supported = false;
     }
     void propose(Eval& e, const Row& row) {
         ++e.derivations;
+        if constexpr (kManyLinks && T::kRanked && !T::kKeyed && !T::kWaits)
+            if (decides_nothing(row)) return;
         // The list doubles here, so at least half of the proposals that end up in it come from now on.
         if (proposed.count == proposed.capacity && e.rule != kNone32) rule = e.rule;
         proposed.add(e, row);
+    }
+    // Of a group that is all of the predicate at the catom: whether an earlier proposal makes this one needless. One that supports the
+    // value that holds keeps it, unless a better one comes; of equal ones that of the lowest rank does whatever the others do.
+    bool decides_nothing(const Row& row) {
+        if (count == 1) {
+            if (supported && !T::better(row, rows[0])) return true;
+            if (row.rank <= rows[0].rank && T::same(row, rows[0])) supported = true;
+        }
+        if (proposed.count == 0) return false;
+        const Row& last = proposed.rows[proposed.count - 1];
+        return last.rank <= row.rank && T::same(last, row);
     }
     // Position of the group of this row, or count.
     u32 find(const Row& group) const { return find_row<T>(rows, count, group); }
@@ -82,7 +108,7 @@ struct Relation {
     }
     // Ends one of several rounds of an evaluation: its proposals are decided, and `next` holds the result if it grew.
     bool end_round(Eval& e, const RowList<Row>& next, bool grew) {
-        proposed.reset();
+        start_round();
         if (!grew) return false;
         check_fact_limit(e, next.count, rule);
         rows = next.rows;

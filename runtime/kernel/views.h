@@ -33,7 +33,7 @@ MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Combine& combine = 
         i = end;
     }
     check_fact_limit(e, kept, r.rule);
-    r.proposed.reset();
+    r.start_round();
     if (equal_rows<T>(r.rows, r.count, p, kept)) return false;
     r.replace(p, kept);
     return true;
