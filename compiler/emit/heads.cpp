@@ -208,6 +208,7 @@ void RuleEmitter::head(const MakeFact& h) {
         const std::string name = predicate_name(plan_.program, h.predicate);
         w_.line("load_{}(s);", name);
         make_row(h);
+        if (p.finds_its_way) w_.raw("++s.e->far_facts;");
         if (p.linear())
             w_.line("s.{}.add(*s.e, row);{}", name, plan_.counts ? fmt::format(" count_gained(*s.e, {});", h.predicate.index()) : "");
         else
@@ -234,15 +235,18 @@ void RuleEmitter::send(const MakeFact& h) {
         count_sent(h, scope_.port(h.place));
         return;
     }
+    const bool far = plan_.program.predicates[h.predicate].finds_its_way;
     const std::string port = fresh("port");
     w_.line("const i32 {} = port_of(s, {});", port, scope_.value(h.place));
-    w_.line("if ({0} >= 0) {2}s.e->host->send(s.e, static_cast<u32>(s.neighbour[{0}]), {1}, values);", port, h.predicate.index(),
-            plan_.counts ? "{ " : "");
-    if (plan_.counts) {
-        count_sent(h, port);
-        w_.raw("}");
-    }
-    w_.raw("else ++s.e->dropped;");
+    w_.open(fmt::format("if ({} >= 0) {{", port));
+    w_.line("s.e->host->send(s.e, static_cast<u32>(s.neighbour[{}]), {}, values);", port, h.predicate.index());
+    if (far) w_.raw("++s.e->far_hops;");
+    count_sent(h, port);
+    w_.close();
+    if (!far) return w_.raw("else ++s.e->dropped;");
+    w_.open(fmt::format("else if (s.e->host->send_far(s.e, {}, {}, values)) {{", scope_.value(h.place), h.predicate.index()));
+    count_sent(h, "-1");
+    w_.close();
 }
 
 void RuleEmitter::count_sent(const MakeFact& h, const std::string& port) {
