@@ -71,7 +71,7 @@ std::string network_text(const world::World& world) {
     std::vector<std::string> parts;
     if (world.apart())
         parts.push_back(fmt::format("what changes at a catom has been acted on by its neighbours after at most {} ticks", world.latency()));
-    if (!network.singles.empty()) parts.push_back(fmt::format("{} terms of single links", network.singles.size()));
+    if (!network.singles.empty()) parts.push_back(fmt::format("single links with terms of their own: {}", network.singles.size()));
     if (network.reach == world::Reach::Any) parts.push_back("linear facts reach any node in one hop");
     if (network.detect > 0)
         parts.push_back(fmt::format("an end is sensed after {} tick{}", network.detect, network.detect == 1 ? "" : "s"));
