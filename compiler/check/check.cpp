@@ -5,8 +5,9 @@
 
 namespace meld::check {
 
-Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report) {
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report, Worlds worlds) {
     Program program;
+    program.worlds = worlds;
     merge_programs(tree, report);
     expand_stable(tree, report);
     expand_type_names(tree, report);

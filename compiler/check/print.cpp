@@ -99,6 +99,8 @@ const char* function_name(Op op) {
             return "ticks";
         case Op::Due:
             return "due";
+        case Op::NextHop:
+            return "next_hop";
         default:
             return nullptr;
     }

@@ -15,6 +15,10 @@
 
 namespace meld::check {
 
+// What worlds a program is for. In graphs, facts of linear rules also reach nodes that are known only by their value. Undecided becomes
+// Graphs if the program has such rules, and Any if not.
+enum class Worlds { Any, Graphs, Undecided };
+
 enum class PredicateKind { Persistent, Linear, Action, Sensed };
 using syntax::Aggregate;
 using syntax::AggregateInfo;
@@ -65,7 +69,8 @@ struct Predicate {
     // before their target, and the number of our arguments after theirs.
     Id<Predicate> carries;
     std::size_t passes = 0, behind = 0;
-    Id<Predicate> given;  // The auxiliary that stores facts given from outside, if not this one.
+    bool finds_its_way = false;  // The links that it still goes are found while it is under way; the path is only the present catom.
+    Id<Predicate> given;         // The auxiliary that stores facts given from outside, if not this one.
 
     bool linear() const { return kind == PredicateKind::Linear; }
     // Whether every derivation counts, so that recursion through it is correct only along a tree.
@@ -225,6 +230,7 @@ struct Program {
     // Bodies that somebody asks about a run: they run nowhere, have no heads, and may join any catoms and read any facts.
     std::vector<Rule> questions;
     std::vector<Stratum> strata;  // In the order of evaluation.
+    Worlds worlds = Worlds::Any;
     // It is compiled in the links form: neighbours are found in a table, and there may be any number of them (runtime/abi/geometry_abi.h).
     bool by_links = false;
 };

@@ -27,6 +27,8 @@ class Sites {
         else
             linear();
     }
+    // Whether some head is at a catom that no link leads to.
+    bool finds_way() const { return finds_way_; }
 
   private:
     using Graph = std::map<VariableId, std::set<VariableId>>;
@@ -182,6 +184,9 @@ class Sites {
                     break;
                 }
             blame_pointer(rule_.body, rule_.site, d);
+            if (program_.worlds != Worlds::Any)
+                d.help +=
+                    ", or make it by a rule that consumes a linear fact: only such facts find their way to a node that no link leads to";
             return;
         }
         check_body(rule_.body, {});
@@ -276,7 +281,8 @@ class Sites {
                     report_
                         .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                              fmt::format("{} is a new value, and there is no catom at it", shown(at)))
-                        .help = "to make a catom, request the action `create`";
+                        .help = program_.worlds == Worlds::Graphs ? "a graph has the nodes of its world, and no rule makes others"
+                                                                  : "to make a catom, request the action `create`";
                 continue;
             }
             if (p.kind == PredicateKind::Action) {
@@ -287,7 +293,10 @@ class Sites {
                 continue;
             }
             if (!refused_.insert(at).second) continue;
-            if (reached(graph, rule_.site).contains(at)) {
+            const bool linked = reached(graph, rule_.site).contains(at);
+            finds_way_ = finds_way_ || !linked;
+            // In a graph it finds its way.
+            if (linked || program_.worlds != Worlds::Any) {
                 refused_.erase(at);
                 continue;
             }
@@ -295,6 +304,7 @@ class Sites {
                                   fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
             head_needs_link(rule_.site, at, first_fact(), d);
             for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
+            d.help += ". Only in a world with `lattice = \"graph\"` would it find its way by itself";
         }
     }
 
@@ -318,6 +328,7 @@ class Sites {
     const Program& program_;
     Rule& rule_;
     diagnostics::Reporter& report_;
+    bool finds_way_ = false;
     std::set<VariableId> refused_;
     std::set<VariableId> made_;                       // By `exists`.
     std::vector<const std::vector<Clause>*> around_;  // The bodies around a head.
@@ -350,11 +361,15 @@ void refuse_silent_neighbours(const Program& program, diagnostics::Reporter& rep
 }  // namespace
 
 void find_sites(Program& program, diagnostics::Reporter& report) {
+    bool find_ways = false;
     for (Rule& rule : program.rules) {
         const std::size_t errors = report.error_count();
-        Sites(program, rule, report).run();
+        Sites sites(program, rule, report);
+        sites.run();
         rule.refused = report.error_count() > errors;
+        find_ways = find_ways || sites.finds_way();
     }
+    if (program.worlds == Worlds::Undecided) program.worlds = find_ways ? Worlds::Graphs : Worlds::Any;
     refuse_silent_neighbours(program, report);
 }
 

@@ -32,6 +32,7 @@ std::optional<std::size_t> operands_of(Op op) {
         case Op::Item:
         case Op::Ticks:
         case Op::Due:
+        case Op::NextHop:
         case Op::Negate:
         case Op::Not:
         case Op::ToFloat:

@@ -4,6 +4,7 @@
 //     construct                      becomes                                                      where
 //     p(A)@+3 in a head              a fact that waits, and a rule that ends the wait             delay.cpp
 //     a head two links away          facts that neighbours hand on                                relay.cpp
+//     a head that no link leads to   facts that find their way, in graphs                         relay.cpp
 //     type ... undelivered-p         a rule for what is a neighbour, one for what is not          undelivered.cpp
 //     delta(X; p(A, X)) > 1          the same of a view that can be compared with what it was     watch.cpp
 //     [<- route]                     the same over a view of the neighbours along the route       wait.cpp
@@ -19,7 +20,7 @@ namespace meld::desugar {
 
 // Rewrites delayed facts to auxiliaries in which they wait, and rules that end the wait.
 void delay_heads(check::Program& program);
-// Rewrites facts for catoms more than one link away to auxiliaries that are forwarded.
+// Rewrites facts for catoms more than one link away, or in graphs for any, to auxiliaries that are forwarded.
 void relay_heads(check::Program& program);
 // Returns facts that cannot be delivered, if the program declares that. Assumes relays.
 void return_undelivered(check::Program& program);

@@ -3,6 +3,14 @@
 // becomes
 //     a(A, X), neighbor(A, B), neighbor(B, C) -o p@far1(B, C, X).      p@far1(B, C, X) -o p(C, X).
 // Where the next link is gone by then, the fact is dropped and counted, like any other on its way.
+//
+// In a graph the target may also be known only by its value. Then the fact finds its way hop by hop:
+//     a(A, B, X) -o p(B, X).
+// becomes
+//     a(A, B, X) -o p@to(A, B, X).            p@to(A, B, X), B = A -o p(A, X).
+//                                             p@to(A, B, X), B <> A, C = next_hop(B) -o p@to(C, B, X).
+// and, if the program declares undelivered-p, in between
+//                                             p@to(A, B, X), B <> A, next_hop(B) = A -o undelivered-p(A, B, X).
 #include <algorithm>
 #include <map>
 #include <set>
@@ -23,6 +31,8 @@ class Relays {
     explicit Relays(Program& program) : program_(program) {}
 
     void run() {
+        for (const PredicateId id : program_.predicates.ids())
+            if (const Predicate& p = program_.predicates[id]; p.returns.valid()) back_.emplace(p.returns, id);
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             const RuleId id(i);
             if (!program_.rules[id].linear || program_.rules[id].initial_fact) continue;
@@ -57,7 +67,7 @@ class Relays {
         }
     }
 
-    // The catoms after the execution site up to the goal, along a shortest path; of equals the first in the rule.
+    // The catoms after the execution site up to the goal, along a shortest path; of equals the first in the rule. Empty: there is none.
     static std::vector<VariableId> way(const Graph& graph, VariableId site, VariableId goal) {
         std::map<VariableId, VariableId> came;
         std::vector<VariableId> todo{site};
@@ -67,7 +77,7 @@ class Relays {
             for (const VariableId v : next->second)
                 if (v != site && came.emplace(v, todo[i]).second) todo.push_back(v);
         }
-        MELD_CHECK(came.contains(goal), "no link leads to the catom of a head");
+        if (!came.contains(goal)) return {};
         std::vector<VariableId> out;
         for (VariableId at = goal; at != site; at = came.at(at)) out.push_back(at);
         std::reverse(out.begin(), out.end());
@@ -78,6 +88,12 @@ class Relays {
         const VariableId goal = atom.arguments[0].variable;
         if (goal == rule.site) return;
         const std::vector<VariableId> path = way(graph, rule.site, goal);
+        if (path.empty()) {
+            MELD_CHECK(program_.worlds == Worlds::Graphs, "no link leads to the catom of a head");
+            atom.predicate = finding(atom.predicate);
+            atom.arguments.insert(atom.arguments.begin(), variable_of(rule, rule.site));
+            return;
+        }
         if (path.size() < 2) return;
         atom.predicate = relay(atom.predicate, path.size() - 1);
         std::vector<Term> arguments;
@@ -94,26 +110,75 @@ class Relays {
         MELD_EXPECT(left > 0 && program_.predicates[p].kind != PredicateKind::Sensed, "{} cannot be handed on",
                     program_.predicates[p].name);
         const PredicateId next = left == 1 ? p : relay(p, left - 1);
-        Predicate made;
-        made.name = fmt::format("{}@far{}", program_.predicates[p].name, left);
-        made.span = program_.predicates[p].span;
-        made.kind = PredicateKind::Linear;
-        made.auxiliary = true;
-        const Predicate& sent = program_.predicates[p];
-        made.carries = sent.carries.valid() ? sent.carries : p;
-        made.passes = left;
-        made.behind = sent.behind;
-        made.arguments.assign(left, {Type::Node, ""});
-        made.arguments.insert(made.arguments.end(), program_.predicates[p].arguments.begin(), program_.predicates[p].arguments.end());
-        const PredicateId id = program_.predicates.add(made);
-        MadeRule hand(program_, id, made.name);
+        const PredicateId id = carrier(p, fmt::format("{}@far{}", program_.predicates[p].name, left), left);
+        MadeRule hand(program_, id, program_.predicates[id].name);
         hand.rule.linear = hand.rule.arrives = true;
         hand.head(program_, next, 1);
         hand.add_to(program_);
         return relays_[{p, left}] = id;
     }
 
+    // The auxiliary for facts of p under way to a catom that no link of the rule leads to, made with its rules on first use. Its arguments
+    // are the present catom and those of p.
+    PredicateId finding(PredicateId p) {
+        const auto found = finding_.find(p);
+        if (found != finding_.end()) return found->second;
+        const std::string name = program_.predicates[p].name + "@to";
+        const PredicateId id = carrier(p, name, 1);
+        program_.predicates[id].finds_its_way = true;
+        const auto compare = [](Op op, const Term& a, const Term& b) {
+            Clause c{.kind = Clause::Kind::Test};
+            c.test = made_term(op, Type::Bool, {a, b});
+            return c;
+        };
+        const auto made = [&](const char* what, Op here, const auto& rest) {
+            MadeRule rule(program_, id, name + what);
+            rule.rule.linear = rule.rule.arrives = true;
+            const std::vector<Term>& all = rule.body.atom.arguments;
+            rule.rule.body.push_back(compare(here, all[1], all[0]));
+            rest(rule, all);
+            rule.add_to(program_);
+        };
+        made(".here", Op::Equal, [&](MadeRule& rule, const std::vector<Term>& all) {
+            rule.head(program_, p, 1);
+            rule.rule.heads[0].atom.arguments[0] = all[0];
+        });
+        const Predicate& carried = program_.predicates[id];
+        if (const auto back = back_.find(carried.carries); back != back_.end())
+            made(".back", Op::NotEqual, [&](MadeRule& rule, const std::vector<Term>& all) {
+                rule.rule.body.push_back(compare(Op::Equal, made_term(Op::NextHop, Type::Node, {all[1]}), all[0]));
+                rule.head(program_, back->second, 0);
+                // What the program asks for, as if it said so itself.
+                rule.rule.derives = {back->second};
+            });
+        made(".on", Op::NotEqual, [&](MadeRule& rule, const std::vector<Term>& all) {
+            const Term next = variable_of(rule.rule, rule.rule.variables.add({"Next", rule.rule.span, Type::Node}));
+            rule.rule.body.push_back(compare(Op::Equal, next, made_term(Op::NextHop, Type::Node, {all[1]})));
+            rule.head(program_, id, 0);
+            rule.rule.heads[0].atom.arguments[0] = next;
+        });
+        return finding_[p] = id;
+    }
+
+    // A linear auxiliary with the arguments of p, and before them this many catoms.
+    PredicateId carrier(PredicateId p, std::string name, std::size_t catoms) {
+        const Predicate& sent = program_.predicates[p];
+        Predicate made;
+        made.name = std::move(name);
+        made.span = sent.span;
+        made.kind = PredicateKind::Linear;
+        made.auxiliary = true;
+        made.carries = sent.carries.valid() ? sent.carries : p;
+        made.passes = catoms;
+        made.behind = sent.behind;
+        made.arguments.assign(catoms, {Type::Node, ""});
+        made.arguments.insert(made.arguments.end(), sent.arguments.begin(), sent.arguments.end());
+        return program_.predicates.add(made);
+    }
+
     Program& program_;
+    std::map<PredicateId, PredicateId> back_;  // `undelivered-p` by p.
+    std::map<PredicateId, PredicateId> finding_;
     std::map<std::pair<PredicateId, std::size_t>, PredicateId> relays_;
 };
 

@@ -137,6 +137,7 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
     if (!programs) return tl::unexpected<Error>(programs.error());
     front::ParsedProgram parsed =
         front::parse_program(out.files, *file, prelude_files, out.report, {.library_paths = options.library_paths, .programs = *programs});
+    parsed.worlds = options.worlds;
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);
         return {};

@@ -22,6 +22,7 @@ struct CompileOptions {
     bool progress = false;                 // Prints a progress line on stderr if compiling takes longer than a second.
     std::vector<std::string> library_paths = {};
     std::vector<std::string> programs = {};  // Files with other programs of the same ensemble.
+    check::Worlds worlds = check::Worlds::Any;
     plan::PlanOptions plan = {};
     std::vector<std::string> link = {};  // C and C++ files with the program's extern functions.
 };

@@ -42,6 +42,7 @@ struct Options {
     bool fix = false;
     bool quiet = false;
     bool explain_rules = false;
+    bool graph = false, graph_if_needed = false;
     CompileOptions compile;
     FormatOptions format;
 };
@@ -165,6 +166,7 @@ int run_program(int argc, char** argv) {
             ->type_name("DIR")
             ->take_all()
             ->allow_extra_args(false);
+        sub->add_flag("--graph", options.graph, "For worlds that are graphs, where linear facts also reach nodes that no link leads to");
         sub->add_option("--with", options.compile.programs, "Another program that some catoms of the same ensemble run; repeatable")
             ->type_name("FILE")
             ->take_all()
@@ -195,7 +197,8 @@ int run_program(int argc, char** argv) {
         ->allow_extra_args(false);
     compile->add_flag("--counters", options.compile.plan.counts,
                       "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
-    compile->add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for graphs, and for networks that are not ideal");
+    compile->add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for networks that are not ideal");
+    compile->add_flag("--graph-if-needed", options.graph_if_needed, "--graph, if the program sends facts to nodes that no link leads to");
     compile->add_flag("--places", options.compile.plan.places,
                       "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");
@@ -220,6 +223,8 @@ int run_program(int argc, char** argv) {
     if (const std::optional<int> code = cli::parse(app, argc, argv, choices(), {{"run", "meldsim"}, {"world", "meldsim"}})) return *code;
     std::optional<interrupt::TimeLimit> limit;
     if (options.timeout_seconds > 0) limit.emplace("meldc", options.timeout_seconds);
+    if (options.graph_if_needed) options.compile.worlds = check::Worlds::Undecided;
+    if (options.graph) options.compile.worlds = check::Worlds::Graphs;
     if (*check)
         return run_check(
             {.files = options.files, .json = options.json, .how_many = how_many(options), .fix = options.fix, .compile = options.compile});

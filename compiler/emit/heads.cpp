@@ -210,6 +210,7 @@ void RuleEmitter::head(const MakeFact& h) {
         const std::string name = predicate_name(plan_.program, h.predicate);
         w_.line("load_{}(s);", name);
         make_row(h);
+        if (p.finds_its_way) w_.raw("++s.e->far_facts;");
         if (p.linear())
             w_.line("s.{}.add(*s.e, row);{}", name, plan_.counts ? fmt::format(" count_gained(*s.e, {});", h.predicate.index()) : "");
         else
@@ -229,8 +230,7 @@ void RuleEmitter::values(const MakeFact& h) {
 
 void RuleEmitter::send(const MakeFact& h) {
     MELD_EXPECT(h.place != scope_.rule.site && scope_.rule.linear, "rule {} sends to itself, or is a view", scope_.rule.name);
-    const bool as_row = plan_.program.predicates[h.predicate].linear();
-    if (as_row)
+    if (sent_as_row(h))
         make_row(h);
     else
         values(h);
@@ -240,20 +240,30 @@ void RuleEmitter::send(const MakeFact& h) {
         count_sent(h, scope_.port(h.place));
         return;
     }
+    const bool far = plan_.program.predicates[h.predicate].finds_its_way;
     const std::string port = fresh("port");
     w_.line("const i32 {} = port_of(s, {});", port, scope_.value(h.place));
-    w_.line("if ({} >= 0) {}{};", port, plan_.counts ? "{ " : "", send_to(h, fmt::format("static_cast<u32>(s.neighbour[{}])", port)));
-    if (plan_.counts) {
-        count_sent(h, port);
-        w_.raw("}");
-    }
-    w_.raw("else ++s.e->dropped;");
+    w_.open(fmt::format("if ({} >= 0) {{", port));
+    w_.line("{};", send_to(h, fmt::format("static_cast<u32>(s.neighbour[{}])", port)));
+    if (far) w_.raw("++s.e->far_hops;");
+    count_sent(h, port);
+    w_.close();
+    if (!far) return w_.raw("else ++s.e->dropped;");
+    w_.open(fmt::format("else if (s.e->host->send_far(s.e, {}, {}, values)) {{", scope_.value(h.place), h.predicate.index()));
+    count_sent(h, "-1");
+    w_.close();
+}
+
+// Linear facts go as rows, but for those that may need Host::send_far.
+bool RuleEmitter::sent_as_row(const MakeFact& h) const {
+    const Predicate& p = plan_.program.predicates[h.predicate];
+    return p.linear() && !p.finds_its_way;
 }
 
 // The call that sends the fact in `row` or `values` to a catom.
 std::string RuleEmitter::send_to(const MakeFact& h, const std::string& to) const {
     const std::size_t predicate = h.predicate.index();
-    if (!plan_.program.predicates[h.predicate].linear()) return fmt::format("s.e->host->send(s.e, {}, {}, values)", to, predicate);
+    if (!sent_as_row(h)) return fmt::format("s.e->host->send(s.e, {}, {}, values)", to, predicate);
     const bool lists = std::ranges::any_of(plan_.of(h.predicate).fields, [](const plan::Field& f) { return f.type.compound(); });
     return lists ? fmt::format("s.e->host->send_row(s.e, {}, {}, &row)", to, predicate)
                  : fmt::format("send_row(*s.e, {}, {}, {}, row)", to, predicate, plan_.of(h.predicate).column.index());
@@ -261,7 +271,7 @@ std::string RuleEmitter::send_to(const MakeFact& h, const std::string& to) const
 
 void RuleEmitter::count_sent(const MakeFact& h, const std::string& port) {
     if (!plan_.counts) return;
-    const bool as_row = plan_.program.predicates[h.predicate].linear();
+    const bool as_row = sent_as_row(h);
     const auto word = [&](std::size_t argument) {
         return as_row ? as_word("row." + field_name(argument)) : fmt::format("reinterpret_cast<u64>(values[{}].list)", argument - 1);
     };

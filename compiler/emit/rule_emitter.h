@@ -163,6 +163,7 @@ class RuleEmitter {
     void head(const plan::With& h);
     void values(const MakeFact& h);
     void send(const MakeFact& h);
+    bool sent_as_row(const MakeFact& h) const;
     std::string send_to(const MakeFact& h, const std::string& to) const;
     // In a module with counters, after the fact in `values` has been sent over this port.
     void count_sent(const MakeFact& h, const std::string& port);

@@ -310,6 +310,7 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     const auto waits = [](const plan::Plan& all) {
         return std::ranges::any_of(all.stored, [](const plan::Stored& s) { return s.used && s.waits; });
     };
+    const auto finds_ways = [](const plan::Plan& all) { return std::ranges::any_of(all.program.predicates, &Predicate::finds_its_way); };
     const auto& p = plan.program;
     w.raw("");
     w.open("static constexpr SourceInfo kSources[] = {");
@@ -322,9 +323,11 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {}, kSources, {}, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(), p.programs,
            p.includes.size());
-    w.line("{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {},",
-           types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
-           plan.places, sends(plan), p.by_links, waits(plan));
+    w.line(
+        "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {}, {}, "
+        "{},",
+        types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
+        plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan));
     w.close("};");
 }
 

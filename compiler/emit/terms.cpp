@@ -319,6 +319,8 @@ std::string term(const Scope& scope, const Term& t) {
             return fmt::format("ticks_of(*s.e, {})", operand(0));
         case Op::Due:
             return fmt::format("due(*s.e, {})", operand(0));
+        case Op::NextHop:
+            return fmt::format("s.e->host->next_hop(s.e, {})", operand(0));
         case Op::Add:
         case Op::Subtract:
         case Op::Multiply:

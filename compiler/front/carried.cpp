@@ -45,7 +45,7 @@ Result<check::Program> check_carried(source::FileSet& files, const Carried& carr
     syntax::Tree tree = std::move(parsed.prelude);
     tree.append(std::move(parsed.program));
     check::separate_modules(tree, prelude_files, report);
-    return check::check(files, tree, prelude_files, report);
+    return check::check(files, tree, prelude_files, report, carried.worlds);
 }
 
 }  // namespace meld::front

@@ -25,6 +25,7 @@ struct Carried {
     std::vector<check::Program::Source> sources;
     std::uint32_t programs = 1;                          // As in check::Program.
     std::vector<std::optional<std::uint32_t>> includes;  // As in check::Program.
+    check::Worlds worlds = check::Worlds::Any;           // As in check::Program.
 };
 
 // The program, with a body that is asked about its run as its only question. An empty text asks nothing. Leaves out warnings about the

@@ -19,6 +19,7 @@ struct ParsedProgram {
     syntax::Tree prelude;
     syntax::Tree program;
     std::vector<std::uint32_t> others = {};  // ParseOptions::programs
+    check::Worlds worlds = check::Worlds::Any;
 };
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options);

@@ -19,9 +19,9 @@
 //           a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a derivation of a view
 //           traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had undefined
 //           derivations; before any of them they call undefined, if SubdomainView::undefined is set.
-//        b. When a linear rule fires: send, send_row and act, in the order of its heads. The facts consumed and produced change only in
-//           the module, and the views are evaluated again, until no rule fires. Before a linear rule, or c., reads what an
-//           undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
+//        b. When a linear rule fires: next_hop, send, send_row, send_far and act, in the order of its heads. The facts consumed and
+//           produced change only in the module, and the views are evaluated again, until no rule fires. Before a linear rule, or c.,
+//           reads what an undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
 //        c. When everything has reached its fixpoint: act for the actions that views derive, and wake for the next tick if a rule
 //           reads it.
 //        d. Last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
@@ -263,6 +263,8 @@ struct Eval {
     u8* arena_end = nullptr;
     u64 derivations = 0;  // Counted over the run.
     u64 dropped = 0;      // Linear facts for a neighbour that is no longer there.
+    u64 far_facts = 0;    // Linear facts that set out for a node that no link need lead to,
+    u64 far_hops = 0;     // and the messages by which such facts have come closer to it.
     u32 greatest_rank = 0;
     Trap trap = Trap::None;  // The first failure; evaluation of the catom is abandoned at its next check.
     u32 trap_rule = 0;
@@ -300,6 +302,11 @@ struct Host {
     void (*send)(Eval*, u32 to, u16 predicate, const Value* arguments);
     // The same for a linear fact, as a row of its column. Rows without lists are written to Eval::outgoing instead, while there is room.
     void (*send_row)(Eval*, u32 to, u16 predicate, const void* row);
+    // Where a fact for the catom with this id goes next: to itself, to a neighbour, or nowhere, which is the catom under evaluation.
+    u64 (*next_hop)(Eval*, u64 target);
+    // The same as send() for a catom by its id, without a link. False: the network sends nothing in that way, or it is gone; the fact is
+    // dropped, and counted as such.
+    bool (*send_far)(Eval*, u64 to, u16 predicate, const Value* arguments);
     // An action to be carried out in the next tick.
     void (*act)(Eval*, u16 predicate, const Value* arguments);
     // Evaluate the catom again at this tick.
@@ -359,11 +366,13 @@ struct ModuleInfo {
     bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
-    bool counts;    // It counts what its rules do,
-    bool places;    // or at least says where it is, as Eval::place (counts_abi.h).
-    bool sends;     // Some rule sends linear facts.
-    bool by_links;  // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
-    bool waits;     // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
+    bool counts;      // It counts what its rules do,
+    bool places;      // or at least says where it is, as Eval::place (counts_abi.h).
+    bool sends;       // Some rule sends linear facts.
+    bool by_links;    // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
+    bool waits;       // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
+    bool for_graphs;  // It was compiled for graphs only,
+    bool finds_ways;  // and some rule sends facts to nodes that no link need lead to.
 };
 
 }  // namespace meld

@@ -28,15 +28,35 @@ std::string meldc_path() {
     return !error && std::filesystem::exists(beside, error) ? beside.string() : "meldc";
 }
 
-// Whether the program is to be compiled in the links form. Mistakes of the world are told when it is read as a whole.
-bool asks_for_links(const RunOptions& options) {
-    if (options.by_links) return true;
+// How the program is to be compiled. Without a world it is not known beforehand whether the links of the program make a graph.
+enum class Form { Cells, Links, Graph, GraphIfNeeded };
+
+// Mistakes of the world are told when it is read as a whole.
+Form form_of(const RunOptions& options) {
     if (!options.replay.empty()) {
         const Result<world::World> world = recorded_world(options.replay);
-        return world && world->by_links;
+        if (world && world->is_graph()) return Form::Graph;
+        return options.by_links || (world && world->by_links) ? Form::Links : Form::Cells;
     }
     const std::string path = world_path(options);
-    return (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links);
+    if (!path.empty() && world::asks_for_graph(path)) return Form::Graph;
+    if (options.by_links || (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links))
+        return Form::Links;
+    return path.empty() ? Form::GraphIfNeeded : Form::Cells;
+}
+
+const char* flag_of(Form form) {
+    switch (form) {
+        case Form::Cells:
+            return nullptr;
+        case Form::Links:
+            return "--links";
+        case Form::Graph:
+            return "--graph";
+        case Form::GraphIfNeeded:
+            return "--graph-if-needed";
+    }
+    return nullptr;
 }
 
 // The other programs of the ensemble.
@@ -46,19 +66,28 @@ std::vector<std::string> other_programs(const RunOptions& options) {
     return path.empty() ? std::vector<std::string>() : world::programs_named(path);
 }
 
-// Whether no world is chosen, and the one of this program is a graph.
-bool wants_graph(const RunOptions& options, const std::string& module_path) {
-    if (!options.replay.empty() || !world_path(options).empty()) return false;
+// The form of a program without a world, once it has been compiled in one of both: that of its world, which may be the graph of its links.
+Form form_without_world(const std::string& module_path) {
     const Result<Module> module = load_module(module_path, kAbiVersion);
-    if (!module) return false;
-    const Result<world::World> world = default_world(*static_cast<const ModuleInfo*>(module->table()));
-    return world && world->by_links;
+    if (!module) return Form::GraphIfNeeded;
+    const auto& info = *static_cast<const ModuleInfo*>(module->table());
+    const Result<world::World> world = default_world(info);
+    const bool graph = world && world->is_graph();
+    return graph == info.by_links ? Form::GraphIfNeeded : graph ? Form::Graph : Form::Cells;
 }
+
+Result<std::string> compile_in(Form form, const RunOptions& options, std::string* messages);
 
 }  // namespace
 
 Result<std::string> compile_program(const RunOptions& options, std::string* messages) {
     if (options.program.ends_with(".so")) return options.program;
+    return compile_in(form_of(options), options, messages);
+}
+
+namespace {
+
+Result<std::string> compile_in(Form form, const RunOptions& options, std::string* messages) {
     int ends[2];
     if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
     // A file, so that nobody waits for a reader of it.
@@ -73,7 +102,7 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     if (options.optimisation) arguments.insert(arguments.end(), {"-O", level.c_str()});
     const std::string seconds = fmt::format("{}", options.timeout_seconds);
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
-    if (asks_for_links(options)) arguments.push_back("--links");
+    if (const char* flag = flag_of(form)) arguments.push_back(flag);
     if (options.measured()) arguments.push_back(options.stats ? "--counters" : "--places");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
@@ -120,13 +149,14 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
     // meldc has printed the reason.
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();
-    if (!asks_for_links(options) && wants_graph(options, output)) {
-        RunOptions with = options;
-        with.by_links = true;
-        std::string again;
-        return compile_program(with, messages != nullptr ? messages : &again);
-    }
-    return output;
+    if (form != Form::GraphIfNeeded) return output;
+    form = form_without_world(output);
+    if (form == Form::GraphIfNeeded) return output;
+    // The messages have been printed; only a program for graphs whose world is none has others.
+    std::string again;
+    return compile_in(form, options, messages != nullptr || form == Form::Cells ? messages : &again);
 }
+
+}  // namespace
 
 }  // namespace meld::driver

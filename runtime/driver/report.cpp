@@ -132,6 +132,8 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: {}their target was not a neighbour)",
                                                                               grouped(s.dropped), about.raw ? "lost on the way, or " : "")
                                                                 : ""));
+    if (s.far_facts > 0)
+        row("facts sent far", fmt::format("{}, in {} message{}", grouped(s.far_facts), grouped(s.far_hops), s.far_hops == 1 ? "" : "s"));
     for (const sim::Refused& each : s.refused)
         row("refused", fmt::format("{} {}: {}", grouped(each.count), info(each.action).word, text_of(each.why)));
     if (s.dead_routes.count > 0) row("dead routes", describe(s.dead_routes));
@@ -189,6 +191,8 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"exported_changes", s.changes},
         {"linear_messages", s.messages},
         {"dropped_messages", s.dropped},
+        {"far_facts", s.far_facts},
+        {"far_messages", s.far_hops},
         {"refused_actions", to_json(s.refused)},
         {"dead_routes", {{"count", s.dead_routes.count}, {"first", s.dead_routes.first}}},
         {"bytes_between_processes", s.sent_bytes},

@@ -65,6 +65,19 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
                        size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
 }
 
+// What links are like, if not as in the ideal network. Empty: they are.
+std::string network_text(const world::World& world) {
+    const world::NetworkOptions& network = world.network;
+    std::vector<std::string> parts;
+    if (world.apart())
+        parts.push_back(fmt::format("what changes at a catom has been acted on by its neighbours after at most {} ticks", world.latency()));
+    if (!network.singles.empty()) parts.push_back(fmt::format("single links with terms of their own: {}", network.singles.size()));
+    if (network.reach == world::Reach::Any) parts.push_back("linear facts reach any node in one hop");
+    if (network.detect > 0)
+        parts.push_back(fmt::format("an end is sensed after {} tick{}", network.detect, network.detect == 1 ? "" : "s"));
+    return parts.empty() ? "" : fmt::format("network: {}\n", fmt::join(parts, "; "));
+}
+
 std::string memory_text(const MemoryNeed& need, double seconds) {
     const auto bytes = [](double amount) { return format_bytes(static_cast<std::uint64_t>(amount)); };
     return fmt::format("memory: {} for the catoms of one process, {:.0f} bytes each, before the facts of a program; placed in {:.2f} s\n",
@@ -115,6 +128,7 @@ Result<void> check_world(const WorldOptions& options) {
     std::string text = size_text(*world, *size);
     if (world->target)
         text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+    text += network_text(*world);
     {
         const log::FewWarnings few;
         for (const std::string& each : world->warnings) log::warning("{}", each);

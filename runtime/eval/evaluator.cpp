@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/interrupt.h"
@@ -73,6 +74,7 @@ struct Evaluator::Thread : Eval {
     Kept<u8> bytes;
     std::vector<Message> messages;
     Outbox outbox;  // Until the next evaluation.
+    std::vector<FarMessage> far_messages;
     std::vector<Action> actions;
     Kept<Value> values;
     std::vector<Value> arguments;  // Of a row, on its way to a network.
@@ -112,6 +114,11 @@ struct Evaluator::Thread : Eval {
         if (undefined_of != kNone32) undefined_left.emplace_back(undefined_of, std::move(undefined_here));
         undefined_here.clear();
         undefined_of = kNone32;
+    }
+    u32 next_sequence() {
+        if (sequence_of != catom) sequence = 0;
+        sequence_of = catom;
+        return sequence++;
     }
     u8* keep(const void* from, std::size_t size) { return bytes.copy(static_cast<const u8*>(from), size); }
     // Adds what the group has lost earlier in this evaluation of the catom; linear rules bring views to their fixpoint several times.
@@ -213,11 +220,9 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     host_.send = [](Eval* e, u32 to, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         MELD_EXPECT(predicate < t.owner->module_.predicate_count, "predicate {}", predicate);
-        if (t.sequence_of != e->catom) t.sequence = 0;
-        t.sequence_of = e->catom;
         const Geometry& g = e->subdomain->geometry;
         if (g.catom_state[to] == kCatomMailbox) to = g.catom_site[to];
-        t.messages.push_back({to, predicate, e->subdomain->geometry.catom_id[e->catom], t.sequence++,
+        t.messages.push_back({to, predicate, e->subdomain->geometry.catom_id[e->catom], t.next_sequence(),
                               t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.send_row = [](Eval* e, u32 to, u16 predicate, const void* row) {
@@ -237,6 +242,19 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             if (p.fields[i].type >= ValueType::String)
                 if (const List* list = tuple::load_field(p.fields[i], kept).list; list != nullptr) t.owned.push_back(list);
         t.check_length(p.column);
+    };
+    host_.next_hop = [](Eval* e, u64 target) { return of(e).owner->next_hop_(e->catom, target); };
+    host_.send_far = [](Eval* e, u64 to, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        const u64 from = e->subdomain->geometry.catom_id[e->catom];
+        if (!t.owner->anywhere_ || to == from) {
+            ++e->dropped;
+            return false;
+        }
+        ++e->far_hops;
+        t.far_messages.push_back(
+            {to, predicate, from, t.next_sequence(), t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+        return true;
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
@@ -371,6 +389,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->failure = {};
         t->derivations = 0;
         t->dropped = 0;
+        t->far_facts = t->far_hops = 0;
         t->greatest_rank = 0;
         t->sequence_of = kNone32;
         t->cut = false;
@@ -463,13 +482,18 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     statistics_.awake = awake_.size();
     unsorted_ = requests_.messages();
     actions_ = requests_.actions();
+    far_messages_.clear();
     statistics_.messages = unsorted_.size();
     for (auto& t : threads_) {
         statistics_.derivations += t->derivations;
         statistics_.dropped += t->dropped;
+        statistics_.far_facts += t->far_facts;
+        statistics_.far_hops += t->far_hops;
         statistics_.cut = statistics_.cut || t->cut;
         statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
-        statistics_.messages += t->messages.size() + t->outbox.count();
+        statistics_.messages += t->messages.size() + t->outbox.count() + t->far_messages.size();
+        far_messages_.insert(far_messages_.end(), t->far_messages.begin(), t->far_messages.end());
+        t->far_messages.clear();
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         if (unsorted_.empty())
             unsorted_.swap(t->messages);
@@ -492,6 +516,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         t->bytes.clear();
     }
     order_messages();
+    std::ranges::sort(far_messages_, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
     order_actions(subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }

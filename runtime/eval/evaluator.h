@@ -31,7 +31,8 @@ struct Statistics {
     u64 changes = 0;   // Exported records and rows committed: the traffic of the links.
     u64 messages = 0;  // Linear facts sent.
     u64 dropped = 0;
-    bool cut = false;  // Catoms were skipped, because a signal asked for the end of the run.
+    u64 far_facts = 0, far_hops = 0;  // Of facts to nodes that no link need lead to, and the messages by which they went.
+    bool cut = false;                 // Catoms were skipped, because a signal asked for the end of the run.
 };
 
 // Linear facts that were sent, whichever way they went, with their arguments.
@@ -70,6 +71,13 @@ class Evaluator {
     // Catoms that are not evaluated any more: what is new to them is dropped. Empty: there are none.
     void leave_out(std::function<bool(u32)> left_out) { left_out_ = std::move(left_out); }
 
+    // For a program that sends facts to nodes that no link need lead to: Host::next_hop, from several threads at once, and whether a fact
+    // may go to any node at once.
+    void find_ways(std::function<u64(u32 catom, u64 target)> next_hop, bool anywhere) {
+        next_hop_ = std::move(next_hop);
+        anywhere_ = anywhere;
+    }
+
     // Called for every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
@@ -81,6 +89,8 @@ class Evaluator {
     // the messages if they were sent as rows.
     const std::vector<Message>& messages() const { return messages_; }
     const std::vector<Action>& actions() const { return actions_; }
+    // Those to nodes that may be anywhere, in the same order, by ids.
+    const std::vector<FarMessage>& far_messages() const { return far_messages_; }
     // Whether rows of a column were sent, and a call of visit(SentRow, const u8* row) for each. The order depends on the threads, but not
     // that of one sender's rows.
     bool sent_rows(u16 column) const;
@@ -144,6 +154,8 @@ class Evaluator {
     Requests requests_;
     bool apart_ = false;
     std::function<bool(u32)> acts_, left_out_;
+    std::function<u64(u32, u64)> next_hop_;
+    bool anywhere_ = false;
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<const Outbox*> outboxes_;  // Of the threads.
     std::vector<u16> linear_predicates_;
@@ -151,6 +163,7 @@ class Evaluator {
     std::vector<u64> dirty_;
     std::vector<Message> messages_, unsorted_;
     std::vector<Keyed> order_, spare_;
+    std::vector<FarMessage> far_messages_;
     std::vector<Action> actions_;
     std::optional<Counts> counts_;
     std::vector<bool> told_;  // By rule.

@@ -18,6 +18,15 @@ struct Message {
     const Value* arguments = nullptr;  // Valid until the next evaluation.
 };
 
+// The same for a node that may be anywhere.
+struct FarMessage {
+    u64 to = 0;  // Id
+    u16 predicate = 0;
+    u64 from = 0;
+    u32 sequence = 0;
+    const Value* arguments = nullptr;  // Valid until the next evaluation.
+};
+
 struct Action {
     u32 catom = 0;
     u16 predicate = 0;

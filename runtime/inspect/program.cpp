@@ -55,6 +55,7 @@ Result<Program> Program::read(const ModuleInfo& module, const front::Asked& aske
     }
     if (module.program_count == 0 || module.program_count > module.source_count) return another_program(module, "it has too few");
     carried.programs = module.program_count;
+    if (module.for_graphs) carried.worlds = check::Worlds::Graphs;
     diagnostics::Reporter report;
     Result<check::Program> checked = front::check_carried(program.files_, carried, asked, report);
     if (!checked) return tl::unexpected<Error>(checked.error());

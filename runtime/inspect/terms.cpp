@@ -160,6 +160,7 @@ Value Terms::value(const Term& t, Values& variables) {
             return arithmetic(t, variables);
         case Op::Anonymous:
         case Op::Due:
+        case Op::NextHop:
         case Op::Fresh:
             break;
     }

@@ -133,7 +133,7 @@ inline void count_consumed(Eval& e, u32 predicate, u32 n) {
     e.counters->predicates[predicate].last_tick = e.subdomain->now;
 }
 
-// A linear fact is sent over a link.
+// A linear fact is sent over the link at a port; port -1: to a catom that no link leads to.
 inline void count_sent(Eval& e, u32 rule, u32 predicate, i32 port, u64 bits) {
     Counters& all = *e.counters;
     ++all.rules[rule].messages;
@@ -141,6 +141,7 @@ inline void count_sent(Eval& e, u32 rule, u32 predicate, i32 port, u64 bits) {
     ++all.predicates[predicate].messages;
     all.predicates[predicate].bits += bits;
     all.predicates[predicate].last_tick = e.subdomain->now;
+    if (port < 0) return;
     ++all.sent[port].messages;
     all.sent[port].bits += bits;
     all.any_sent = true;

@@ -31,6 +31,7 @@ double cpu_seconds() {
 struct Counted {
     std::int64_t ticks = 0;
     std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0;
+    std::uint64_t far_facts = 0, far_hops = 0;
     std::uint64_t killed = 0, hung = 0, restarted = 0, lost = 0, links_cut = 0, links_made = 0;
 
     Counted() = default;
@@ -43,6 +44,8 @@ struct Counted {
           messages(s.messages),
           dropped(s.dropped),
           sent_bytes(s.sent_bytes),
+          far_facts(s.far_facts),
+          far_hops(s.far_hops),
           killed(s.killed),
           hung(s.hung),
           restarted(s.restarted),
@@ -58,6 +61,8 @@ struct Counted {
         s.messages = messages;
         s.dropped = dropped;
         s.sent_bytes = sent_bytes;
+        s.far_facts = far_facts;
+        s.far_hops = far_hops;
         s.killed = killed;
         s.hung = hung;
         s.restarted = restarted;
@@ -117,6 +122,7 @@ Result<void> Simulation::start(const Registry& registry, std::optional<BrickCoun
     if (auto done = subdomain_.populate(std::move(counted)); !done) return done;
     if (auto done = each_module([&](SimModule& m) { return m.start(subdomain_); }); !done) return done;
     subdomain_.refresh();
+    subdomain_.share_routes();
     summary_.catoms = subdomain_.world.is_graph() ? subdomain_.world.graph->nodes() : subdomain_.next_id();
     summary_.setup_seconds = seconds_now() - before;
     return {};
@@ -167,6 +173,7 @@ Result<void> Simulation::resume(const Registry& registry, const Shares& shares) 
     const Result<Block> counters = Loader(subdomain_, shares).run(all_modules(), codes_);
     if (!counters) return tl::unexpected<Error>(counters.error());
     if (auto done = load_counters(*counters); !done) return done;
+    subdomain_.share_routes();
     goes_on_ = true;
     summary_.setup_seconds = seconds_now() - before;
     return {};
@@ -188,6 +195,7 @@ Result<TakenOver> Simulation::fork(const Registry& registry, const Shares& share
     if (auto made = make_modules(registry); !made) return tl::unexpected<Error>(made.error());
     Loader loader(subdomain_, shares, how);
     if (auto done = loader.run(all_modules(), codes_); !done) return tl::unexpected<Error>(done.error());
+    subdomain_.share_routes();
     // What has been counted is the other run's.
     summary_.ticks = subdomain_.tick();
     summary_.catoms = subdomain_.totals.catoms;
@@ -221,6 +229,8 @@ Result<void> Simulation::run_tick() {
     summary_.changes += t.tick.changes;
     summary_.messages += t.tick.messages;
     summary_.dropped += t.tick.dropped;
+    summary_.far_facts += t.tick.far_facts;
+    summary_.far_hops += t.tick.far_hops;
     summary_.sent_bytes += t.sent_bytes;
     summary_.lost += t.lost;
     summary_.links_cut += t.links_cut;
@@ -238,11 +248,12 @@ Result<void> Simulation::run_tick() {
 
 Result<void> Simulation::strike() {
     CatomFailures failures(subdomain_);
-    const Struck struck = failures.of_this_tick();
+    Struck struck = failures.of_this_tick();
+    const bool delayed = subdomain_.world.network.detect > 0 || !subdomain_.status().dying.empty();
+    summary_.killed += delayed ? failures.let_die(struck) : struck.killed.size();
     if (!struck.killed.empty()) {
         if (auto done = each_module([&](SimModule& m) { return m.lose(subdomain_, struck.killed); }); !done) return done;
         failures.take_out(struck.killed);
-        summary_.killed += struck.killed.size();
     }
     if (!struck.hung.empty()) {
         failures.hang(struck.hung);

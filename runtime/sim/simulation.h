@@ -42,6 +42,8 @@ struct Summary {
     std::uint64_t changes = 0;
     std::uint64_t messages = 0;
     std::uint64_t dropped = 0;
+    // Linear facts to nodes that no link need lead to, and the messages by which they went.
+    std::uint64_t far_facts = 0, far_hops = 0;
     std::uint64_t sent_bytes = 0;
     double bytes_per_catom = 0;
     double setup_seconds = 0;  // Wall

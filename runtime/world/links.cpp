@@ -68,6 +68,7 @@ void Links::compact() {
 void Links::set(Catom catom, Port port, Catom other, Port there) {
     MELD_EXPECT(port < ports(catom) && catom_[entry(catom, port)] == kNobody, "catom {} port {} of {}", catom, port, ports(catom));
     const std::size_t here = entry(catom, port);
+    ++version_;
     catom_[here] = static_cast<std::int32_t>(other);
     there_[here] = there;
     read_[here] = apart_ ? kNobody : static_cast<std::int32_t>(other);
@@ -76,6 +77,7 @@ void Links::set(Catom catom, Port port, Catom other, Port there) {
 
 void Links::unset(Catom catom, Port port) {
     const std::size_t here = entry(catom, port);
+    ++version_;
     if (apart_) changes_.push_back({catom, port, static_cast<Catom>(catom_[here]), read_[here], false});
     catom_[here] = read_[here] = kNobody;
 }

@@ -64,6 +64,9 @@ class Links {
     void read_at(Catom catom, Port port, std::int32_t index) { read_[entry(catom, port)] = index; }
     std::int32_t read(Catom catom, Port port) const { return read_[entry(catom, port)]; }
 
+    // Another one after each link that is made or removed.
+    std::uint64_t version() const { return version_; }
+
     // Sets the arrays of the links form; they are those of catoms that have been given room. Valid until the table changes.
     void add_to(Geometry& g) const;
     std::size_t bytes() const;
@@ -80,6 +83,7 @@ class Links {
     std::vector<std::int32_t> catom_, read_;
     std::vector<std::uint32_t> there_;
     std::size_t left_behind_ = 0;
+    std::uint64_t version_ = 0;
     Port most_ = 0;
     std::vector<Change> changes_;
 };

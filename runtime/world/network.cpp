@@ -1,6 +1,7 @@
 #include "runtime/world/network.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "runtime/base/random.h"
 
@@ -24,7 +25,16 @@ std::uint32_t NetworkOptions::bound() const {
     const auto of = [this](const LinkTerms& t) { return kind == NetworkKind::Lossy ? t.bound() : t.most; };
     std::uint32_t most = of(terms);
     for (const Part& part : parts) most = std::max(most, of(part.terms));
+    for (const Single& one : singles) most = std::max(most, of(one.terms));
     return most;
+}
+
+std::optional<std::uint32_t> NetworkOptions::single(std::uint64_t from, std::uint64_t to) const {
+    if (singles.empty()) return std::nullopt;
+    const auto ends = [](const Single& one) { return std::pair(one.from, one.to); };
+    const auto at = std::ranges::lower_bound(singles, std::pair(from, to), {}, ends);
+    if (at == singles.end() || ends(*at) != std::pair(from, to)) return std::nullopt;
+    return static_cast<std::uint32_t>(at - singles.begin());
 }
 
 Fate fate(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::uint64_t to, std::int64_t tick) {

@@ -3,12 +3,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "runtime/world/shape.h"
 
 namespace meld::world {
+
+// Of delays and pauses: quarantines last as long for each rank.
+inline constexpr std::uint32_t kMostTicks = 10'000;
 
 enum class NetworkKind { Ideal, Latency, Lossy, Raw };
 
@@ -26,8 +30,12 @@ struct LinkTerms {
     std::uint32_t bound() const { return most + (tries - 1) * retry; }
 };
 
+// How a linear fact reaches a node of a graph that is known only by its number: over a shortest route of links, or in one hop.
+enum class Reach { Links, Any };
+
 struct NetworkOptions {
     NetworkKind kind = NetworkKind::Ideal;
+    Reach reach = Reach::Links;
     LinkTerms terms;
     // Links of catoms in a region; the last region that contains either end counts.
     struct Part {
@@ -35,9 +43,21 @@ struct NetworkOptions {
         LinkTerms terms;
     };
     std::vector<Part> parts;
+    // What single links are like, in one direction, whatever the parts say; by both ends.
+    struct Single {
+        std::uint64_t from = 0, to = 0;
+        LinkTerms terms;
+        std::uint64_t line = 0;  // In the file.
+    };
+    std::vector<Single> singles;
+    std::string singles_path;  // The file.
+    // Ticks from the end of a catom until its neighbours sense it.
+    std::uint32_t detect = 0;
     bool ideal() const { return kind == NetworkKind::Ideal; }
     // Of all links.
     std::uint32_t bound() const;
+    // Nothing: it says nothing of this link in particular. Cost: a binary search.
+    std::optional<std::uint32_t> single(std::uint64_t from, std::uint64_t to) const;
 };
 
 // What happens to all that one catom sends to another in one tick, which travels together.

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 
+#include "runtime/world/link_terms.h"
+
 namespace meld::world {
 namespace {
 
-constexpr std::uint64_t kMostTicks = 10'000;  // Of delays and pauses: quarantines last as long for each rank.
 constexpr std::uint64_t kMostTries = 1'000;
 
 void read_ticks(const Section& section, std::string_view key, std::uint32_t& value, std::uint64_t most = kMostTicks) {
@@ -63,19 +64,30 @@ void refuse_others(const Section& section, const toml::table& table, const std::
 
 void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& network) {
     const Section section(reader, table, "[network]",
-                          {"kind", "least", "most", "loss", "retry", "tries", "duplicate", "reorder", "region", "longest_jam"});
-    std::string kind = "ideal";
+                          {"kind", "least", "most", "loss", "retry", "tries", "duplicate", "reorder", "region", "longest_jam", "reach",
+                           "links", "detect"});
+    std::string kind = "ideal", reach = "links";
     section.read_choice("kind", kind, {"ideal", "latency", "lossy", "raw"});
     network.kind = kind == "latency" ? NetworkKind::Latency
                    : kind == "lossy" ? NetworkKind::Lossy
                    : kind == "raw"   ? NetworkKind::Raw
                                      : NetworkKind::Ideal;
+    section.read_choice("reach", reach, {"links", "any"});
+    network.reach = reach == "any" ? Reach::Any : Reach::Links;
     const std::vector<std::string_view> keys = keys_of(network.kind);
-    refuse_others(section, table, kind, keys, {"kind", "region", "longest_jam"});
+    refuse_others(section, table, kind, keys, {"kind", "region", "longest_jam", "reach", "detect", network.ideal() ? "kind" : "links"});
     // It is the events' (event_section.cpp), which know how long theirs are.
     std::uint32_t longest_jam = 1;
     read_ticks(section, "longest_jam", longest_jam);
+    std::uint64_t detect = 0;
+    section.read_count("detect", detect, 0, kMostTicks);
+    network.detect = static_cast<std::uint32_t>(detect);
     read_terms(section, network.kind, network.terms);
+    if (section.has("links")) {
+        std::string name;
+        section.read("links", name);
+        read_link_terms(reader, section, name, keys, network);
+    }
     const toml::node* regions = section.find("region");
     if (regions == nullptr) return;
     if (network.ideal()) return section.wrong("region", "links of an ideal network are all alike", "take it out, or choose another kind");

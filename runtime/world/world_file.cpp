@@ -275,7 +275,7 @@ void check_free(TomlReader& reader, const Section& top, World& world) {
         return;
     }
     for (const char* section : {"network", "clock"})
-        if (world.apart() && top.has(section))
+        if ((world.apart() || world.network.detect > 0) && top.has(section))
             reader.wrong(top.find(section)->source(), fmt::format("[{}] is for catoms on a lattice, and these are bodies", section),
                          "take it out, or the bodies");
     if (top.has("time"))
@@ -296,6 +296,11 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
     check_free(reader, top, world);
     if (world.is_graph() && world.motion.kind != "none")
         reader.wrong(top.find("motion")->source(), "nodes of a graph do not move", "take [motion] out");
+    const toml::node* network = top.find("network");
+    if (const toml::node* reach = network != nullptr && network->is_table() ? network->as_table()->get("reach") : nullptr;
+        reach != nullptr && !world.is_graph())
+        reader.wrong(reach->source(), "on a lattice, facts go only to catoms that a link leads to",
+                     "take reach out, or write lattice = \"graph\"");
     if (reader.error() || world.is_graph()) return;
     const toml::source_region& body = top.find("body")->source();
     if (const Result<WorldSize> size = measure(world); !size) return reader.wrong(body, size.error().problem, size.error().suggestion);
@@ -320,11 +325,10 @@ std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const 
     return parts;
 }
 
+bool is_graph(const toml::table& top) { return top["lattice"].value<std::string_view>() == "graph"; }
+
 // Graphs, networks that take time, links that fail and catoms that hang are known by their links.
-bool by_links(const toml::table& top) {
-    if (top["lattice"].value<std::string_view>() == "graph") return true;
-    return top.contains("network") || top.contains("clock") || needs_links(top);
-}
+bool by_links(const toml::table& top) { return is_graph(top) || top.contains("network") || top.contains("clock") || needs_links(top); }
 
 World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
@@ -408,6 +412,8 @@ toml::table keys_of(const std::string& path) {
 }  // namespace
 
 bool asks_for_links(const std::string& path) { return by_links(keys_of(path)); }
+
+bool asks_for_graph(const std::string& path) { return is_graph(keys_of(path)); }
 
 std::vector<std::string> programs_named(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();

@@ -146,6 +146,8 @@ Result<void> set_seed(World& world, std::uint64_t seed);
 // World::by_links of a file; false if that has mistakes, or is a pipe, which can be read only once. Cost: its text is parsed, but no file
 // that it names is read.
 bool asks_for_links(const std::string& path);
+// The same of World::is_graph().
+bool asks_for_graph(const std::string& path);
 
 // World::programs of a file, in the same way: none if it has mistakes, or is a pipe.
 std::vector<std::string> programs_named(const std::string& path);

@@ -4,7 +4,8 @@
 
 Each page has a scratch folder with a copy of examples/, in which its blocks run one after another:
 
-    meld                    checked by meldc; `fail E0301`: must be refused with that code; `warn W0604`: must have that warning
+    meld                    checked by meldc; `fail E0301`: must be refused with that code; `warn W0604`: must have that warning;
+                            `graph`: it is for worlds that are graphs
     toml                    a world, checked by meldsim; `part`: lines of one, given a body and a lattice; `fail`: must be refused;
                             `exit=4`: with this code
     console                 `$ command` lines (more lines after a `\\`), then what they print; `exit=1`: how the last one ends;
@@ -140,7 +141,7 @@ class Page:
     def meld(self, block):
         path = self.scratch / "block.meld"
         path.write_text(block.preamble + block.text)
-        code, output = self.call(["meldc", "check", "block.meld"])
+        code, output = self.call(["meldc", "check", "block.meld", *(["--graph"] if "graph" in block.flags else [])])
         refused, warned = block.after("fail"), block.after("warn")
         if refused is not None:
             if code != 1 or f"error[{refused}]" not in output:

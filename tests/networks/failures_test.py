@@ -54,6 +54,7 @@ join = [[0, 12]]
 restart = "id > 6"
 """
 FAULTS = "[faults]\nkill = 1e-3\nhang = 4e-3\nrestart = 0.03\ncut = 0.004\nheal = 0.02\nfrom = 5\nuntil = 60\nwhere = \"id > 5\"\n"
+SLOWLY = "[network]\ndetect = 7\n"
 JAM = "[[event]]\ntick = 24\njam = { where = [\"x > 0\", [[0, 1], [1, 2]]], ticks = 9 }\n"
 DOWN = '[network]\nkind = "lossy"\nretry = 1\ntries = 2\n[[network.region]]\nwhere = "id % 5 == 3"\nloss = 0.7\n'
 TRICKLE = """type linear todo(node, int).
@@ -116,6 +117,32 @@ class Failures(Case):
         self.assertIn("dist(@6, 4).", self.facts(line + hang + "[[event]]\ntick = 40\nrestart = 3\n"))
         self.assertFalse([f for f in self.facts(line + hang + "[[event]]\ntick = 40\nkill = 3\n") if f.startswith("dist(@6")])
 
+    def test_an_end_is_sensed_after_the_detection_delay(self):
+        self.write("q.meld", GRADIENT + "type place(node, int).\nplace(A, P) :- vacant(A, P).\n")
+        line = 'lattice = "square"\n[[body]]\nshape = "box(7, 1, 1)"\n[facts]\nsource = "id == 0"\n'
+        kill = "[[event]]\ntick = 20\nkill = 3\n[[event]]\ntick = 22\nrestart = 3\nhang = 3\nkill = 3\n"
+        for detect, conditions in ((0, ""), (9, ""), (9, 'kind = "latency"\nmost = 3\n')):
+            world = line + kill + f"[network]\ndetect = {detect}\n" + conditions
+            for n in (1, 2, 3):
+                def at(tick):
+                    return self.facts(world, "-n", n, "--ticks", tick, program="q.meld")
+                gone = 20 + detect
+                before, after = at(gone - 1), at(gone + 8)
+                # It takes up its place until then, and its neighbour goes on with what it had told.
+                self.assertIn("dist(@6, 6).", before)
+                self.assertIn("degree(@4, 2).", before)
+                self.assertEqual(len([f for f in before if f.startswith("place(@4")]), 2)
+                self.assertIn("degree(@4, 1).", after)
+                self.assertEqual(len([f for f in after if f.startswith("place(@4")]), 3)
+                self.assertFalse([f for f in after if f.startswith(("place(@3", "dist(@6"))])
+                found = self.summary(world, "-n", n, program="q.meld")
+                self.assertEqual([found[key] for key in ("killed", "hung", "restarted", "catoms")], [1, 0, 0, 6])
+        # What has been silent says nothing.
+        self.write("s.meld", "type source(node).\ntype linear go(node, int).\ntype heard(node, int).\ngo(@3, 0).\n"
+                             "go(A, N) -o go(A, N + 1)@+1, { B | neighbor(A, B) | heard(B, N) }.\n")
+        facts = self.facts(line + "[network]\ndetect = 30\n[[event]]\ntick = 10\nkill = 3\n", "--ticks", 60, program="s.meld")
+        self.assertEqual(len([f for f in facts if f.startswith("heard(@2")]), 9)
+
     def test_one_that_restarts_has_what_it_had_at_the_start(self):
         world = ('lattice = "square"\n[[body]]\nshape = "box(3, 1, 1)"\n[facts]\nsource = "id == 1"\n'
                  "[[event]]\ntick = 5\ngive = { source = 'id == 2' }\n[[event]]\ntick = 9\nrestart = 'all'\n")
@@ -129,6 +156,8 @@ class Failures(Case):
 
     def test_on_any_number_of_processes(self):
         for world in (SQUARE + PARTIAL, SQUARE + LATENCY + PARTIAL, SQUARE + PAUSES + PARTIAL, RING + JOIN, RING + LATENCY + JOIN,
+                      RING + SLOWLY + JOIN + FAULTS,
+                      SQUARE + SLOWLY + PARTIAL, SQUARE + SLOWLY + 'kind = "latency"\nmost = 3\n' + FAULTS,
                       SQUARE + DOWN + PARTIAL, SQUARE + PAUSES + PARTIAL + JAM, SQUARE + FAULTS, SQUARE + LATENCY + FAULTS, RING + FAULTS):
             with self.subTest(world=world):
                 alone = self.digests(world)
@@ -138,7 +167,8 @@ class Failures(Case):
     def test_a_run_goes_on_in_the_midst_of_failures(self):
         for number, (world, stop) in enumerate(((SQUARE + PARTIAL, 22), (SQUARE + LATENCY + PARTIAL + JAM, 28), (RING + JOIN, 30),
                                                 (RING + JOIN, 41), (RING + PAUSES + JOIN, 44), (SQUARE + FAULTS, 30),
-                                                (SQUARE + DOWN + PARTIAL, 34))):
+                                                (SQUARE + DOWN + PARTIAL, 34), (SQUARE + SLOWLY + PARTIAL, 35),
+                                                (RING + SLOWLY + FAULTS, 30))):
             whole = self.digests(world)
             for processes in (1, 2):
                 with self.subTest(world=world, stop=stop, processes=processes):

@@ -132,6 +132,56 @@ class Networks(Case):
             self.assertEqual(len(rows["dist"]), 3)
             self.assertEqual(sorted(row.split(",")[-1] for row in rows["degree"]), ["1", "1", "1", "1", "2", "2"])
 
+    def test_single_links_have_terms_of_their_own(self):
+        # A line: from @0 to @1 a message takes 7 ticks, the other way 1; and @2 says nothing to @3 for long.
+        self.write("links.csv", "from,to,least,most\n# measured\n0,1,7,7\n2,3,20,20\n")
+        self.write("p.meld", GRADIENT + "type linear wait(node).\ntype came(node, int).\nwait(A).\n"
+                   "wait(A), dist(A, _), tick(A, T) -o came(A, T).\n")
+        for base in ('lattice = "square"\n[[body]]\nshape = "box(5, 1, 1)"\n', 'lattice = "graph"\ngraph = "line(5)"\n'):
+            came = {}
+            for source in (0, 4):
+                self.write("w.toml", base + f'[facts]\nsource = "id == {source}"\n[network]\nkind = "latency"\nlinks = "links.csv"\n')
+                for n in (1, 2, 3):
+                    self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", 60, "--facts-out", "f", "--quiet", "-n", n)
+                    rows = [line for line in self.read("f").decode().splitlines() if line.startswith("came")]
+                    self.assertEqual(came.setdefault(source, rows), rows)
+            ticks = {s: [int(row.split(",")[1].strip(" ).")) for row in sorted(rows)] for s, rows in came.items()}
+            self.assertEqual([b - a for a, b in zip(ticks[0], ticks[0][1:])], [7, 1, 20, 1])
+            self.assertEqual([a - b for a, b in zip(ticks[4], ticks[4][1:])], [1, 1, 1, 1])
+        # Terms that are not named are those of the network, and regions do not count.
+        self.write("links.csv", "from to loss\n0 1 1\n")
+        self.write("w.toml", base + '[facts]\nsource = "id == 0"\n[network]\nkind = "lossy"\ntries = 2\nlinks = "links.csv"\n'
+                                    '[[network.region]]\nwhere = "all"\nloss = 0\n')
+        for n in (1, 2):
+            self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", 40, "--facts-out", "f", "--quiet", "-n", n)
+            self.assertEqual(len([line for line in self.read("f").decode().splitlines() if line.startswith("dist")]), 1)
+
+    def test_a_bad_list_of_links_has_places_and_cures(self):
+        self.write("p.meld", GRADIENT)
+        world = 'lattice = "square"\n[[body]]\nshape = "box(3, 3, 1)"\n[network]\nkind = "lossy"\nlinks = "links.csv"\n'
+        for text, said in (("", "begin with a line of names"), ("0,1,0.5\n", "links.csv:1:1: the first line does not name"),
+                           ("from,to,los\n", "links.csv:1:9: links of this network have no term `los`. did you mean 'loss'"),
+                           ("from,to,loss,loss\n", "links.csv:1:14: two columns"), ("from,to,loss\n0,1\n", "links.csv:2:1: here are 2"),
+                           ("from,to,loss\n0,x,1\n", "links.csv:2:3: 'x' is no number of a catom"),
+                           ("from,to,loss\n0,1,2\n", "links.csv:2:5: '2' is no probability"),
+                           ("from,to,least\n0,1,0\n", "links.csv:2:5: '0' is no number of ticks"),
+                           ("from,to,loss\n4,4,0\n", "links.csv:2:1: @4 has no link to itself"),
+                           ("from,to,least,most\n0,1,5,2\n", "links.csv:2:1: most is 2, and least is 5"),
+                           ("from,to,retry,tries\n0,1,500,500\n", "links.csv:2:1: a message may be under way for 249501 ticks"),
+                           ("from,to,loss\n0,1,0\n1,0,0\n0,1,1\n", "links.csv:4:1: the link from @0 to @1 is in line 2 already"),
+                           ("from,to,loss\n0,1,0\n1,9,0\n", "links.csv:3: there is no catom @9")):
+            with self.subTest(text):
+                self.write("links.csv", text)
+                self.write("w.toml", world)
+                _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", code=2)
+                self.assertIn(said, err)
+        self.write("w.toml", world.replace('"lossy"', '"ideal"'))
+        _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", code=2)
+        self.assertIn("`links` says nothing of what is ideal", err)
+        self.write("w.toml", world.replace("links.csv", "none.csv"))
+        _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", code=2)
+        self.assertIn("w.toml:6:", err)
+
     def test_mistakes_have_places_and_cures(self):
         self.write("p.meld", GRADIENT)
         base = 'lattice = "square"\n[[body]]\nshape = "box(3, 3, 1)"\n'

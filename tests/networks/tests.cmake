@@ -18,3 +18,7 @@ add_test(NAME random_failures_campaign COMMAND test_random --failures --first 60
   --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_failures PROPERTIES TIMEOUT 600 PROCESSORS 2)
 set_tests_properties(random_failures_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
+# Facts to nodes that no link leads to.
+add_test(NAME networks_far COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/far_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(networks_far PROPERTIES TIMEOUT 300 PROCESSORS 2)

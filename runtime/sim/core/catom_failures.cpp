@@ -174,6 +174,23 @@ void CatomFailures::take_out(std::span<const Killed> killed) {
     subdomain_.refresh();
 }
 
+std::size_t CatomFailures::let_die(Struck& struck) {
+    std::vector<Dying>& dying = subdomain_.status_.dying;
+    const auto dies = [&](std::uint64_t id) { return std::ranges::find(dying, id, &Dying::id) != dying.end(); };
+    std::erase_if(struck.killed, [&](const Killed& one) { return dies(one.id); });
+    hang(struck.killed);
+    const std::int64_t gone = subdomain_.tick() + subdomain_.world.network.detect;
+    for (const Killed& one : struck.killed) dying.insert(std::ranges::upper_bound(dying, gone, {}, &Dying::tick), {gone, one.id, one.cell});
+    for (std::vector<Killed>* list : {&struck.hung, &struck.restarted})
+        std::erase_if(*list, [&](const Killed& one) { return dies(one.id); });
+    const std::size_t count = struck.killed.size();
+    struck.killed.clear();
+    const auto later = std::ranges::find_if(dying, [&](const Dying& one) { return one.tick > subdomain_.tick(); });
+    for (auto one = dying.begin(); one != later; ++one) struck.killed.push_back({one->id, one->cell});
+    dying.erase(dying.begin(), later);
+    return count;
+}
+
 void CatomFailures::hang(std::span<const Killed> hung) {
     subdomain_.note_change();
     for (const Killed& each : hung) {

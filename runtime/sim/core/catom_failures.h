@@ -1,6 +1,7 @@
 // Catoms that fail, by events of the world and by chance.
 //
-// One that is killed is gone in the tick of the event, with its facts and with what it holds, and its neighbours sense it. One that hangs
+// One that is killed is gone in the tick of the event, with its facts and with what it holds, and its neighbours sense it; if the network
+// has a detection delay, it hangs until that is over. One that hangs
 // stays where it is and says nothing any more: its rules do not run, and its neighbours keep what it last told them. One that restarts has
 // nothing but the facts of the start, as if it had just been made; its links go and come back in that tick, so that its neighbours drop
 // what it had told.
@@ -36,6 +37,9 @@ class CatomFailures {
     // Those of this tick's events and faults. Every process calls it. Cost: nothing in a tick without; otherwise a look at each catom for
     // every region, and one exchange.
     Struck of_this_tick() const;
+    // Where neighbours sense an end only after a while: those that are killed hang until then, whatever else happens to them. Afterwards
+    // `killed` are those that are gone now. Returns how many were killed in this tick.
+    std::size_t let_die(Struck& struck);
     // Takes them out of this process, ghosts too, on a lattice and in a graph. Elsewhere motion does so, which made their links.
     void take_out(std::span<const Killed> killed);
     void hang(std::span<const Killed> hung);

@@ -39,6 +39,7 @@ void Exchange::run() {
     if (subdomain_.alone()) {
         for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
         subdomain_.facts_.deliver_sent(subdomain_.geometry());
+        send_far();
         return deliver_all();
     }
     pack();
@@ -67,6 +68,7 @@ void Exchange::pack() {
         pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(m.to))], m);
     }
     pack_rows();
+    send_far();
 }
 
 // Rows for catoms of other processes travel as messages do.
@@ -83,6 +85,33 @@ void Exchange::pack_rows() {
                          {sent.to, predicate, subdomain_.ensemble.id(sent.from), 0, arguments.data()});
         });
     }
+}
+
+void Exchange::send_far() {
+    for (const eval::FarMessage& m : subdomain_.facts_.evaluator.far_messages()) {
+        // Its process may still find that it is gone.
+        const int owner = subdomain_.routes_->owner(m.to).value_or(subdomain_.comm.process());
+        if (owner == subdomain_.comm.process()) {
+            come_far(m.to, m.from, m.predicate, m.arguments);
+            continue;
+        }
+        ByteWriter& out = packets_[static_cast<std::size_t>(owner)];
+        out.write(Record::Far);
+        out.write(m.to);
+        out.write(m.predicate);
+        out.write(m.from);
+        pack_arguments(out, m.predicate, m.arguments);
+    }
+}
+
+void Exchange::come_far(u64 to, u64 from, u16 predicate, const Value* arguments) {
+    const std::optional<Catom> catom = subdomain_.ensemble.find(to);
+    if (!catom || !subdomain_.owned(*catom)) {
+        ++lost_;
+        return;
+    }
+    if (subdomain_.network_) return subdomain_.network_->sent_far(subdomain_.tick(), *catom, from, predicate, arguments);
+    arrivals_.push_back({*catom, predicate, arguments});
 }
 
 void Exchange::come(Catom to, u64 from, u16 predicate, const Value* arguments) {
@@ -117,13 +146,24 @@ void Exchange::pack_export(ByteWriter& out, const Export& changed) const {
 }
 
 void Exchange::pack_message(ByteWriter& out, const eval::Message& message) const {
-    const ModuleInfo& module = subdomain_.module;
     out.write(Record::Message);
     pack_name(out, message.to);
     out.write(message.predicate);
     if (subdomain_.network_) out.write(message.from);
-    const PredicateInfo& p = module.predicates[message.predicate];
-    for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module, p.fields[i]), message.arguments[i], out);
+    pack_arguments(out, message.predicate, message.arguments);
+}
+
+void Exchange::pack_arguments(ByteWriter& out, u16 predicate, const Value* arguments) const {
+    const PredicateInfo& p = subdomain_.module.predicates[predicate];
+    for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(subdomain_.module, p.fields[i]), arguments[i], out);
+}
+
+const Value* Exchange::unpack_arguments(u16 predicate, ByteReader& in, std::deque<std::vector<Value>>& arguments,
+                                        tuple::Arena& lists) const {
+    const PredicateInfo& p = subdomain_.module.predicates[predicate];
+    std::vector<Value>& values = arguments.emplace_back(p.arity);
+    for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(subdomain_.module, p.fields[i]), in, lists);
+    return values.data();
 }
 
 void Exchange::pack_name(ByteWriter& out, Catom catom) const {
@@ -152,15 +192,19 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
     ByteReader in(packet.bytes, "a packet of exports and messages");
     while (!in.done()) {
         const auto record = in.read<Record>();
+        if (record == Record::Far) {
+            const auto to = in.read<u64>();
+            const auto predicate = in.read<u16>();
+            const auto from = in.read<u64>();
+            come_far(to, from, predicate, unpack_arguments(predicate, in, arguments, lists));
+            continue;
+        }
         const Catom catom = unpack_name(in, packet.process);
         const auto number = in.read<u16>();
         if (record == Record::Message) {
             MELD_ASSERT(subdomain_.owned(catom) && number < module.predicate_count, "catom {}, predicate {}", catom, number);
-            const PredicateInfo& p = module.predicates[number];
             const u64 from = subdomain_.network_ ? in.read<u64>() : 0;
-            std::vector<Value>& values = arguments.emplace_back(p.arity);
-            for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module, p.fields[i]), in, lists);
-            come(catom, from, number, values.data());
+            come(catom, from, number, unpack_arguments(number, in, arguments, lists));
             continue;
         }
         MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/bytes.h"
@@ -26,9 +27,11 @@ class Exchange {
     void run();
     // The bytes sent to other processes in this tick.
     std::uint64_t sent_bytes() const { return sent_bytes_; }
+    // Facts to nodes that are gone, since the last call.
+    std::uint64_t take_lost() { return std::exchange(lost_, 0); }
 
   private:
-    enum class Record : std::uint8_t { Export, Rows, Message };
+    enum class Record : std::uint8_t { Export, Rows, Message, Far };
     // A linear or given fact that has arrived for a catom of this process in this tick.
     struct Arrival {
         Catom to;
@@ -42,15 +45,20 @@ class Exchange {
 
     // A linear fact for a catom of this process: it arrives at the end of this tick, or when the network says so.
     void come(Catom to, u64 from, u16 predicate, const Value* arguments);
+    // The same for one that went to its node without a link; if it is still there.
+    void come_far(u64 to, u64 from, u16 predicate, const Value* arguments);
+    void send_far();
     void pack();
     void pack_rows();
     void pack_export(ByteWriter& out, const Export& changed) const;
     void pack_message(ByteWriter& out, const eval::Message& message) const;
+    void pack_arguments(ByteWriter& out, u16 predicate, const Value* arguments) const;
     // How processes name a catom to each other: by its cell, or by its id if there are no cells.
     void pack_name(ByteWriter& out, Catom catom) const;
     Catom unpack_name(ByteReader& in, int sender) const;
     // Adds the facts in the packet to the arrivals, with their arguments in `arguments` and lists in `lists`.
     void unpack(const comm::Packet& packet, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists);
+    const Value* unpack_arguments(u16 predicate, ByteReader& in, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists) const;
     void unpack_rows(u16 column, Catom catom, ByteReader& in);
     void sort_arrivals();
     // Gives them all, several at a time for one catom.
@@ -61,7 +69,7 @@ class Exchange {
     std::vector<std::vector<std::vector<Export>>> exports_;  // By worker and destination.
     std::vector<ByteWriter> packets_;                        // By destination.
     std::vector<std::vector<Export>> changed_;               // By worker, for a network that takes time.
-    std::uint64_t sent_bytes_ = 0;
+    std::uint64_t sent_bytes_ = 0, lost_ = 0;
     // The arrivals of a tick, and their order; reused so that a tick allocates nothing.
     std::vector<Arrival> arrivals_, sorted_;
     std::vector<Keyed> order_, spare_;

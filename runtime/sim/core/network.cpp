@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <deque>
 #include <tuple>
 #include <utility>
 
@@ -71,15 +70,24 @@ u32 Network::take_mailbox(const world::Links::Change& link) {
     if (number_of_.size() <= index) number_of_.resize(index + std::size_t{1}, kNone32);
     number_of_[index] = number;
     Mailbox& m = mailboxes_[number] = {.reader = link.reader, .other = link.other, .index = static_cast<std::int32_t>(index)};
-    m.part = part_between(link.reader, link.other);
+    m.part = part_between(link.other, link.reader);
     return number;
 }
 
-u32 Network::part_between(Catom a, Catom b) const {
+const world::LinkTerms& Network::terms(u32 part) const {
+    const world::NetworkOptions& network = world_.network;
+    if (part == 0) return network.terms;
+    return part <= network.parts.size() ? network.parts[part - 1].terms : network.singles[part - 1 - network.parts.size()].terms;
+}
+
+u32 Network::part_between(Catom from, Catom to) const {
+    const world::NetworkOptions& network = world_.network;
+    if (const auto single = network.single(members_.ensemble.id(from), members_.ensemble.id(to)))
+        return static_cast<u32>(network.parts.size()) + *single + 1;
     u32 last = 0;
-    for (u32 part = 0; part < world_.network.parts.size(); ++part) {
-        const world::Region& where = world_.network.parts[part].where;
-        if (members_.in_region(where, a) || members_.in_region(where, b)) last = part + 1;
+    for (u32 part = 0; part < network.parts.size(); ++part) {
+        const world::Region& where = network.parts[part].where;
+        if (members_.in_region(where, from) || members_.in_region(where, to)) last = part + 1;
     }
     return last;
 }
@@ -87,7 +95,7 @@ u32 Network::part_between(Catom a, Catom b) const {
 void Network::tell_state(i64 now, u32 mailbox) {
     ByteWriter state;
     facts_.columns.pack(mailboxes_[mailbox].other, tuple::Columns::Which::Exported, state);
-    const u32 parcel = take_parcel(Parcel::Kind::State, 0, std::move(state));
+    const u32 parcel = take_parcel(Parcel::Kind::State, 0, state.take());
     post(now, mailbox, parcel, false);
     if (parcels_[parcel].links == 0) release_parcel(parcel);
 }
@@ -99,7 +107,7 @@ std::optional<u32> Network::mailbox_at(Catom reader, world::Port port) const {
 
 // ---- parcels
 
-u32 Network::take_parcel(Parcel::Kind kind, u16 number, ByteWriter bytes) {
+u32 Network::take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> bytes) {
     u32 parcel = static_cast<u32>(parcels_.size());
     if (free_parcels_.empty()) {
         parcels_.emplace_back();
@@ -107,7 +115,7 @@ u32 Network::take_parcel(Parcel::Kind kind, u16 number, ByteWriter bytes) {
         parcel = free_parcels_.back();
         free_parcels_.pop_back();
     }
-    parcels_[parcel] = {kind, number, 0, bytes.take()};
+    parcels_[parcel] = {kind, number, 0, std::move(bytes)};
     return parcel;
 }
 
@@ -163,7 +171,7 @@ void Network::changed(i64 now, Catom catom, u16 column) {
             } else {
                 facts_.columns.pack_column(column, catom, bytes);
             }
-            parcel = take_parcel(rows ? Parcel::Kind::Rows : Parcel::Kind::Column, column, std::move(bytes));
+            parcel = take_parcel(rows ? Parcel::Kind::Rows : Parcel::Kind::Column, column, bytes.take());
         }
         post(now, *mailbox, *parcel, false);
     });
@@ -204,10 +212,7 @@ void Network::sent(i64 now, Catom to, u64 from, u16 predicate, const Value* argu
         ++lost_;
         return;
     }
-    const PredicateInfo& p = module_.predicates[predicate];
-    ByteWriter bytes;
-    for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module_, p.fields[i]), arguments[i], bytes);
-    const u32 parcel = take_parcel(Parcel::Kind::Message, predicate, std::move(bytes));
+    const u32 parcel = take_parcel(Parcel::Kind::Message, predicate, argument_bytes(predicate, arguments));
     post(now, *mailbox, parcel, true);
     if (parcels_[parcel].links == 0) release_parcel(parcel);
 }
@@ -275,17 +280,31 @@ void Network::deliver(i64 next, const Deliver& deliver) {
         if (comes_in(next, entry)) {
             const Mailbox& m = mailboxes_[entry.mailbox];
             const Parcel& parcel = parcels_[entry.parcel];
-            const PredicateInfo& p = module_.predicates[parcel.number];
-            std::vector<Value>& values = arguments.emplace_back(p.arity);
-            ByteReader in(parcel.bytes, "a linear fact under way");
-            for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module_, p.fields[i]), in, lists);
-            messages.push_back({m.reader, members_.ensemble.id(m.other), parcel.number, values.data()});
+            messages.push_back(
+                {m.reader, members_.ensemble.id(m.other), parcel.number, read_arguments(parcel.number, parcel.bytes, arguments, lists)});
         }
         done_with(entry);
     }
+    deliver_far(next, messages, arguments, lists);
     // Of one sender in the order in which it sent them.
     std::ranges::stable_sort(messages, {}, [&](const Arrived& m) { return std::tuple(members_.ensemble.id(m.to), m.from); });
     deliver(messages);
+}
+
+std::vector<std::byte> Network::argument_bytes(u16 predicate, const Value* arguments) const {
+    const PredicateInfo& p = module_.predicates[predicate];
+    ByteWriter bytes;
+    for (u32 i = 0; i < p.arity; ++i) tuple::pack(tuple::type_of(module_, p.fields[i]), arguments[i], bytes);
+    return bytes.take();
+}
+
+const Value* Network::read_arguments(u16 predicate, std::span<const std::byte> bytes, std::deque<std::vector<Value>>& arguments,
+                                     tuple::Arena& lists) const {
+    const PredicateInfo& p = module_.predicates[predicate];
+    std::vector<Value>& values = arguments.emplace_back(p.arity);
+    ByteReader in(bytes, "a linear fact under way");
+    for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module_, p.fields[i]), in, lists);
+    return values.data();
 }
 
 void Network::open(const Mailbox& m, const Parcel& parcel) {
@@ -350,6 +369,7 @@ void Network::save(i64 now, ByteWriter& out) const {
         }
     out.write_count(down_.size());
     for (const Down& d : down_) out.write(d);
+    save_far(now, out);
 }
 
 void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in) {
@@ -391,21 +411,22 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
         if (ticks == 0 || parcel >= read.size()) return;
         if (mailbox >= numbers.size() || numbers[mailbox] == kNone32) continue;
         if (parcels[parcel] == kNone32) {
-            ByteWriter bytes;
-            bytes.write_bytes(read[parcel].bytes.data(), read[parcel].bytes.size());
-            parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, std::move(bytes));
+            const std::span<const std::byte> bytes = read[parcel].bytes;
+            parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, {bytes.begin(), bytes.end()});
         }
         // This world's network may be faster.
         put(now + std::min<i64>(ticks, world_.latency()), numbers[mailbox], parcels[parcel], late);
     }
     // Each process has noted those that it may have to take down.
     for (std::size_t left = in.read_count(sizeof(Down)); left > 0 && !in.failed(); --left) down_.push_back(in.read<Down>());
+    load_far(now, find, in);
 }
 
 std::size_t Network::bytes() const {
     std::size_t all = mailboxes_.capacity() * sizeof(Mailbox) + parcels_.capacity() * sizeof(Parcel) + number_of_.capacity() * sizeof(u32);
     for (const auto& slot : ring_) all += slot.capacity() * sizeof(Entry);
     for (const Parcel& parcel : parcels_) all += parcel.bytes.capacity();
+    for (const Far& far : far_) all += sizeof far + far.bytes.capacity();
     return all;
 }
 

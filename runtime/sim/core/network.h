@@ -11,8 +11,12 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
@@ -46,6 +50,9 @@ class Network {
     void changed(i64 now, Catom catom, u16 column);
     void sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
 
+    // A linear fact has gone to a catom of this process without a link, from any node of a graph. It takes as long as over a link.
+    void sent_far(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
+
     // The same of a linear fact for a catom of another process: the receiver's process carries it, but a loss is known to both.
     void sent_away(i64 now, Catom from, Catom to) { note_loss(now, from, to); }
     // At the beginning of a tick, before arrive(): links over which a message was lost for good are removed; both ends are marked.
@@ -59,7 +66,7 @@ class Network {
         return world_.clock.synchronous() || world_.clock.acts(world_.seed, members_.ensemble.id(catom), now);
     }
     // Whether something is under way.
-    bool busy() const { return under_way_ != 0 || !down_.empty(); }
+    bool busy() const { return under_way_ != 0 || !far_.empty() || !down_.empty(); }
     // Linear facts that did not arrive since the last call.
     u64 take_lost() { return std::exchange(lost_, 0); }
 
@@ -77,7 +84,7 @@ class Network {
     struct Mailbox {
         Catom reader = 0, other = 0;
         std::int32_t index = -1;  // Among the columns; -1: the link is gone.
-        u32 part = 0;             // Of the network's parts, from 1; 0: none.
+        u32 part = 0;             // Of the network's parts, from 1, and after them its single links; 0: none.
         i64 last = 0;             // The tick of the latest arrival.
         u32 under_way = 0;        // Parcels to it.
     };
@@ -93,6 +100,13 @@ class Network {
         u32 mailbox, parcel;
         bool late = false;  // Held up by a jam, so it is before all that was sent to arrive now.
     };
+    // A linear fact under way without a link.
+    struct Far {
+        i64 arrival;
+        u64 to, from;
+        u16 predicate;
+        std::vector<std::byte> bytes;
+    };
     // From this tick on there is no link between these catoms.
     struct Down {
         i64 tick;
@@ -101,11 +115,18 @@ class Network {
 
     void follow(i64 now, bool tell);
     u32 take_mailbox(const world::Links::Change& link);
-    u32 take_parcel(Parcel::Kind kind, u16 number, ByteWriter bytes);
+    u32 take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> bytes);
     void release_parcel(u32 parcel);
-    const world::LinkTerms& terms(u32 part) const { return part == 0 ? world_.network.terms : world_.network.parts[part - 1].terms; }
+    const world::LinkTerms& terms(u32 part) const;
     const world::LinkTerms& terms_between(Catom from, Catom to) const { return terms(part_between(from, to)); }
-    u32 part_between(Catom a, Catom b) const;
+    u32 part_between(Catom from, Catom to) const;
+    const world::LinkTerms& terms_of_nodes(u64 a, u64 b) const;
+    void deliver_far(i64 next, std::vector<Arrived>& messages, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists);
+    const Value* read_arguments(u16 predicate, std::span<const std::byte> bytes, std::deque<std::vector<Value>>& arguments,
+                                tuple::Arena& lists) const;
+    std::vector<std::byte> argument_bytes(u16 predicate, const Value* arguments) const;
+    void save_far(i64 now, ByteWriter& out) const;
+    void load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
     // If what one catom sends to another in this tick is lost for good.
     void note_loss(i64 now, Catom from, Catom to);
     // Puts a parcel on its way to a mailbox, as sent in tick `now`.
@@ -136,6 +157,9 @@ class Network {
     std::vector<u32> free_parcels_;
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
     std::vector<Down> down_;
+    std::vector<Far> far_;
+    // When the last of them arrives, by sender and receiver, while that is to come.
+    std::map<std::pair<u64, u64>, i64> last_far_;
     u64 under_way_ = 0;
     u64 lost_ = 0;
 };

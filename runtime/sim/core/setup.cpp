@@ -1,5 +1,7 @@
 #include "runtime/sim/core/setup.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -47,12 +49,26 @@ Result<void> Setup::run(std::optional<BrickCounts> counted) {
 
     MELD_ENSURE(s.ensemble.owned_count() + s.ensemble.ghost_count() == s.ensemble.index_count() && s.ensemble.owned_count() <= s.next_id(),
                 "{} catoms and {} ghosts", s.ensemble.owned_count(), s.ensemble.ghost_count());
+    if (auto named = check_single_links(); !named) return named;
     s.facts_.resize(s.ensemble.index_count());
     for (Catom c = 0; c < s.ensemble.index_count(); ++c)
         if (s.owned(c)) s.mark(c, kDirtyBirths);
     if (auto done = set_constants(); !done) return done;
     Programs(s).start();
     return GivenFacts(s).start();
+}
+
+// New catoms may have any number.
+Result<void> Setup::check_single_links() const {
+    const world::World& world = subdomain_.world;
+    if (!world.is_graph() && (world.motion.kind != "none" || !world.components.empty())) return {};
+    const auto known = [&](std::uint64_t id) { return world.is_graph() ? world.graph->find(id).has_value() : id < subdomain_.next_id(); };
+    for (const world::NetworkOptions::Single& one : world.network.singles)
+        for (const std::uint64_t end : {one.from, one.to})
+            if (!known(end))
+                return fail(fmt::format("{}:{}: there is no catom @{}", world.network.singles_path, one.line, end),
+                            "Take the line out, or correct the number");
+    return {};
 }
 
 void Setup::divide(const BrickCounts& counts) {

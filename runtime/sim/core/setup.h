@@ -33,6 +33,8 @@ class Setup {
   private:
     void populate_cells(const BrickCounts& counts);
     void populate_freely(const BrickCounts& counts);
+    // The single links of the network must be those of catoms.
+    Result<void> check_single_links() const;
     void set_limits();
     Result<void> set_parameters();
 

@@ -12,6 +12,8 @@ void Totals::add(const Totals& other) {
     tick.changes += other.tick.changes;
     tick.messages += other.tick.messages;
     tick.dropped += other.tick.dropped;
+    tick.far_facts += other.tick.far_facts;
+    tick.far_hops += other.tick.far_hops;
     tick.cut = tick.cut || other.tick.cut;
     catoms += other.catoms;
     bytes += other.bytes;

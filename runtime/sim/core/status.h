@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/eval/evaluator.h"
+#include "runtime/world/lattice.h"
 
 namespace meld::sim {
 
@@ -35,6 +36,13 @@ struct Totals {
     void add(const Totals& other);
 };
 
+// A catom that has been killed, and whose neighbours do not sense it yet.
+struct Dying {
+    std::int64_t tick = 0;  // In which they do.
+    std::uint64_t id = 0;
+    world::Cell cell = {};  // On a lattice.
+};
+
 class Status {
   public:
     // The last tick that ended well.
@@ -57,6 +65,8 @@ class Status {
 
     // By their numbers, ascending; the same on all processes.
     std::vector<std::uint64_t> hung;
+    // In the order of ticks; of one tick, by their numbers. They hang until then.
+    std::vector<Dying> dying;
     // In this tick, on this process.
     std::uint64_t lost = 0, links_cut = 0, links_made = 0;
 

@@ -20,6 +20,11 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
           const world::Vec3 at = members_.sensed_position(catom);
           for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
       }) {
+    if (module.finds_ways && world.is_graph()) {
+        routes_.emplace(world, members_, communicator);
+        facts_.evaluator.find_ways([this](u32 catom, u64 target) { return routes_->next_hop(catom, target); },
+                                   world.network.reach == world::Reach::Any);
+    }
     if (!world.apart()) return;
     network_.emplace(module, world, members_, facts_);
     // A call for each catom that is awake, so none where all act.
@@ -36,6 +41,23 @@ void Subdomain::refresh() {
     if (members_.halo) members_.halo->prepare();
     MELD_ENSURE(facts_.columns.count() >= ensemble.index_count(), "columns of {} catoms, and there are {}", facts_.columns.count(),
                 ensemble.index_count());
+}
+
+void Subdomain::share_routes() {
+    if (!routes_) return;
+    ByteWriter mine;
+    routes_->report(mine);
+    if (alone()) {
+        ByteReader in(mine.view(), "nodes and links that have changed");
+        routes_->take(0, in);
+    } else {
+        const auto all = comm.allgather_any(mine.view());
+        for (std::size_t process = 0; process < all.size(); ++process) {
+            ByteReader in(all[process], "nodes and links that have changed");
+            routes_->take(static_cast<int>(process), in);
+        }
+    }
+    routes_->settle();
 }
 
 void Subdomain::mark_around(Cell cell, u64 bits) {

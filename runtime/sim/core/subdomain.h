@@ -19,6 +19,7 @@
 #include "runtime/sim/core/membership.h"
 #include "runtime/sim/core/network.h"
 #include "runtime/sim/core/refusals.h"
+#include "runtime/sim/core/routes.h"
 #include "runtime/sim/core/status.h"
 #include "runtime/tuple/program_actions.h"
 #include "runtime/world/target.h"
@@ -51,6 +52,7 @@ class Subdomain {
     Status status_;
     Refusals refusals_;
     std::optional<Network> network_;  // None: ideal, and all catoms act in every tick.
+    std::optional<Routes> routes_;    // None: all facts go over links that their rules name.
 
   public:
     const world::Ensemble& ensemble = members_.ensemble;
@@ -110,7 +112,12 @@ class Subdomain {
     // A catom's diameter, in units of the world's.
     bool has_diameters() const { return diameter_of_ != nullptr; }
     double diameter(Catom catom) const { return diameter_of_ ? diameter_of_(catom) : 1; }
-    std::size_t bytes() const { return members_.bytes() + facts_.bytes() + (network_ ? network_->bytes() : 0) + motion_bytes_; }
+    std::size_t bytes() const {
+        return members_.bytes() + facts_.bytes() + (network_ ? network_->bytes() : 0) + (routes_ ? routes_->bytes() : 0) + motion_bytes_;
+    }
+    // All processes learn which nodes and links there are now, if facts find their ways by them. Every process calls it, when all catoms
+    // are there and at the end of each tick.
+    void share_routes();
     // Updates the arrays that the compiled module reads, after catoms or bricks have been added or removed.
     void refresh();
 

@@ -57,6 +57,7 @@ const Totals& Tick::end() {
     pulse::enter(pulse::Phase::Exchange);
     enter(s.log(), TickLog::Stage::Exchange);
     exchange_.run();
+    s.share_routes();
     enter(s.log(), TickLog::Stage::Agreement);
     s.status_.totals = agree(totals_of_this_process(failure));
     pulse::enter(pulse::Phase::Recording);
@@ -95,6 +96,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
     Totals mine;
     mine.tick = s.facts_.evaluator.statistics();
     if (s.network_) mine.tick.dropped += s.network_->take_lost();
+    mine.tick.dropped += exchange_.take_lost();
     mine.catoms = s.ensemble.owned_count();
     mine.bytes = s.bytes();
     mine.actions = s.actions().size();
@@ -110,7 +112,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
     mine.links_made = std::exchange(s.status_.links_made, 0);
     mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving || (s.network_ && s.network_->busy());
     mine.timers = !s.timers().empty();
-    mine.waiting = mine.timers || s.world.expects_after(s.tick());
+    mine.waiting = mine.timers || s.world.expects_after(s.tick()) || !s.status_.dying.empty();
     mine.undefined = !s.facts_.evaluator.undefined().empty();
     mine.stop = s.status_.stop_requested;
     mine.save = s.status_.save_requested;

@@ -59,6 +59,12 @@ void Failed::save(const Subdomain& subdomain, ByteWriter& out) {
         for (const auto& item : list) out.write(item);
     };
     write(subdomain.status().hung);
+    out.write_count(subdomain.status().dying.size());
+    for (const Dying& one : subdomain.status().dying) {
+        out.write(one.tick);
+        out.write(one.id);
+        out.write(one.cell);
+    }
     out.write_count(missing.size());
     for (const auto& [a, b] : missing) out.write(a), out.write(b);
     write(joined);
@@ -68,6 +74,13 @@ Result<void> Failed::read(const world::World& world, ByteReader& in) {
     hung_.resize(in.read_count(sizeof(std::uint64_t)));
     for (std::uint64_t& id : hung_) id = in.read<std::uint64_t>();
     if (!std::ranges::is_sorted(hung_, std::ranges::less_equal())) return damaged("has catoms that hang in no order");
+    dying_.resize(in.read_count(sizeof(std::int64_t)));
+    for (Dying& one : dying_) {
+        one.tick = in.read<std::int64_t>();
+        one.id = in.read<std::uint64_t>();
+        one.cell = in.read<world::Cell>();
+    }
+    if (!std::ranges::is_sorted(dying_, {}, &Dying::tick)) return damaged("has catoms that die in no order");
     for (std::size_t left = in.read_count(sizeof(Pair)); left > 0; --left) {
         const auto a = in.read<std::uint64_t>();
         missing_.emplace_back(a, in.read<std::uint64_t>());

@@ -1,5 +1,5 @@
-// What a snapshot says of catoms and links that fail: which catoms hang, which links are missing although their catoms touch or the graph
-// has them, and which links of nodes the graph does not have.
+// What a snapshot says of catoms and links that fail: which catoms hang, which of them are dying, which links are missing although their
+// catoms touch or the graph has them, and which links of nodes the graph does not have.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +24,12 @@ class Failed {
     void cut(world::Ensemble& ensemble) const;
     // By their numbers.
     const std::vector<std::uint64_t>& hung() const { return hung_; }
+    // In the order of Status::dying.
+    const std::vector<Dying>& dying() const { return dying_; }
 
   private:
     std::vector<std::uint64_t> hung_;
+    std::vector<Dying> dying_;
     std::vector<std::pair<std::uint64_t, std::uint64_t>> missing_;
     std::vector<JoinedNodes> joined_;
 };

@@ -267,7 +267,7 @@ void Loader::load_totals(const Totals& saved) {
     Totals totals = saved;
     totals.stop = totals.save = false;
     // The world may have got other events since.
-    totals.waiting = totals.timers || subdomain_.world.expects_after(subdomain_.tick());
+    totals.waiting = totals.timers || subdomain_.world.expects_after(subdomain_.tick()) || !failed_.dying().empty();
     totals.awake = totals.awake || how_ == Loads::LooksAgain || how_ == Loads::Anew;
     if (how_ == Loads::Anew) {
         totals.waiting = totals.timers = totals.undefined = totals.finished = false;
@@ -292,6 +292,7 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
         subdomain_.members_.next_id = in.read<std::uint64_t>();
         load_totals(in.read<Totals>());
         for (const std::uint64_t id : failed_.hung()) subdomain_.fall_silent(id);
+        subdomain_.status_.dying = failed_.dying();
         const auto counted = in.read_block();
         counters.assign(counted.begin(), counted.end());
         const auto owned = [&](u64 id) -> std::optional<u32> {
