@@ -22,7 +22,7 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
       }) {
     if (module.finds_ways && world.is_graph()) {
         routes_.emplace(world, members_, communicator);
-        facts_.evaluator.find_ways([this](u32 catom, u64 target) { return routes_->next_hop(catom, target); },
+        facts_.evaluator.find_ways([this](u32 catom, u64 goal) { return routes_->next_hop(catom, goal); },
                                    world.network.reach == world::Reach::Any);
     }
     if (!world.apart()) return;
