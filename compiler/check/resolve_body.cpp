@@ -289,7 +289,9 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
         auto& d = report_.add(
             Kind::ArityMismatch, tree.predicate.span,
             fmt::format("there are {} predicates `{}`, with different numbers of arguments", named.size(), tree.predicate.text));
-        for (const PredicateId id : named) d.labels.push_back({program_.predicates[id].span, "one is declared here"});
+        // Copied, since g++ 12 warns of the move of a short constant.
+        const std::string here = "one is declared here";
+        for (const PredicateId id : named) d.labels.push_back({program_.predicates[id].span, here});
         d.help = fmt::format("say which: `N = count : {{ {}(A, _) }}`", tree.predicate.text);
         return;
     }
