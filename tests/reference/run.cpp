@@ -303,7 +303,7 @@ void run_process(comm::Communicator& comm, Shared& s) {
         if (end == End::Failed || end == End::Stopped) return;
         if (s.question && place.burst + 1 == s.trial.world.bursts.size()) ask(subdomain, s);
         if (subdomain.comm.process() == 0 && !s.outcome.trouble.empty()) return;
-        if (end == End::Quiet && s.viewed) s.outcome.views.push_back(collect(subdomain, *s.viewed).facts);
+        if (end == End::Quiet && s.viewed && !(s.linear && s.beyond)) s.outcome.views.push_back(collect(subdomain, *s.viewed).facts);
         if (end == End::Restless || s.watcher == nullptr || (s.linear && s.beyond)) continue;
         s.outcome.trouble = s.watcher->compare_model(subdomain.tick(), subdomain, s.undefined_at_end, s.outcome.views);
         if (!s.outcome.trouble.empty()) return;
