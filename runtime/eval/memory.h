@@ -100,16 +100,27 @@ class Timers {
         if (!at_.empty()) forgotten_[catom] = now;
     }
 
-    // What still waits, in the order in which it will be marked: mark(tick, catom, bits) and wake_group(tick, catom, column, row).
-    template <class Mark, class WakeGroup>
-    void each(const Mark& mark, const WakeGroup& wake_group) const {
+    // What still waits, in the order in which it will be marked: mark(tick, catom, bits) and wake_group(tick, catom, column, row); and
+    // idle(tick) for a tick whose timers have all been forgotten. A run waits for that tick nevertheless: whether a catom has left this
+    // process or has forgotten must make no difference to its end.
+    template <class Mark, class WakeGroup, class Idle>
+    void each(const Mark& mark, const WakeGroup& wake_group, const Idle& idle) const {
         for (const auto& [tick, due] : at_) {
-            for (const Catom& c : due.catoms)
-                if (holds(c.who)) mark(tick, c.who.catom, c.bits);
-            for (const Group& g : due.groups)
-                if (holds(g.who)) wake_group(tick, g.who.catom, g.column, due.rows.data() + g.offset);
+            bool held = false;
+            for (const Catom& c : due.catoms) {
+                if (!holds(c.who)) continue;
+                held = true;
+                mark(tick, c.who.catom, c.bits);
+            }
+            for (const Group& g : due.groups) {
+                if (!holds(g.who)) continue;
+                held = true;
+                wake_group(tick, g.who.catom, g.column, due.rows.data() + g.offset);
+            }
+            if (!held) idle(tick);
         }
     }
+    void add_idle(i64 tick) { at_.try_emplace(tick); }
 
     // mark(catom, bits) and wake_group(catom, column, row).
     template <class Mark, class WakeGroup>

@@ -48,6 +48,12 @@ void FactStore::save_passing(const std::function<u64(u32)>& id, ByteWriter& out)
             groups.write(id(catom));
             groups.write(column);
             groups.write_bytes(row, module_.columns[column].row_bytes);
+        },
+        [&](i64 tick) {
+            // A mark of nothing.
+            marks.write(tick);
+            marks.write(u64{0});
+            marks.write(u32{0});
         });
     for (const eval::Action& action : evaluator.actions()) {
         actions.write(id(action.catom));
@@ -75,7 +81,8 @@ void FactStore::load_passing(i64 now, const std::function<std::optional<u32>(u64
         const auto tick = marks.read<i64>();
         const std::optional<u32> catom = find(marks.read<u64>());
         const auto bits = marks.read<u32>();
-        if (catom) evaluator.timers().add(now, tick, *catom, bits);
+        if (bits == 0 && tick > now) evaluator.timers().add_idle(tick);
+        if (catom && bits != 0) evaluator.timers().add(now, tick, *catom, bits);
     }
     for (ByteReader groups(in.read_block(), "the timers of groups of a snapshot"); !groups.done();) {
         const auto tick = groups.read<i64>();
