@@ -63,9 +63,9 @@ void refuse_others(const Section& section, const toml::table& table, const std::
 }  // namespace
 
 void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& network) {
-    const Section section(reader, table, "[network]",
-                          {"kind", "least", "most", "loss", "retry", "tries", "duplicate", "reorder", "region", "longest_jam", "reach",
-                           "links", "detect"});
+    const Section section(
+        reader, table, "[network]",
+        {"kind", "least", "most", "loss", "retry", "tries", "duplicate", "reorder", "region", "longest_jam", "reach", "links", "detect"});
     std::string kind = "ideal", reach = "links";
     section.read_choice("kind", kind, {"ideal", "latency", "lossy", "raw"});
     network.kind = kind == "latency" ? NetworkKind::Latency
