@@ -6,10 +6,10 @@
     // KEEP: text                    Only output lines that hold one of these texts are compared.
     // CHECK: ...                    The exact output, together at the end of the file.
 
-`meldsim run` is repeated with several numbers of processes and threads, and all must write the same facts, which are
-the output. A file whose name starts with fail_ must exit with 1, any other with 0. MELD_AUTOUPDATE=1 rewrites the
-CHECK lines; review the difference like code. Programs run in a folder of their own, without their CHECK lines, so that
-output names no path. Files in a folder named `parts` beside a test can be included by it.
+`meldsim run` is repeated with other numbers of processes and threads, and all must write the same facts, which are the output; the
+campaign, with CLAYMELD_TEST_SIZES=all, takes all of MODES for each file. A file whose name starts with fail_ must exit with 1, any other
+with 0. MELD_AUTOUPDATE=1 rewrites the CHECK lines; review the difference like code. Programs run in a folder of their own, without their
+CHECK lines, so that output names no path. Files in a folder named `parts` beside a test can be included by it.
 
     file_test.py --meldc PATH --meldsim PATH FILE_OR_FOLDER...
     file_test.py --kinds compiler/diagnostics/kinds.def FOLDER       Every kind of diagnostic has a test that shows it.
@@ -26,10 +26,13 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+import zlib
 from concurrent.futures import ThreadPoolExecutor
 
-# Processes and threads of each run; all write the same facts.
+# Processes and threads of each run; all write the same facts. One of the last two is enough for a file, since both send to another
+# process, and a folder has files of either kind.
 MODES = [(1, 1), (1, 2), (2, 2), (3, 1)]
+CAMPAIGN = os.environ.get("CLAYMELD_TEST_SIZES") == "all"
 SECONDS = 120
 
 
@@ -82,10 +85,14 @@ def prepare(test, folder):
         (folder / "parts").symlink_to(parts.resolve())
 
 
-def run_modes(command, folder):
+def modes_of(name):
+    return MODES if CAMPAIGN else [MODES[0], MODES[2 + zlib.crc32(name.encode()) % 2]]
+
+
+def run_modes(command, folder, modes):
     """The output and facts of the first mode; a Failure where another differs."""
     first = None
-    for processes, threads in MODES:
+    for processes, threads in modes:
         facts = folder / f"facts.{processes}.{threads}"
         more = ["--quiet", "-n", str(processes), "--threads", str(threads), "--facts-out", facts.name]
         if (folder / "world.toml").exists():
@@ -109,7 +116,7 @@ def run(test, tools):
         if words[0] not in tools:
             raise Failure(f"RUN starts with meldc or meldsim, not {words[0]}")
         command = [tools[words[0]]] + words[1:]
-        code, output = run_modes(command, folder) if words[:2] == ["meldsim", "run"] else call(command, folder)
+        code, output = run_modes(command, folder, modes_of(test.path.name)) if words[:2] == ["meldsim", "run"] else call(command, folder)
         output = output.replace(str(folder) + "/", "")
     refused = test.path.name.startswith("fail_")
     wanted = int((test.values("EXIT") or [refused])[0])

@@ -8,6 +8,10 @@ foreach(folder ${folders})
       --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${folder})
   endif()
 endforeach()
+# All files with all numbers of processes and threads.
+add_test(NAME meld_sizes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR})
+set_tests_properties(meld_sizes PROPERTIES TIMEOUT 1200 PROCESSORS 2 LABELS campaign ENVIRONMENT CLAYMELD_TEST_SIZES=all)
 add_test(NAME meld_every_kind_is_shown COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --kinds ${CMAKE_SOURCE_DIR}/compiler/diagnostics/kinds.def ${CMAKE_CURRENT_LIST_DIR})
 add_test(NAME meld_every_pass_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py

@@ -48,7 +48,7 @@ class Retraction : public testing::TestWithParam<Program> {
 constexpr Setting kSettings[] = {{1, 2}, {2, 1}, {3, 1}, {4, 1}, {2, 2}, {3, 2}, {4, 2}};
 
 TEST_P(Retraction, LeavesNoTrace) {
-    const std::uint64_t count = number_from_environment("CLAYMELD_RETRACTION_SEEDS", 16);
+    const std::uint64_t count = number_from_environment("CLAYMELD_RETRACTION_SEEDS", 10);
     const std::uint64_t first = number_from_environment("CLAYMELD_RETRACTION_FIRST", 1);
     Outcome sum;
     std::uint64_t ticks = 0, runs = 0;

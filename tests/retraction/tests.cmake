@@ -6,4 +6,4 @@ add_dependencies(test_retraction meldc)
 # Other cases than those above, and more.
 add_test(NAME retraction_campaign COMMAND test_retraction --gtest_filter=*.LeavesNoTrace/*)
 set_tests_properties(retraction_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign
-  ENVIRONMENT "CLAYMELD_RETRACTION_FIRST=17;CLAYMELD_RETRACTION_SEEDS=450")
+  ENVIRONMENT "CLAYMELD_RETRACTION_FIRST=11;CLAYMELD_RETRACTION_SEEDS=456")
