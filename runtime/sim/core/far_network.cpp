@@ -1,5 +1,5 @@
 // The part of a network that carries linear facts to nodes of a graph without a link: [network] reach = "any". Each pair of nodes has the
-// terms of a link between them would have.
+// terms that a link between them would have.
 #include <algorithm>
 
 #include "runtime/sim/core/network.h"
