@@ -222,13 +222,19 @@ std::optional<Kind> kind_of(const std::string& path) {
 // In the name of files of several ticks, what stands for the tick.
 constexpr std::string_view kTick = "TICK";
 
+// Where the tick goes in a path: not into the names of folders. std::string::npos: nowhere.
+std::size_t place_of_tick(const std::string& path) {
+    const std::size_t folder = path.rfind('/');
+    return path.find(kTick, folder == std::string::npos ? 0 : folder);
+}
+
 // A file of each tick.
 class Series : public ModelFile {
   public:
     explicit Series(std::string path) : path_(std::move(path)) {}
     Result<void> add(const Frame& frame) override {
         std::string path = path_;
-        path.replace(path.find(kTick), kTick.size(), fmt::format("{:06}", frame.tick));
+        path.replace(place_of_tick(path), kTick.size(), fmt::format("{:06}", frame.tick));
         Result<std::unique_ptr<ModelFile>> file = open(path, 1);
         if (!file) return tl::unexpected<Error>(file.error());
         if (auto added = (*file)->add(frame); !added) return added;
@@ -247,7 +253,7 @@ Result<void> ModelFile::check(const std::string& path, std::size_t ticks) {
     if (!kind)
         return fail(fmt::format("{} ends with none of .csv, .xyz, .ply and .glb, which say what is written", path),
                     "Write -o FILE.ply, for example");
-    if (ticks > 1 && (*kind == Kind::Ply || *kind == Kind::Glb) && path.find(kTick) == std::string::npos)
+    if (ticks > 1 && (*kind == Kind::Ply || *kind == Kind::Glb) && place_of_tick(path) == std::string::npos)
         return fail(fmt::format("{} can hold one tick only", path),
                     fmt::format("Write {} for files of their own, give one --tick, or write a .csv or .xyz file",
                                 std::string(path).insert(path.size() - 4, fmt::format("-{}", kTick))));
@@ -256,7 +262,7 @@ Result<void> ModelFile::check(const std::string& path, std::size_t ticks) {
 
 Result<std::unique_ptr<ModelFile>> ModelFile::open(const std::string& path, std::size_t ticks) {
     if (auto fits = check(path, ticks); !fits) return tl::unexpected<Error>(fits.error());
-    if (path.find(kTick) != std::string::npos) return std::make_unique<Series>(path);
+    if (place_of_tick(path) != std::string::npos) return std::make_unique<Series>(path);
     Result<OutputFile> file = OutputFile::open(path, Appears::Whole);
     if (!file) return tl::unexpected<Error>(file.error());
     switch (*kind_of(path)) {

@@ -207,6 +207,9 @@ class Exports(Case):
             self.assertEqual(out, f"s-TICK.{end}: 27 of 27 catoms, ticks 0, 2, 8\n")
             for tick in (0, 2, 8):
                 self.assertEqual(self.read(f"s-{tick:06}.{end}"), self.export(f"b.{end}", "--tick", tick))
+        # Folders keep their names.
+        (self.folder / "TICKS").mkdir()
+        self.assertEqual(self.export("TICKS/a.csv", "--tick", 2), self.export("b.csv", "--tick", 2))
 
     def test_mistakes(self):
         self.write("old.ply", "as it was")
