@@ -36,6 +36,7 @@ std::vector<std::string> command_line(const RunOptions& run) {
     add("--checkpoint-every", run.checkpoint_every);
     add("--retries", std::to_string(run.retries));
     add("--heartbeat", run.heartbeat);
+    add("--balance", run.balance);
     if (run.timeout_seconds > 0) add("--timeout", fmt::format("{}", run.timeout_seconds));
     for (const auto& [option, on] : {std::pair{"--strict", run.strict},
                                      {"--by-links", run.by_links},

@@ -57,6 +57,11 @@ CLI::App* add_run(CLI::App& app, RunOptions& run) {
                                      "examples/meld/gradient.meld -n 2 --facts-out gradient.facts");
     add_program(*r, run);
     add_outputs(*r, run);
+    r->add_option("--balance", run.balance,
+                  "When to divide the catoms among the processes anew: auto, when processes lose more by waiting than that costs; "
+                  "never; or in each so many ticks, as 100ticks")
+        ->type_name("WHEN")
+        ->capture_default_str();
     // The command by which meldsim fork starts its processes.
     r->add_option("--forked-from", run.fork)->group("");
     r->add_option("--module", run.module)->group("");

@@ -161,6 +161,7 @@ struct RunOptions {
     std::string junit = {};                  // A file for how it went with each.
     bool sync = false;                       // Files survive a stop of the machine.
     double timeout_seconds = 0;              // Of compilation and run, each; 0: none.
+    std::string balance = "auto";            // When the ensemble is divided anew: also "never", or "100ticks".
     std::string replay = {};                 // The recording whose run is made again.
     std::vector<std::string> programs = {};  // Of that run, after the first; otherwise the world names them.
     std::optional<Question> question = {};   // The run goes on until it is answered, and writes nothing else.

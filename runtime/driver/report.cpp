@@ -110,6 +110,22 @@ std::string progress_line(const sim::Simulation& simulation, Pace& pace, std::in
     return text;
 }
 
+// Work is counted in evaluations.
+std::string divisions_text(const sim::Summary& s) {
+    std::uint64_t moved = 0;
+    for (const partition::Division& each : s.divisions) moved += each.moved;
+    return fmt::format("{} time{}, {} catoms moved; the busiest process did {:.2f} times the mean before, and {:.2f} after the last",
+                       grouped(s.divisions.size()), s.divisions.size() == 1 ? "" : "s", grouped(moved), s.divisions.front().imbalance,
+                       s.imbalance);
+}
+
+nlohmann::ordered_json divisions_json(const sim::Summary& s) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const partition::Division& each : s.divisions)
+        all.push_back({{"tick", each.tick}, {"moved_catoms", each.moved}, {"imbalance_before", each.imbalance}});
+    return all;
+}
+
 std::string summary_table(const sim::Summary& s, const About& about) {
     std::string text;
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
@@ -142,6 +158,7 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("time", fmt::format("{} to set up, {} to run ({} CPU on process 0)", format_duration(s.setup_seconds),
                             format_duration(s.run_seconds), format_duration(s.cpu_seconds)));
     row("processes", fmt::format("{} of {} thread{}", about.processes, about.threads, about.threads == 1 ? "" : "s"));
+    if (!s.divisions.empty()) row("divided anew", divisions_text(s));
     for (const Restart& each : about.restarts)
         row("restarted",
             fmt::format("from {}, after {} in tick {}",
@@ -205,6 +222,8 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"stage_seconds", stages},
         {"processes", about.processes},
         {"threads", about.threads},
+        {"divisions", divisions_json(s)},
+        {"imbalance", s.imbalance},
         {"restarts", again},
         {"outcomes", s.outcomes}};
     if (about.forked) json["forked"] = to_json(*about.forked);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -97,6 +98,19 @@ class Run {
     inspect::Watches* watches_ = nullptr;            // If anything is watched.
 };
 
+// After how many ticks the ensemble is divided anew; 0: when it is worth it; none: never.
+Result<std::optional<int>> parse_balance(std::string_view text) {
+    if (text == "auto") return 0;
+    if (text == "never") return std::nullopt;
+    int ticks = 0;
+    const char* const end = text.data() + text.size();
+    const auto read = std::from_chars(text.data(), end, ticks);
+    const std::string_view unit(read.ptr, end);
+    if (read.ec != std::errc{} || ticks < 1 || (unit != "ticks" && unit != "tick"))
+        return fail(fmt::format("--balance: '{}' is no time", text), "Write auto, never, or a number of ticks such as 100ticks");
+    return ticks;
+}
+
 // The output of catoms and the summary go to standard output, unless results are written there.
 std::FILE* talk(const RunOptions& options) { return results_at_standard_output(options) ? stderr : stdout; }
 
@@ -123,6 +137,10 @@ Result<void> Run::open() {
     const Result<void> opened = speaks_ ? open_outputs(options_, inputs_->info(), outputs_) : Result<void>{};
     if (const auto all = comm::outcome_of_first(comm_, opened); !all) return all;
     simulation_.emplace(inputs_->info(), inputs_->world, inputs_->target, comm_, options_.threads);
+    if (comm_.processes() == 1) return {};
+    const Result<std::optional<int>> balance = parse_balance(options_.balance);
+    if (!balance) return tl::unexpected<Error>(balance.error());
+    if (*balance) simulation_->keep_balance(**balance);
     return {};
 }
 

@@ -129,6 +129,10 @@ class Evaluator {
     // when all have come they are put in that of the catoms' ids.
     void restore_action(u32 catom, u16 predicate, const Value* arguments);
     void order_actions(const u64* ids);
+    // Those of catoms that leave this process.
+    void drop_actions(const std::function<bool(u32)>& leaves) {
+        std::erase_if(actions_, [&](const Action& action) { return leaves(action.catom); });
+    }
     void restore_greatest_rank(u32 rank) { greatest_rank_ = rank; }
 
   private:

@@ -61,6 +61,8 @@ class Halo {
     std::vector<Side> sides(Cell brick) const;
     // Whether a cell of the brick is within reach of that side.
     bool near(const Side& side, std::uint32_t cell) const;
+    // Whether this process owns a brick that is present, and all around it. After prepare().
+    bool inside(world::Slot slot) const { return slot < border_.size() && border_[slot] < 0; }
 
   private:
     const world::Lattice& lattice() const { return ensemble_.lattice(); }

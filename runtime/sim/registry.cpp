@@ -25,6 +25,7 @@ class NoMotion : public SimModule {
         return {};
     }
     Result<void> saveable() const override { return {}; }
+    bool divides_anew() const override { return true; }
 };
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "runtime/sim/core/catom_failures.h"
 #include "runtime/sim/core/given.h"
 #include "runtime/sim/core/link_failures.h"
+#include "runtime/sim/state/hand_over.h"
 #include "runtime/sim/state/reading.h"
 
 namespace meld::sim {
@@ -128,9 +129,14 @@ Result<void> Simulation::start(const Registry& registry, std::optional<BrickCoun
     return {};
 }
 
-Modules Simulation::all_modules() const {
+Modules Simulation::chosen_modules() const {
     Modules all;
     for (std::size_t i = 0; i < modules_.size(); ++i) all.push_back({chosen_[i], modules_[i].get()});
+    return all;
+}
+
+Modules Simulation::all_modules() const {
+    Modules all = chosen_modules();
     for (std::size_t i = 0; i < extra_.size(); ++i) all.push_back({extra_names_[i], extra_[i].get()});
     return all;
 }
@@ -204,8 +210,16 @@ Result<TakenOver> Simulation::fork(const Registry& registry, const Shares& share
     return loader.taken_over();
 }
 
+void Simulation::hand_over() {
+    if (!next_partition_) return;
+    const partition::Partition next = *std::exchange(next_partition_, std::nullopt);
+    const Modules modules = all_modules();
+    if (HandOver::possible(subdomain_, chosen_modules())) HandOver(subdomain_, modules, codes_).run(next);
+}
+
 Result<void> Simulation::run_tick() {
     tick_.begin();
+    hand_over();
     const auto step = [&](SimModule& m) -> Result<void> {
         enter(subdomain_.log(), is_motion(m) ? TickLog::Stage::Motion : TickLog::Stage::Components);
         return m.runnable() ? m.step(subdomain_) : Result<void>{};
@@ -243,6 +257,7 @@ Result<void> Simulation::run_tick() {
     const Result<void> done =
         each_module([&](SimModule& m) -> Result<void> { return m.runnable() ? m.after(subdomain_) : Result<void>{}; });
     enter(subdomain_.log(), TickLog::Stage::Between);
+    if (done && balance_ && HandOver::possible(subdomain_, chosen_modules())) next_partition_ = balance_->after_tick(subdomain_);
     return done;
 }
 
@@ -362,6 +377,10 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
             if (std::string outcome = module->outcome(); !outcome.empty()) summary_.outcomes.push_back(std::move(outcome));
             if (Result<void> ending = module->ending(); !ending && result) result = std::move(ending);
         }
+    if (balance_) {
+        summary_.divisions = balance_->rule().divisions();
+        summary_.imbalance = balance_->rule().imbalance();
+    }
     summary_.stage_seconds = {{"modules", modules_s_}};
     for (const auto* list : {&modules_, &extra_})
         for (const auto& module : *list)

@@ -11,6 +11,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
+#include "runtime/sim/balance.h"
 #include "runtime/sim/core/code_modules.h"
 #include "runtime/sim/core/dead_links.h"
 #include "runtime/sim/core/extension.h"
@@ -62,6 +63,9 @@ struct Summary {
     std::uint64_t links_cut = 0, links_made = 0;
     // The actions that were not carried out, by action and reason.
     std::vector<Refused> refused;
+    // When the ensemble was divided anew among processes, and how uneven the work was after the last time.
+    std::vector<partition::Division> divisions;
+    double imbalance = 1;
 };
 
 class Simulation {
@@ -92,6 +96,11 @@ class Simulation {
         extra_names_.push_back(std::move(name));
     }
 
+    // From now on the ensemble is divided anew when that is worth it, or after each `every` ticks if that is not 0; if it can be.
+    void keep_balance(int every) { balance_.emplace(every); }
+    // The owners of bricks are these from the beginning of the next tick on, if the ensemble can be divided anew. Every process calls it.
+    void divide_anew(partition::Partition next) { next_partition_ = std::move(next); }
+
     // Ticks until the end; `each` is called after every tick, on every process, and `at_end` after the last if it ended well, while all
     // that is written is still open. A failure of the program is an error whose message names rule, catom and tick.
     Result<void> run(const RunLimits& limits, const std::function<void()>& each, const std::function<void()>& at_end = {});
@@ -108,11 +117,15 @@ class Simulation {
 
   private:
     Result<void> make_modules(const Registry& registry);
+    // Those of the world alone, and with those that were added.
+    Modules chosen_modules() const;
     Modules all_modules() const;
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
     // The counts of all processes at a snapshot.
     Result<void> load_counters(std::span<const std::byte> counters);
     Result<void> run_tick();
+    // Gives bricks to other processes, if that has been decided.
+    void hand_over();
     // What this tick's events and faults do to catoms and links.
     Result<void> strike();
     // Whether the last tick was the last of the run.
@@ -135,6 +148,8 @@ class Simulation {
     std::vector<std::string> chosen_;  // What the world calls each of modules_: the interface and the implementation.
     std::vector<std::string> extra_names_;
     CodeModules codes_;
+    std::optional<Balance> balance_;
+    std::optional<partition::Partition> next_partition_;
     std::optional<Unsettled> unsettled_;  // Examines the last ticks of a run that has to become quiescent.
     Summary summary_;
     double modules_s_ = 0;

@@ -61,8 +61,10 @@ class Ensemble {
     // Adds a catom on an empty cell and returns its index: the lowest free one, otherwise a new one at the end.
     Catom add(std::uint64_t id, Cell cell, CatomState state);
     // Adds catoms with consecutive ids on consecutive cells of a brick, which must be empty, and returns the index of the first; those of
-    // the others follow. No catom may have been removed.
+    // the others follow. Only if has_no_gaps().
     Catom add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_number, std::uint32_t count, CatomState state);
+    // No catom has been removed whose index is free now.
+    bool has_no_gaps() const { return free_.empty(); }
     // Whether nobody stands on these consecutive cells of a brick.
     bool empty(Slot slot, std::uint32_t first_number, std::uint32_t count) const;
     void remove(Catom catom);

@@ -1,5 +1,5 @@
 # Benchmarks are built and run once on small worlds, so that they never rot; figures come from docs/benchmarks.md.
-foreach(bench gradient shape rows programs graph timeline query watch)
+foreach(bench gradient shape rows programs graph timeline query watch balance)
   add_executable(bench_${bench} ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_${bench}.cpp)
   target_link_libraries(bench_${bench} PRIVATE runtime_driver)
 endforeach()
@@ -20,6 +20,7 @@ add_test(NAME bench_checkpoint_small
 add_test(NAME bench_checkpoint_bodies_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_checkpoint.py
                  $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld --bodies 1000)
+add_test(NAME bench_balance_small COMMAND bench_balance ${CMAKE_CURRENT_LIST_DIR}/balance/storm.meld 24 3 64)
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
 
 add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
@@ -48,3 +49,7 @@ add_test(NAME bench_front_end_small COMMAND bench_front_end 60)
 add_test(NAME bench_bodies_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_bodies.py $<TARGET_FILE_DIR:meldsim> --short 8)
 set_tests_properties(bench_bodies_small PROPERTIES PROCESSORS 2)
+
+add_executable(bench_halo ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_halo.cpp)
+target_link_libraries(bench_halo PRIVATE runtime_partition)
+add_test(NAME bench_halo_small COMMAND bench_halo 64)

@@ -52,3 +52,6 @@ endforeach()
 add_test(NAME signals_campaign COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/signals_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --runs 150 Random)
 set_tests_properties(signals_campaign PROPERTIES TIMEOUT 3600 PROCESSORS 2 LABELS campaign)
+# Runs that are divided anew among their processes.
+add_test(NAME cli_balance COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/balance_test.py --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(cli_balance PROPERTIES PROCESSORS 2 TIMEOUT 120)

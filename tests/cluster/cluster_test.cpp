@@ -15,6 +15,7 @@
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/simulation.h"
 #include "tests/state/memory_shares.h"
+#include "tests/state/random_division.h"
 #include "tests/state/run_fixture.h"
 
 namespace meld {
@@ -61,6 +62,10 @@ class Cluster : public ProgramTest {
         ASSERT_TRUE(begun.has_value()) << begun.error().message();
         const Result<void> ran = simulation.run({GetParam().ticks}, [&] {
             const std::int64_t tick = simulation.subdomain().tick();
+            // In half of the runs catoms go to other processes all the time.
+            const std::uint64_t division = random_bits(seed_, 0x64697669, static_cast<std::uint64_t>(tick), 0);
+            if (seed_ % 2 == 0 && division % 3 == 0)
+                simulation.divide_anew(random_division(simulation.subdomain().lattice, comm.processes(), division));
             if (every == 0 || tick % every != 0) return;
             Taken& into = taken.try_emplace(tick, Taken{sim::MemoryShares(static_cast<std::size_t>(comm.processes()))}).first->second;
             const Result<void> saved = simulation.save(simulation.counters().view(), into.shares.of(comm.process()));

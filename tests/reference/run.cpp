@@ -14,8 +14,10 @@
 #include "runtime/inspect/query.h"
 #include "runtime/record/state_digest.h"
 #include "runtime/sim/core/tick.h"
+#include "runtime/sim/state/hand_over.h"
 #include "runtime/world/target.h"
 #include "tests/retraction/changes.h"
+#include "tests/state/random_division.h"
 #include "ticks.h"
 #include "watched.h"
 #include "worlds.h"
@@ -227,6 +229,14 @@ void ask(sim::Subdomain& subdomain, Shared& s) {
                               : fmt::format("answer: `{}`: {}", *s.question, table.error().message());
 }
 
+// On several processes catoms go to others now and then, in half of the trials.
+void divide_anew(sim::Subdomain& subdomain, std::uint64_t seed) {
+    const std::uint64_t division = random_bits(seed, 0x64697669, static_cast<std::uint64_t>(subdomain.tick()), 0);
+    if (seed % 2 == 0 || division % 3 != 0 || !sim::HandOver::possible(subdomain, {})) return;
+    sim::CodeModules none;
+    sim::HandOver(subdomain, {}, none).run(random_division(subdomain.lattice, subdomain.comm.processes(), division));
+}
+
 enum class End { Quiet, Restless, Failed, Stopped };
 
 // One burst, from its begin or from where it was stopped.
@@ -243,6 +253,7 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, 
     for (; place.patience > 0; place.patience -= changes.done()) {
         if (s.disturbance && s.disturbance->before_tick(subdomain, place)) return End::Stopped;
         tick.begin();
+        divide_anew(subdomain, s.trial.world.seed);
         static_cast<void>(changes.step(subdomain));
         if (s.watcher) s.watcher->change(subdomain.tick());
         const sim::Totals& totals = tick.end();

@@ -73,6 +73,11 @@ void CodeModules::load(Subdomain& subdomain, bool shared, ByteReader& in) {
     }
 }
 
+void CodeModules::follow(Subdomain& subdomain) {
+    for (Entry& entry : modules_)
+        if (entry.shared->instances() == CodeModule::Instances::PerCatom) follow(subdomain, entry);
+}
+
 // An instance without its catom is offered to all processes; the one that now owns the catom takes it.
 void CodeModules::follow(Subdomain& subdomain, Entry& entry) {
     ByteWriter leaving;

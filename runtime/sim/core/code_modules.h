@@ -20,6 +20,8 @@ class CodeModules {
     // Runs every module at every catom of this process, catoms in the order of their indices. Cost: all catoms, in every tick, because such
     // code does not know what has changed.
     void run(Subdomain& subdomain);
+    // After the ensemble was divided anew: objects go where their catoms are. Every process calls it.
+    void follow(Subdomain& subdomain);
     // A catom begins anew: so does its object.
     void forget(std::uint64_t id) {
         for (Entry& entry : modules_) entry.own.erase(id);

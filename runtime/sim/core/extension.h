@@ -49,6 +49,12 @@ class SimModule {
         return fail("it does not say how what it keeps is saved",
                     "Let it override SimModule::saveable(), and save_rest() and load_rest() if it keeps anything between two ticks");
     }
+    // Whether catoms may come to belong to another process between two ticks although they have not moved: where the processes have not
+    // enough or too much to do, the ensemble is divided anew. What is kept for a catom goes with it, by save_catoms() and load_catoms();
+    // leave() tells the process from which catoms go, right before. It must be so, too, in a module that keeps numbers of catoms by their
+    // indices. Whoever does not say so makes processes keep their catoms.
+    virtual bool divides_anew() const { return false; }
+    virtual void leave(Subdomain&, std::span<const std::uint32_t> /*catoms*/) {}
     // Before a checkpoint on disk, on every process at the same time: what has been written to files that save_rest() speaks of is on the
     // disk when this returns. Errors, the same on every process: there is no checkpoint then.
     virtual Result<void> secure(Subdomain&) { return {}; }

@@ -56,8 +56,9 @@ class FactStore {
     void save(std::span<const u32> catoms, ByteWriter& out) const;
     void load(std::span<const tuple::SavedCatom> catoms, ByteReader& in);
     // What lives only for a while: losses that are remembered, what waits for its time, actions that were asked for in the last tick.
-    // Catoms go by their ids; `id` gives that of one, and `find` the catom here that this process owns, or nothing.
-    void save_passing(const std::function<u64(u32)>& id, ByteWriter& out) const;
+    // Catoms go by their ids; `id` gives that of one, and `find` the catom here that this process owns, or nothing. With `only`, that of
+    // the catoms for which it is true.
+    void save_passing(const std::function<u64(u32)>& id, ByteWriter& out, const std::function<bool(u32)>& only = {}) const;
     void load_passing(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
     // The actions among them, of any program: visit(id, predicate, arguments).
     static void each_saved_action(const ModuleInfo& module, ByteReader actions, const std::function<void(u64, u16, const Value*)>& visit);

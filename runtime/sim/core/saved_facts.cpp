@@ -25,37 +25,44 @@ void FactStore::load(std::span<const tuple::SavedCatom> catoms, ByteReader& in) 
     }
 }
 
-void FactStore::save_passing(const std::function<u64(u32)>& id, ByteWriter& out) const {
+void FactStore::save_passing(const std::function<u64(u32)>& id, ByteWriter& out, const std::function<bool(u32)>& only) const {
+    const auto saved = [&](u32 catom) { return !only || only(catom); };
     ByteWriter losses, undefined, marks, groups, actions;
     evaluator.tombstones().each([&](u32 catom, const std::vector<eval::Tombstones::Entry>& entries) {
+        if (!saved(catom)) return;
         losses.write(id(catom));
         losses.write_count(entries.size());
         for (const auto& entry : entries) losses.write(entry);
     });
     evaluator.undefined().each([&](u32 catom, const eval::Undefined::Entries& entries) {
+        if (!saved(catom)) return;
         undefined.write(id(catom));
         undefined.write_count(entries.size());
         for (const auto& entry : entries) undefined.write(entry);
     });
     evaluator.timers().each(
         [&](i64 tick, u32 catom, u32 bits) {
+            if (!saved(catom)) return;
             marks.write(tick);
             marks.write(id(catom));
             marks.write(bits);
         },
         [&](i64 tick, u32 catom, u16 column, const u8* row) {
+            if (!saved(catom)) return;
             groups.write(tick);
             groups.write(id(catom));
             groups.write(column);
             groups.write_bytes(row, module_.columns[column].row_bytes);
         },
         [&](i64 tick) {
+            if (only) return;
             // A mark of nothing.
             marks.write(tick);
             marks.write(u64{0});
             marks.write(u32{0});
         });
     for (const eval::Action& action : evaluator.actions()) {
+        if (!saved(action.catom)) continue;
         actions.write(id(action.catom));
         actions.write(action.predicate);
         const PredicateInfo& p = module_.predicates[action.predicate];

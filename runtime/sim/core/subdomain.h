@@ -225,6 +225,7 @@ class Subdomain {
     friend class Tick;
     friend class Saver;
     friend class Loader;
+    friend class HandOver;
 
     SubdomainView abi_;                              // As the compiled module sees it.
     std::function<double(Catom)> diameter_of_;       // Empty if all have the world's.

@@ -66,6 +66,10 @@ void LatticeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::Sav
     }
 }
 
+void LatticeMotion::leave(Subdomain& subdomain, std::span<const Catom> catoms) {
+    for (const Catom catom : catoms) account(subdomain, catom, -1);
+}
+
 void LatticeMotion::save_rest(const Subdomain&, ByteWriter& out) const { out.write(last_change_); }
 
 Result<void> LatticeMotion::load_rest(Subdomain&, ByteReader& in) {

@@ -28,6 +28,8 @@ class LatticeMotion : public SimModule {
     void restarted(Subdomain& subdomain, std::span<const Catom> catoms) override;
     Result<void> resume(Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
+    bool divides_anew() const override { return true; }
+    void leave(Subdomain& subdomain, std::span<const Catom> catoms) override;
     // The units that catoms hold; in which tick anything moved last.
     void save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const override;
     void load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) override;

@@ -72,7 +72,7 @@ Result<void> Loader::add_freely() {
     if (!done) return done;
     std::size_t index = 0;
     return each_chunk([&](std::size_t share, std::size_t) -> Result<void> {
-        Found& found = found_[share].emplace_back();
+        PlacedChunk& found = found_[share].emplace_back();
         for (const tuple::SavedCatom& each : free.here[index++]) each.here() ? found.add(each.catom, 1, each.owned) : found.pass(1);
         return {};
     });

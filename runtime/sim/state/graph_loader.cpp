@@ -39,7 +39,7 @@ Result<void> Loader::add_nodes() {
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<FreePlaces> all = nodes(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
-        Found& found = found_[share].emplace_back();
+        PlacedChunk& found = found_[share].emplace_back();
         for (const std::uint32_t id : all->ids())
             if (const std::optional<Catom> catom = subdomain_.ensemble.find(id))
                 found.add(*catom, 1, subdomain_.owned(*catom));

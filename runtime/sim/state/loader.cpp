@@ -111,23 +111,6 @@ Result<void> Loader::facts(const Place& place) {
     return done;
 }
 
-void Loader::Found::add(Catom first, std::uint32_t count, bool owned) {
-    Run* const last = runs_.empty() || passed_ > 0 ? nullptr : &runs_.back();
-    if (last != nullptr && last->owned == owned && first == last->first + last->count)
-        last->count += count;
-    else
-        runs_.push_back({std::exchange(passed_, 0), first, count, owned});
-}
-
-void Loader::Found::list(std::vector<tuple::SavedCatom>& out) const {
-    out.clear();
-    for (const Run& run : runs_) {
-        out.resize(out.size() + run.passed);
-        for (std::uint32_t i = 0; i < run.count; ++i) out.push_back({run.first + i, run.owned});
-    }
-    out.resize(out.size() + passed_);
-}
-
 Result<CellPlaces> Loader::places(std::size_t share, std::size_t chunk) {
     const Result<BlockView> block = shares_.places(share, chunk, room_);
     if (!block) return tl::unexpected<Error>(block.error());
@@ -202,48 +185,10 @@ Result<void> Loader::add_cells() {
     const Result<void> added = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<CellPlaces> all = places(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
-        return add(*all, found_[share].emplace_back());
+        return place_on_cells(subdomain_.members_, *all, subdomain_.comm.process(), found_[share].emplace_back());
     });
     if (added) Setup(subdomain_).surround();
     return added;
-}
-
-Result<void> Loader::add(const CellPlaces& all, Found& found) {
-    Membership& m = subdomain_.members_;
-    const world::Lattice& lattice = subdomain_.lattice;
-    const int rank = subdomain_.comm.process();
-    const auto twice = [&](Cell cell) { return damaged(fmt::format("has two catoms in cell ({}, {}, {})", cell.x, cell.y, cell.z)); };
-    // Where catoms have moved, a run is of one catom, and the next one is mostly in the same brick.
-    std::optional<world::BrickKey> last;
-    Cell brick;
-    bool ours = false, beside = false;
-    return all.each_in_brick([&](const CellPlaces::Run& run) -> Result<void> {
-        const world::BrickKey key = run.first >> kBrickCellBits;
-        const auto number = static_cast<std::uint32_t>(run.first & (kBrickCells - 1));
-        if (last != key) {
-            last = key;
-            brick = lattice.brick_at(key);
-            if (!lattice.brick_in_range(brick)) return damaged(fmt::format("has catoms beyond the world, in brick {}", key));
-            ours = m.partition->owner(key) == rank;
-            beside = !ours && !subdomain_.alone() && m.halo->borders(rank, brick);
-        }
-        if (ours) {
-            const world::Slot slot = m.ensemble.slot(brick);
-            if (!m.ensemble.empty(slot, number, run.count)) return twice(lattice.cell_in_brick(brick, number));
-            found.add(m.ensemble.add_run(run.id, slot, number, run.count, kCatomOwned), run.count, true);
-            return {};
-        }
-        for (std::uint32_t i = 0; i < run.count; ++i) {
-            const Cell cell = lattice.cell_in_brick(brick, number + i);
-            if (!beside || !m.halo->subscribes(rank, cell)) {
-                found.pass(1);
-                continue;
-            }
-            if (m.ensemble.at(cell)) return twice(cell);
-            found.add(m.ensemble.add(run.id + i, cell, kCatomGhost), 1, false);
-        }
-        return {};
-    });
 }
 
 Result<void> Loader::load_catoms(const Rest& rest) {

@@ -12,6 +12,7 @@
 #include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/failed.h"
 #include "runtime/sim/state/free_places.h"
+#include "runtime/sim/state/placed_chunk.h"
 #include "runtime/sim/state/saver.h"
 #include "runtime/sim/state/take_over.h"
 
@@ -42,28 +43,6 @@ class Loader {
     const TakenOver& taken_over() const { return taken_over_; }
 
   private:
-    // Where the catoms of a chunk are here: runs of them that follow each other in both.
-    class Found {
-      public:
-        // The next catoms of the chunk have these indices.
-        void add(Catom first, std::uint32_t count, bool owned);
-        // The next ones are not here.
-        void pass(std::uint32_t count) { passed_ += count; }
-        bool any() const { return !runs_.empty(); }
-        // All catoms of the chunk, in order.
-        void list(std::vector<tuple::SavedCatom>& out) const;
-
-      private:
-        struct Run {
-            std::uint32_t passed = 0;  // Since the run before.
-            Catom first = 0;
-            std::uint32_t count = 0;
-            bool owned = false;
-        };
-        std::vector<Run> runs_;
-        std::uint32_t passed_ = 0;
-    };
-
     Result<CellPlaces> places(std::size_t share, std::size_t chunk);
     // Calls visit(share, chunk) for each, until one fails.
     template <class Visit>
@@ -79,7 +58,6 @@ class Loader {
     Result<void> divide();
     Result<void> add_catoms();
     Result<void> add_cells();
-    Result<void> add(const CellPlaces& all, Found& found);
     // Calls rest(catoms, reader) for what modules keep for the catoms of each chunk.
     using Rest = std::function<Result<void>(std::span<const tuple::SavedCatom>, ByteReader&)>;
     Result<void> load_catoms(const Rest& rest);
@@ -111,9 +89,9 @@ class Loader {
     Subdomain& subdomain_;
     const Shares& shares_;
     Loads how_;
-    Block room_;                             // For blocks that are read.
-    std::size_t mine_ = 0;                   // How many catoms are this process's.
-    std::vector<std::vector<Found>> found_;  // By share and chunk.
+    Block room_;                                   // For blocks that are read.
+    std::size_t mine_ = 0;                         // How many catoms are this process's.
+    std::vector<std::vector<PlacedChunk>> found_;  // By share and chunk.
     // By chunk of all shares. They are read several times; where there is no other process, all are here anyway, and read once.
     std::vector<FreePlaces> free_places_;
     std::vector<SimModule*> kept_by_;  // By the modules of the snapshot; none: nobody here reads that.
