@@ -6,8 +6,8 @@ foreach(program gradient spanning_tree leader census temperature flood height_co
     ${program})
 endforeach()
 # Distributed algorithms, beside the bounds of their papers: on random lattices, and on graphs where messages are late and lost.
-foreach(program echo diffusing snapshot alternating_bit luby fragments token_ring stabilizing_tree gossip reliable_broadcast raymond
-        echo_election triangles byzantine)
+foreach(program echo diffusing articulation snapshot alternating_bit luby fragments token_ring stabilizing_tree gossip reliable_broadcast
+        raymond echo_election triangles byzantine)
   meld_sizes_test(distributed_${program} ${CMAKE_CURRENT_LIST_DIR}/distributed_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
