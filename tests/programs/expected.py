@@ -393,6 +393,31 @@ def localization(case):
     return facts
 
 
+def kmeans(case):
+    (root, rounds, means), = case.outcome.facts["finished"]
+    cluster = dict(case.outcome.facts["mine"])
+    part = set(hops(case.links, case.sources))
+    if (root,) != tuple(case.sources) or set(cluster) != part:
+        raise AssertionError(f"{len(cluster)} catoms are in a cluster, and {len(part)} hear of the root")
+    # Nothing changes any more: each catom is nearest to the mean of its cluster, and that is where the mean is.
+    for a in part:
+        far = [math.dist(case.places[a], mean) for mean in means]
+        if far[cluster[a]] > min(far) + 1e-9:
+            raise AssertionError(f"@{a} is in the cluster of a mean that is farther")
+    for number, mean in enumerate(means):
+        mine = [case.places[a] for a in part if cluster[a] == number]
+        if mine and math.dist(mean, numpy.mean(mine, axis=0)) > 1e-9:
+            raise AssertionError(f"the mean of cluster {number} is wrong")
+    # The first round makes a tree.
+    branches = {a: [] for a in part}
+    for a, b in case.outcome.facts["child"]:
+        branches[a].append(b)
+    if len(case.outcome.facts["child"]) != len(part) - 1 or set(hops(branches, case.sources)) != part:
+        raise AssertionError("the children are not those of a tree")
+    case.expect_messages(sum(len(case.links[a]) for a in part) + 2 * (len(part) - 1) * (rounds - 1))
+    return case.outcome.facts
+
+
 def heat(case):
     warm = {a: t for a, t, _ in case.outcome.facts["warmth"]}
     told = {a: t for a, _, t in case.outcome.facts["warmth"]}
