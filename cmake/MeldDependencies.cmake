@@ -28,12 +28,16 @@ pkg_check_modules(ODE REQUIRED IMPORTED_TARGET ode)
 add_library(meld_ode INTERFACE)
 target_link_libraries(meld_ode INTERFACE PkgConfig::ODE)
 
-# Only runtime/render sees Embree and Cairo: rays for pictures, and what is written over them. Eigen has the vectors.
-find_package(embree 3 REQUIRED)
+# Vectors and small matrices.
 find_package(Eigen3 REQUIRED NO_MODULE)
+add_library(meld_eigen INTERFACE)
+target_link_libraries(meld_eigen INTERFACE Eigen3::Eigen)
+
+# Only runtime/render sees Embree and Cairo: rays for pictures, and what is written over them.
+find_package(embree 3 REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 add_library(meld_pictures INTERFACE)
-target_link_libraries(meld_pictures INTERFACE embree Eigen3::Eigen PkgConfig::CAIRO)
+target_link_libraries(meld_pictures INTERFACE embree meld_eigen PkgConfig::CAIRO)
 
 # Runs in pages are compressed as browsers read it.
 find_package(ZLIB REQUIRED)

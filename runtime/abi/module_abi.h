@@ -43,7 +43,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 17;
+inline constexpr u32 kAbiVersion = 18;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -322,6 +322,8 @@ struct Host {
     u64 (*random)(Eval*);
     // The centre of the catom in diameters.
     void (*position)(Eval*, double out[3]);
+    // The rotation nearest to a matrix; both row by row.
+    void (*nearest_rotation)(const double matrix[9], double out[9]);
     // Sets Eval::undefined from the last evaluations of the catom's views.
     void (*undefined)(Eval*);
     // For the stratum under evaluation: Eval::trap belongs to a derivation that is left out. Stores it and clears the trap.

@@ -10,6 +10,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/random.h"
 #include "runtime/eval/kept.h"
+#include "runtime/eval/rotation.h"
 #include "runtime/kernel/values.h"
 #include "runtime/tuple/field.h"
 
@@ -288,6 +289,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     host_.random = [](Eval* e) {
         return random_bits(e->subdomain->seed, e->subdomain->geometry.catom_id[e->catom], static_cast<u64>(e->subdomain->now), e->draws++);
     };
+    host_.nearest_rotation = nearest_rotation;
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
     host_.undefined = [](Eval* e) {
         e->undefined = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/base/assert.h"
+#include "runtime/eval/rotation.h"
 
 namespace meld::inspect {
 
@@ -16,6 +17,7 @@ Scratch::Scratch(const SubdomainView& view) : Eval{} {
     subdomain = &view;
     host = &host_;
     // Nothing else of the host is needed by what a question may compute: it draws no random numbers and looks at nothing by itself.
+    host_.nearest_rotation = eval::nearest_rotation;
     host_.more_arena = [](Eval* e, u64 bytes) {
         auto& self = *static_cast<Scratch*>(e);
         const std::size_t next = self.chunk_ + 1;

@@ -395,6 +395,40 @@ inline ListRef vector_divide(Eval& e, u32 rule, ListRef a, double f) {
     if (f == 0) trap(e, Trap::DivisionByZero, rule, coordinate(a, 0), f);
     return f == 0 ? a : make_vector(e, rule, coordinate(a, 0) / f, coordinate(a, 1) / f, coordinate(a, 2) / f);
 }
+inline u64 row_of(Eval& e, u32 rule, const double* v) { return word(make_vector(e, rule, v[0], v[1], v[2])); }
+inline ListRef nearest_rotation(Eval& e, u32 rule, ListRef a, ListRef b, ListRef c) {
+    const ListRef rows[3] = {a, b, c};
+    double matrix[9], r[9];
+    for (u32 i = 0; i < 9; ++i) matrix[i] = coordinate(rows[i / 3], i % 3);
+    e.host->nearest_rotation(matrix, r);
+    return make_list(e, Words<3>{{row_of(e, rule, r), row_of(e, rule, r + 3), row_of(e, rule, r + 6)}});
+}
+// W. Kabsch, "A solution for the best rotation to relate two sets of vectors", Acta Crystallographica A32, 1976: the rotation nearest to
+// the sum of the outer products of the points, seen from their centroids.
+inline ListRef align(Eval& e, u32 rule, ListRef from, ListRef to) {
+    const u32 n = count_of(from), paired = n < count_of(to) ? n : count_of(to);
+    if (n == 0 || count_of(to) != n) {
+        trap(e, Trap::BadIndex, rule, i64{paired}, i64{paired});
+        return nullptr;
+    }
+    double middle_from[3] = {}, middle_to[3] = {}, matrix[9] = {};
+    for (u32 k = 0; k < 3; ++k) {
+        for (u32 i = 0; i < n; ++i) {
+            middle_from[k] += coordinate(as<ListRef>(from->items[i]), k) / n;
+            middle_to[k] += coordinate(as<ListRef>(to->items[i]), k) / n;
+        }
+    }
+    for (u32 i = 0; i < n; ++i)
+        for (u32 k = 0; k < 3; ++k)
+            for (u32 m = 0; m < 3; ++m)
+                matrix[3 * k + m] += (coordinate(as<ListRef>(to->items[i]), k) - middle_to[k]) *
+                                     (coordinate(as<ListRef>(from->items[i]), m) - middle_from[m]);
+    double r[9], shift[3];
+    e.host->nearest_rotation(matrix, r);
+    for (u32 k = 0; k < 3; ++k)
+        shift[k] = middle_to[k] - (r[3 * k] * middle_from[0] + r[3 * k + 1] * middle_from[1] + r[3 * k + 2] * middle_from[2]);
+    return make_list(e, Words<4>{{row_of(e, rule, r), row_of(e, rule, r + 3), row_of(e, rule, r + 6), row_of(e, rule, shift)}});
+}
 inline double distance(Eval& e, u32 rule, ListRef a, ListRef b) { return norm(e, rule, vector_subtract(e, rule, a, b)); }
 
 }  // namespace meld::library

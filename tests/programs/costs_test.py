@@ -27,9 +27,10 @@ UNIT = 4
 LATE = f'[network]\nkind = "latency"\nmost = {UNIT}\n'
 GRAPH = "small_world(100, 6, 0.2)"
 SECTIONS = {
-    "diffusing": "termination-of-a-diffusing-computation", "alternating_bit": "alternating-bit", "luby": "maximal-independent-set",
-    "fragments": "minimum-spanning-tree", "echo_election": "leader-election", "raymond": "mutual-exclusion-on-a-tree",
-    "gossip": "gossip-and-reliable-broadcast", "reliable_broadcast": "gossip-and-reliable-broadcast", "byzantine": "byzantine-agreement",
+    "diffusing": "termination-of-a-diffusing-computation", "alternating_bit": "alternating-bit", "articulation": "articulation-points",
+    "luby": "maximal-independent-set", "fragments": "minimum-spanning-tree", "echo_election": "leader-election",
+    "raymond": "mutual-exclusion-on-a-tree", "gossip": "gossip-and-reliable-broadcast",
+    "reliable_broadcast": "gossip-and-reliable-broadcast", "byzantine": "byzantine-agreement",
     "stabilizing_tree": "self-stabilization", "token_ring": "self-stabilization"}
 HEAD = """| program | messages | the bound | rounds | time units, late | the bound |
 |---|---|---|---|---|---|
@@ -91,6 +92,7 @@ ROWS = [
     Row("echo", 'root = "id == 0"', linear, lambda r: ("2 E", 2 * r.e), time_bound=lambda r: ("D + N", r.d + r.n)),
     Row("diffusing", 'root = "id == 0"', linear, lambda r: ("2 for each offer", 2 * r.messages("offer")),
         time_bound=lambda r: ("2 N", 2 * r.n)),
+    Row("articulation", 'root = "id == 0"', linear, lambda r: ("2 E", 2 * r.e), time_bound=lambda r: ("2 E", 2 * r.e)),
     Row("snapshot", 'root = "id == 0"', lambda r: r.messages("marker"), lambda r: ("2 E", 2 * r.e),
         lambda r: r.last("under-way") - 11, lambda r: ("R + 1", r.far + 1)),
     Row("alternating_bit", 'say = { where = "id == 0", args = ["to be or not"] }', linear,

@@ -115,6 +115,16 @@ def check_tree(case, links, graph):
     return tree
 
 
+def articulation(case):
+    part = case.reached
+    case.expect("cut", {a for a, in case.facts["cut"]}, set(networkx.articulation_points(part)))
+    case.expect("links", {frozenset(link) for link in case.facts["cut-link"]}, {frozenset(link) for link in networkx.bridges(part)})
+    case.expect("finished", case.facts["finished"], [(case.root,)])
+    case.expect("messages", case.messages, 2 * part.number_of_edges())
+    # The token is in one place: its messages come one after the other. The first and the last evaluation take a tick.
+    case.at_most("ticks", case.summary["ticks"], 2 * part.number_of_edges() * case.unit + 2 * case.unit)
+
+
 def diffusing(case):
     def length(a, b, _):
         return 1 + (a * b + a + b) % 9

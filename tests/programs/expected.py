@@ -352,29 +352,70 @@ def mutual_exclusion(case):
     }
 
 
-# Root of the mean square of the distances between what catoms believe and where they are, after the turn and the shift that make it least
-# (Kabsch): a picture in a mirror is no turn.
+# Root of the mean square of the distances between what catoms believe and where they are, after the rotation and the shift that make it
+# least (Kabsch): a picture in a mirror is no rotation. And that rotation.
 def misfit(believed, places):
-    catoms = sorted(places)
-    here = numpy.array([believed[a] for a in catoms])
-    there = numpy.array([places[a] for a in catoms])
+    here = numpy.array([believed[a] for a in sorted(places)])
+    there = numpy.array([places[a] for a in sorted(places)])
     here, there = here - here.mean(0), there - there.mean(0)
     u, _, v = numpy.linalg.svd(here.T @ there)
-    turn = v.T @ numpy.diag([1, 1, numpy.linalg.det(v.T @ u.T)]) @ u.T
-    return math.sqrt(((here @ turn.T - there) ** 2).sum(1).mean())
+    rotation = v.T @ numpy.diag([1, 1, numpy.linalg.det(v.T @ u.T)]) @ u.T
+    return math.sqrt(((here @ rotation.T - there) ** 2).sum(1).mean()), rotation
 
 
 def localization(case):
-    believed = dict(case.outcome.facts["place"])
-    if sorted(believed) != sorted(case.links):
+    facts = case.outcome.facts
+    believed = dict(facts["place"])
+    if sorted(believed) != sorted(case.links) or len(facts["place"]) != len(believed):
         raise AssertionError(f"{len(believed)} of {len(case.links)} catoms know where they are")
-    error = misfit(believed, case.places)
-    if error > case.within:
-        raise AssertionError(f"the places are wrong by {error} diameters, which may be {case.within}")
-    # The first guess goes outwards from the origin; each catom hears from all neighbours that are nearer.
-    far = hops(case.links, case.sources)
-    outwards = [(a, b) for a, others in case.links.items() for b in others if far[b] == far[a] + 1]
-    return {**case.outcome.facts, "hops": list(far.items()), "outwards": outwards}
+    seen = {(a, b): numpy.array(d) for a, b, d in facts["seen"]}
+    own = {a: numpy.array(axes).T for a, *axes in facts["axes"]}
+    for part in components(case.links):
+        error, rotation = misfit({a: believed[a] for a in part}, {a: case.places[a] for a in part})
+        if error > case.within:
+            raise AssertionError(f"the places are wrong by {error} diameters, which may be {case.within}")
+        for a in part:
+            if abs(own[a] @ own[a].T - numpy.eye(3)).max() > 1e-9 or numpy.linalg.det(own[a]) < 0:
+                raise AssertionError(f"the axes of @{a} are no rotation")
+            # Each catom sees its neighbours where they are: at worst as wrong as three places in a part that is large and noisy.
+            for b in case.links[a]:
+                off = math.dist(rotation @ own[a] @ seen[a, b], numpy.subtract(case.places[b], case.places[a]))
+                if len(part) > 2 and off > 10 * case.within:
+                    raise AssertionError(f"@{a} sees @{b} in a direction that is off by {off}")
+    if sorted(facts["inner"]) != sorted((a, b) for a, others in case.links.items() for b in others):
+        raise AssertionError("a link is not known to be in one component")
+    branches = {a: [] for a in case.links}
+    for a, b in facts["branch"]:
+        branches[a].append(b)
+    parts = len(list(components(case.links)))
+    if len(facts["branch"]) != 2 * (len(case.links) - parts) or len(list(components(branches))) != parts:
+        raise AssertionError(f"{len(facts['branch'])} branches do not span {len(case.links)} catoms in {parts} parts")
+    return facts
+
+
+def kmeans(case):
+    (root, rounds, means), = case.outcome.facts["finished"]
+    cluster = dict(case.outcome.facts["mine"])
+    part = set(hops(case.links, case.sources))
+    if (root,) != tuple(case.sources) or set(cluster) != part:
+        raise AssertionError(f"{len(cluster)} catoms are in a cluster, and {len(part)} hear of the root")
+    # Nothing changes any more: each catom is nearest to the mean of its cluster, and that is where the mean is.
+    for a in part:
+        far = [math.dist(case.places[a], mean) for mean in means]
+        if far[cluster[a]] > min(far) + 1e-9:
+            raise AssertionError(f"@{a} is in the cluster of a mean that is farther")
+    for number, mean in enumerate(means):
+        mine = [case.places[a] for a in part if cluster[a] == number]
+        if mine and math.dist(mean, numpy.mean(mine, axis=0)) > 1e-9:
+            raise AssertionError(f"the mean of cluster {number} is wrong")
+    # The first round makes a tree.
+    branches = {a: [] for a in part}
+    for a, b in case.outcome.facts["child"]:
+        branches[a].append(b)
+    if len(case.outcome.facts["child"]) != len(part) - 1 or set(hops(branches, case.sources)) != part:
+        raise AssertionError("the children are not those of a tree")
+    case.expect_messages(sum(len(case.links[a]) for a in part) + 2 * (len(part) - 1) * (rounds - 1))
+    return case.outcome.facts
 
 
 def heat(case):

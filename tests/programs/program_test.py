@@ -13,15 +13,17 @@ import tempfile
 
 import expected
 from lattice import position, touching
-from runner import Runner
+from runner import CAMPAIGN, Runner
 from worlds import World, ball, box, standing_worlds
 
 
 class Case:
-    """A world, or the example's own (a path), with what the check has to know about it."""
+    """A world, or the example's own (a path), on how many processes and threads it runs (None: as others), with what the check has to know
+    about it."""
 
-    def __init__(self, world, facts="", options=(), sources=(), **known):
+    def __init__(self, world, facts="", options=(), sources=(), sizes=None, **known):
         self.world = world
+        self.sizes = sizes
         self.facts = facts
         self.options = options
         self.source_cells = sources
@@ -37,7 +39,7 @@ class Case:
         else:
             path = runner.folder / "world.toml"
             path.write_text(self.world.text(self.facts))
-        self.outcome = runner.run_sizes(path, self.options)
+        self.outcome = runner.run_sizes(path, self.options, self.sizes)
         cell_of = self.outcome.cell_of
         self.lattice = self.lattice if isinstance(self.world, str) else self.world.lattice
         self.places = {catom: position(self.lattice, cell) for catom, cell in cell_of.items()}
@@ -245,11 +247,28 @@ def mutual_exclusion():
 
 
 def localization():
-    own = (0, 0, 0)
-    yield Case("localization.toml", options=("--set", "rounds=3"), lattice="fcc", sources=[own], within=1e-9)
-    angle = World("an L", "fcc", box((0, 0, 0), (6, 3, 3)) + box((0, 3, 0), (3, 6, 3)))
-    for noise, within in ((0.05, 0.06), (0.1, 0.12)):
-        yield Case(angle, f'origin = ["{at(own)}"]', ("--set", f"noise={noise}", "--set", "rounds=100"), sources=[own], within=within)
+    # Without noise; the example's L; and three parts, one of them a catom alone, which do not hear of each other, with late messages.
+    yield Case(World("a cube", "fcc", box((0, 0, 0), (6, 6, 6))), within=0.00005)
+    yield Case("localization.toml", lattice="fcc", within=0.038)
+    parts = box((0, 0, 0), (3, 3, 3)) + [(9, 0, 0), (10, 0, 0), (0, 9, 0)]
+    yield Case(World("three parts", "fcc", parts, '[network]\nkind = "latency"\nmost = 4\n'), within=0.0001)
+    if CAMPAIGN:
+        thousand = World("1000 catoms", "fcc", box((0, 0, 0), (10, 10, 10)))
+        yield Case(thousand, options=("--set", "noise=0.05"), within=0.0245)
+        yield Case(thousand, options=("--set", "noise=0.1"), within=0.06, sizes=[(1, 2)])
+        yield Case(World("10000 catoms", "fcc", box((0, 0, 0), (20, 20, 25))), options=("--set", "noise=0.05"), within=0.04,
+                   sizes=[(1, 1), (2, 2)])
+
+
+def kmeans():
+    yield Case("kmeans.toml", lattice="hex", sources=[(0, -4, 0)])
+    for world in standing_worlds():
+        first = min(world.cells)
+        yield Case(world, f'root = ["{at(first)}"]', sources=[first])
+    # A cluster that no catom joins; one alone.
+    first = (0, 0, 0)
+    for starts in ("[vec3(0, 0, 0), vec3(900, 0, 0)]", "[vec3(1, 0, 0)]"):
+        yield Case(World("a ball", "fcc", ball("fcc", 2)), f'root = ["{at(first)}"]', ("--set", f"starts={starts}"), sources=[first])
 
 
 def heat():
@@ -262,7 +281,7 @@ def heat():
 PROGRAMS = {make.__name__: make for make in (gradient, spanning_tree, leader, census, temperature, flood, height_colour, thermometer, walk,
                                              life, shortest_paths, relaxation, pagerank, pagerank_async, bipartite, colouring,
                                              minimum_spanning_tree, consensus, queens, quicksort, belief_propagation,
-                                             mutual_exclusion, localization, heat)}
+                                             mutual_exclusion, localization, kmeans, heat)}
 
 
 def equal(found, wanted):

@@ -220,7 +220,7 @@ void Body::compare_places() {
 
 std::string Body::vector_test() {
     const std::string v = pick(random_, vectors_), w = pick(random_, vectors_), limit = literal(Kind::Float);
-    switch (below(random_, 5)) {
+    switch (below(random_, 6)) {
         case 0:
             return fmt::format("distance({}, {} * 0.5) < {}", v, w, limit);
         case 1:
@@ -229,6 +229,10 @@ std::string Body::vector_test() {
             return fmt::format("norm({} + {}) > {}", v, w, limit);
         case 3:
             return fmt::format("dot({}, cross({}, vec3(1.0, 0.5, {}))) <> 0.25", v, w, limit);
+        case 4:
+            return fmt::format(
+                "dot(lnth(align([{0}, {1}, vec3(1.0, 0.5, {2})], nearest_rotation({1}, vec3({2}, 0.5, 1.0), {0})), 3), {0}) < {2}", v, w,
+                limit);
         default:
             return fmt::format("{} {} {}", v, chance(random_, 50) ? "<>" : "=", w);
     }

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -107,6 +110,40 @@ double distance(const Values& a, const Values& b) {
     return std::sqrt(dot(way, way));
 }
 
+// Both agree in every bit with the kernel, which leaves the same matrices to the same function of Eigen.
+using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+Matrix nearest_rotation(const Matrix& m) {
+    if (!m.allFinite()) return m;
+    const Eigen::JacobiSVD<Matrix> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Matrix u = svd.matrixU();
+    if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) *= -1;
+    return u * svd.matrixV().transpose();
+}
+Value vector_of(double x, double y, double z) { return value_of(Values{value_of(x + 0.0), value_of(y + 0.0), value_of(z + 0.0)}); }
+Result rows_of(const Matrix& m) {
+    if (!m.allFinite()) return {};
+    Values rows;
+    for (int i = 0; i < 3; ++i) rows.push_back(vector_of(m(i, 0), m(i, 1), m(i, 2)));
+    return value_of(std::move(rows));
+}
+Result align(const Values& from, const Values& to) {
+    if (from.empty() || from.size() != to.size()) return {};
+    const auto n = static_cast<double>(from.size());
+    const auto at = [](const Value& v, int i) { return v.items()[static_cast<std::size_t>(i)].real(); };
+    double a[3] = {}, b[3] = {};
+    Matrix m = Matrix::Zero();
+    for (std::size_t p = 0; p < from.size(); ++p)
+        for (int i = 0; i < 3; ++i) a[i] += at(from[p], i) / n, b[i] += at(to[p], i) / n;
+    for (std::size_t p = 0; p < from.size(); ++p)
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) m(i, k) += (at(to[p], i) - b[i]) * (at(from[p], k) - a[k]);
+    const Matrix r = nearest_rotation(m);
+    double shift[3];
+    for (int i = 0; i < 3; ++i) shift[i] = b[i] - (r(i, 0) * a[0] + r(i, 1) * a[1] + r(i, 2) * a[2]);
+    const Result rows = rows_of(r);
+    return rows ? value_of(joined(rows->items(), {vector_of(shift[0], shift[1], shift[2])})) : rows;
+}
+
 const std::map<std::string, Function>& functions() {
     static const auto all = [] {
         std::map<std::string, Function> f;
@@ -171,6 +208,14 @@ const std::map<std::string, Function>& functions() {
         f["cross"] = [](const Values& a) { return value_of(cross(a[0].items(), a[1].items())); };
         f["norm"] = [](const Values& a) { return value_of(std::sqrt(dot(a[0].items(), a[0].items()))); };
         f["distance"] = [](const Values& a) { return value_of(distance(a[0].items(), a[1].items())); };
+
+        f["nearest_rotation"] = [](const Values& a) {
+            Matrix m;
+            for (int i = 0; i < 3; ++i)
+                for (int k = 0; k < 3; ++k) m(i, k) = a[static_cast<std::size_t>(i)].items()[static_cast<std::size_t>(k)].real();
+            return rows_of(nearest_rotation(m));
+        };
+        f["align"] = [](const Values& a) { return align(a[0].items(), a[1].items()); };
 
         f["strlen"] = [](const Values& a) { return value_of(static_cast<I>(characters(a[0].text()).size()) - 1); };
         f["concat"] = [](const Values& a) { return Value{a[0].text() + a[1].text()}; };

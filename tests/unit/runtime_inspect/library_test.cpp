@@ -38,6 +38,7 @@ class Sample {
             case Type::Kind::Set:
             case Type::Kind::Array: {
                 const LibraryType& part = type.parts.at(0);
+                if (part.kind == Type::Kind::Vec3) return list(of(part, reals), of(part, reals));
                 if (part.kind == Type::Kind::Float) return list(Value{.real = 0.25}, Value{.real = 0.5});
                 return part.variable == 'N' && reals ? list(Value{.real = 1.0}, Value{.real = 2.0})
                                                      : list(Value{.integer = 1}, Value{.integer = 2});
