@@ -56,6 +56,7 @@ class Declarer {
         modifiers(d, p);
         for (const syntax::Argument& a : d.arguments)
             p.arguments.push_back({to_type(a.type, types_, tree_, report_), a.name ? a.name->text : ""});
+        ignore_route(d, p);
         check_shape(d, p);
         p.refused = report_.error_count() > errors;
         add(d, std::move(p));
@@ -112,6 +113,20 @@ class Declarer {
     static void leave_out(const syntax::Declaration& d, std::string_view modifier, diagnostics::Diagnostic& message) {
         for (const syntax::Name& m : d.modifiers)
             if (m.text == modifier) message.fixes.push_back(diagnostics::leave_out(m.span, fmt::format("`{}`", modifier), Fit::Word));
+    }
+
+    // Linear facts go to catoms that a rule knows by value wherever these can be reached, so a linear predicate that only names catoms
+    // need not be a route, as Linear Meld wants it.
+    void ignore_route(const syntax::Declaration& d, Predicate& p) {
+        if (!p.route || !p.linear() || p.arguments.size() < 3 || p.arguments[1].type == Type::Node || p.arguments[1].type == Type::Error)
+            return;
+        p.route = false;
+        for (const syntax::Name& m : d.modifiers) {
+            if (m.text != "route") continue;
+            auto& ignored = report_.add(Kind::HintIgnored, m.span, "`route` has no effect here");
+            ignored.help = fmt::format("the second argument of `{}` is not the catom that it points to", p.name);
+            ignored.fixes = {safe(diagnostics::leave_out(m.span, "`route`", Fit::Word))};
+        }
     }
 
     void check_shape(const syntax::Declaration& d, const Predicate& p) {

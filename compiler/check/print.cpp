@@ -257,6 +257,8 @@ std::string print(const Program& program, const Rule& rule, const Term& t) {
             return "now";
         case Op::Fresh:
             return "new";
+        case Op::NewNode:
+            return "new node";
         case Op::If:
             return fmt::format("if {} then {} else {} end", operand(0), operand(1), operand(2));
         default:

@@ -69,6 +69,7 @@ struct Predicate {
     // before their target, and the number of our arguments after theirs.
     Id<Predicate> carries;
     std::size_t passes = 0, behind = 0;
+    bool begins = false;         // It goes to a node that its rule makes: the only catom of the path.
     bool finds_its_way = false;  // The links that it still goes are found while it is under way; the path is only the present catom.
     Id<Predicate> given;         // The auxiliary that stores facts given from outside, if not this one.
 

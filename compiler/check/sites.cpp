@@ -276,13 +276,18 @@ class Sites {
             const Predicate& p = program_.predicates[h.atom.predicate];
             const VariableId at = h.atom.arguments[0].variable;
             if (at == rule_.site) continue;
+            if (made_.contains(at) && program_.worlds != Worlds::Any && p.kind != PredicateKind::Action) {
+                finds_way_ = true;
+                continue;
+            }
             if (made_.contains(at)) {
                 if (refused_.insert(at).second)
                     report_
                         .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                              fmt::format("{} is a new value, and there is no catom at it", shown(at)))
-                        .help = program_.worlds == Worlds::Graphs ? "a graph has the nodes of its world, and no rule makes others"
-                                                                  : "to make a catom, request the action `create`";
+                        .help = p.kind == PredicateKind::Action ? "give the new node a linear fact, and let it act by its own rule"
+                                                                : "to make a catom, request the action `create`; only in a world with "
+                                                                  "`lattice = \"graph\"` would this make a node";
                 continue;
             }
             if (p.kind == PredicateKind::Action) {

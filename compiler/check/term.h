@@ -67,7 +67,8 @@ enum class Op {
     Ticks,    // How many ticks operands[0] seconds are, at least 1.
     Due,      // Bool: operands[0] is not after now; if it is, the catom is woken then.
     Fresh,    // A unique value, for `exists`.
-    NextHop,  // Node: where a fact for operands[0] goes next, or the execution site if there is no way. Made by relays.
+    NewNode,  // The same for a node of a graph that facts are given to. Made by relays, as is the next one.
+    NextHop,  // Node: where a fact for operands[0] goes next, or the execution site if there is no way.
     Negate,
     Not,
     ToFloat,

@@ -25,6 +25,7 @@ std::optional<std::size_t> operands_of(Op op) {
         case Op::WorldSize:
         case Op::Now:
         case Op::Fresh:
+        case Op::NewNode:
             return 0;
         case Op::ListHead:
         case Op::ListTail:

@@ -11,6 +11,12 @@
 //                                             p@to(A, B, X), B <> A, C = next_hop(B) -o p@to(C, B, X).
 // and, if the program declares undelivered-p, in between
 //                                             p@to(A, B, X), B <> A, next_hop(B) = A -o undelivered-p(A, B, X).
+//
+// Facts at a node that the rule makes go to it directly, and the node begins with them:
+//     a(A, X) -o exists B. (p(B, X)).
+// becomes
+//     a(A, X) -o B = new node, p@new(B, X).   p@new(B, X) -o p(B, X).
+// New nodes have no links. So in a program that makes nodes, facts along its own routes, edge(A, B), find their way, too.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -33,6 +39,8 @@ class Relays {
     void run() {
         for (const PredicateId id : program_.predicates.ids())
             if (const Predicate& p = program_.predicates[id]; p.returns.valid()) back_.emplace(p.returns, id);
+        if (program_.worlds == Worlds::Graphs)
+            for (const Rule& rule : program_.rules) makes_nodes_ = makes_nodes_ || (rule.linear && makes_node(rule.heads, {}));
         for (std::size_t i = 0, end = program_.rules.count(); i < end; ++i) {
             const RuleId id(i);
             if (!program_.rules[id].linear || program_.rules[id].initial_fact) continue;
@@ -41,13 +49,26 @@ class Relays {
             links(rule.body, graph);
             heads(rule, rule.heads, graph);
             program_.rules[id] = std::move(rule);
+            made_.clear();
         }
     }
 
   private:
+    // Whether some fact is at a node that the rule makes.
+    static bool makes_node(const std::vector<Head>& heads, std::set<VariableId> fresh) {
+        return std::ranges::any_of(heads, [&](const Head& h) {
+            if (h.kind == Head::Kind::Fact) return fresh.contains(h.atom.arguments[0].variable);
+            if (h.kind == Head::Kind::Set && h.term.op == Op::Fresh) fresh.insert(h.variable);
+            return makes_node(h.heads, fresh) || makes_node(h.others, fresh);
+        });
+    }
+
+    // New nodes have no links, so where there are some, only `neighbor` says that a link leads to a catom.
+    bool leads(const Predicate& p) const { return p.route && (p.prelude || !makes_nodes_); }
+
     void links(const std::vector<Clause>& body, Graph& graph) const {
         for (const Clause& c : body) {
-            if (c.kind != Clause::Kind::Atom || !program_.predicates[c.atom.predicate].route) continue;
+            if (c.kind != Clause::Kind::Atom || !leads(program_.predicates[c.atom.predicate])) continue;
             if (c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable()) continue;
             graph[c.atom.arguments[0].variable].insert(c.atom.arguments[1].variable);
             graph[c.atom.arguments[1].variable].insert(c.atom.arguments[0].variable);
@@ -62,8 +83,11 @@ class Relays {
             }
             Graph graph = around;
             links(h.body, graph);
+            const bool fresh = h.kind == Head::Kind::Set && h.term.op == Op::Fresh;
+            if (fresh) made_.emplace(h.variable, false);
             heads(rule, h.heads, graph);
             heads(rule, h.others, h.kind == Head::Kind::Aggregate ? around : graph);
+            if (fresh && made_.at(h.variable)) h.term.op = Op::NewNode;
         }
     }
 
@@ -87,6 +111,12 @@ class Relays {
     void send(const Rule& rule, Atom& atom, const Graph& graph) {
         const VariableId goal = atom.arguments[0].variable;
         if (goal == rule.site) return;
+        if (const auto made = made_.find(goal); made != made_.end()) {
+            MELD_CHECK(program_.worlds == Worlds::Graphs, "a fact at a new value");
+            made->second = true;
+            atom.predicate = beginning(atom.predicate);
+            return;
+        }
         const std::vector<VariableId> path = way(graph, rule.site, goal);
         if (path.empty()) {
             MELD_CHECK(program_.worlds == Worlds::Graphs, "no link leads to the catom of a head");
@@ -116,6 +146,19 @@ class Relays {
         hand.head(program_, next, 1);
         hand.add_to(program_);
         return relays_[{p, left}] = id;
+    }
+
+    // The auxiliary for facts of p with which a node begins, made with its rule on first use. Its arguments are those of p.
+    PredicateId beginning(PredicateId p) {
+        const auto found = beginning_.find(p);
+        if (found != beginning_.end()) return found->second;
+        const PredicateId id = carrier(p, program_.predicates[p].name + "@new", 0);
+        program_.predicates[id].begins = true;
+        MadeRule rule(program_, id, program_.predicates[id].name);
+        rule.rule.linear = rule.rule.arrives = true;
+        rule.head(program_, p, 0);
+        rule.add_to(program_);
+        return beginning_[p] = id;
     }
 
     // The auxiliary for facts of p under way to a catom that no link of the rule leads to, made with its rules on first use. Its arguments
@@ -178,7 +221,9 @@ class Relays {
 
     Program& program_;
     std::map<PredicateId, PredicateId> back_;  // `undelivered-p` by p.
-    std::map<PredicateId, PredicateId> finding_;
+    std::map<PredicateId, PredicateId> finding_, beginning_;
+    bool makes_nodes_ = false;
+    std::map<VariableId, bool> made_;  // By `exists` in the present rule; whether facts are at them.
     std::map<std::pair<PredicateId, std::size_t>, PredicateId> relays_;
 };
 

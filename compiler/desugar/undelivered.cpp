@@ -45,7 +45,7 @@ class Undelivered {
             if (h.kind != Head::Kind::Fact || h.atom.arguments[0].variable == rule.site) continue;
             const Predicate& sent = program_.predicates[h.atom.predicate];
             // Relays give it back where it finds no way.
-            if (sent.finds_its_way || !back_.contains(sent.carries.valid() ? sent.carries : h.atom.predicate)) continue;
+            if (sent.finds_its_way || sent.begins || !back_.contains(sent.carries.valid() ? sent.carries : h.atom.predicate)) continue;
             h.atom.predicate = out(h.atom.predicate);
             h.atom.arguments.insert(h.atom.arguments.begin(), variable_of(rule, rule.site));
         }

@@ -198,7 +198,8 @@ int run_program(int argc, char** argv) {
     compile->add_flag("--counters", options.compile.plan.counts,
                       "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
     compile->add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for networks that are not ideal");
-    compile->add_flag("--graph-if-needed", options.graph_if_needed, "--graph, if the program sends facts to nodes that no link leads to");
+    compile->add_flag("--graph-if-needed", options.graph_if_needed,
+                      "--graph, if the program makes nodes or sends facts to nodes that no link leads to");
     compile->add_flag("--places", options.compile.plan.places,
                       "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");

@@ -240,6 +240,8 @@ void RuleEmitter::send(const MakeFact& h) {
         count_sent(h, scope_.port(h.place));
         return;
     }
+    if (plan_.program.predicates[h.predicate].begins)
+        return w_.line("s.e->host->bear(s.e, {}, {}, values);", scope_.value(h.place), h.predicate.index());
     const bool far = plan_.program.predicates[h.predicate].finds_its_way;
     const std::string port = fresh("port");
     w_.line("const i32 {} = port_of(s, {});", port, scope_.value(h.place));
@@ -254,10 +256,10 @@ void RuleEmitter::send(const MakeFact& h) {
     w_.close();
 }
 
-// Linear facts go as rows, but for those that may need Host::send_far.
+// Linear facts go as rows, but for those that may need Host::send_far or begin at a new node.
 bool RuleEmitter::sent_as_row(const MakeFact& h) const {
     const Predicate& p = plan_.program.predicates[h.predicate];
-    return p.linear() && !p.finds_its_way;
+    return p.linear() && !p.finds_its_way && !p.begins;
 }
 
 // The call that sends the fact in `row` or `values` to a catom.

@@ -35,7 +35,7 @@ bool RuleEmitter::is_invariant(const Term& term) const {
         const bool known =
             !t.is_variable() || t.variable == scope_.rule.site || scope_.values.contains(t.variable) || scope_.places.contains(t.variable);
         const bool external = t.op == Op::Call && plan_.program.functions[t.function].external;
-        fixed = fixed && known && !external && t.op != Op::Let && t.op != Op::Fresh && t.op != Op::Due;
+        fixed = fixed && known && !external && t.op != Op::Let && t.op != Op::Fresh && t.op != Op::NewNode && t.op != Op::Due;
     });
     return fixed;
 }

@@ -311,6 +311,7 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
         return std::ranges::any_of(all.stored, [](const plan::Stored& s) { return s.used && s.waits; });
     };
     const auto finds_ways = [](const plan::Plan& all) { return std::ranges::any_of(all.program.predicates, &Predicate::finds_its_way); };
+    const auto makes_nodes = [](const plan::Plan& all) { return std::ranges::any_of(all.program.predicates, &Predicate::begins); };
     const auto& p = plan.program;
     w.raw("");
     w.open("static constexpr SourceInfo kSources[] = {");
@@ -325,9 +326,9 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
            p.includes.size());
     w.line(
         "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {}, {}, "
-        "{},",
+        "{}, {},",
         types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
-        plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan));
+        plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan), makes_nodes(plan));
     w.close("};");
 }
 

@@ -313,6 +313,8 @@ std::string term(const Scope& scope, const Term& t) {
             return fmt::format("static_cast<i64>({})", operand(0));
         case Op::Fresh:
             return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
+        case Op::NewNode:
+            return "s.e->host->new_node(s.e)";
         case Op::Now:
             return "s.e->subdomain->now";
         case Op::Ticks:

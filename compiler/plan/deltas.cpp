@@ -47,7 +47,7 @@ class Steady {
     bool operator()(const Term& term) {
         bool steady = true;
         each_subterm(term, [&](const Term& t) {
-            if (t.op == Op::Now || t.op == Op::Due || t.op == Op::Fresh) steady = false;
+            if (t.op == Op::Now || t.op == Op::Due || t.op == Op::Fresh || t.op == Op::NewNode) steady = false;
             if (t.op == Op::Library && library_function(t.text, t.operands.size())->random) steady = false;
             if (t.op == Op::Call) steady = steady && function(t.function);
         });

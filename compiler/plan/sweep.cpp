@@ -73,7 +73,7 @@ class SweepFinder {
     }
     bool draws(const Term& term) const {
         bool found = is_random(plan_.program, term);
-        each_subterm(term, [&](const Term& t) { found = found || t.op == Op::Fresh || t.op == Op::Due; });
+        each_subterm(term, [&](const Term& t) { found = found || t.op == Op::Fresh || t.op == Op::NewNode || t.op == Op::Due; });
         return found;
     }
 

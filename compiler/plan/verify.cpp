@@ -151,6 +151,8 @@ void verify_relayed(const Program& program) {
         for (const Head& h : all) {
             Places near = around;
             add_neighbours(program, rule, h.body, near);
+            // A node that the rule makes.
+            if (h.kind == Head::Kind::Set && h.term.op == Op::NewNode) near.insert(h.variable);
             if (h.kind == Head::Kind::Fact) {
                 const VariableId at = h.atom.arguments[0].variable;
                 MELD_CHECK(at == rule.site || near.contains(at), "rule {} sends {} further than to a neighbour", rule.name,

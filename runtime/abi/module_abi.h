@@ -19,9 +19,9 @@
 //           a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a derivation of a view
 //           traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had undefined
 //           derivations; before any of them they call undefined, if SubdomainView::undefined is set.
-//        b. When a linear rule fires: next_hop, send, send_row, send_far and act, in the order of its heads. The facts consumed and
-//           produced change only in the module, and the views are evaluated again, until no rule fires. Before a linear rule, or c.,
-//           reads what an undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
+//        b. When a linear rule fires: next_hop, new_node, send, send_row, send_far, bear and act, in the order of its heads. The facts
+//           consumed and produced change only in the module, and the views are evaluated again, until no rule fires. Before a linear
+//           rule, or c., reads what an undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
 //        c. When everything has reached its fixpoint: act for the actions that views derive, and wake for the next tick if a rule
 //           reads it.
 //        d. Last, and only if no trap is set: export_record, assign_rows or change_rows, once for each column that has changed.
@@ -307,6 +307,10 @@ struct Host {
     // The same as send() for a catom by its id, without a link. False: the network sends nothing in that way, or it is gone; the fact is
     // dropped, and counted as such.
     bool (*send_far)(Eval*, u64 to, u16 predicate, const Value* arguments);
+    // The id of a node that no catom has, in a graph; each call gives another one.
+    u64 (*new_node)(Eval*);
+    // A fact for a node with such an id of this evaluation: at the end of the tick the node is there, with all facts that it was given.
+    void (*bear)(Eval*, u64 node, u16 predicate, const Value* arguments);
     // An action to be carried out in the next tick.
     void (*act)(Eval*, u16 predicate, const Value* arguments);
     // Evaluate the catom again at this tick.
@@ -368,13 +372,14 @@ struct ModuleInfo {
     bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
-    bool counts;      // It counts what its rules do,
-    bool places;      // or at least says where it is, as Eval::place (counts_abi.h).
-    bool sends;       // Some rule sends linear facts.
-    bool by_links;    // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
-    bool waits;       // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
-    bool for_graphs;  // It was compiled for graphs only,
-    bool finds_ways;  // and some rule sends facts to nodes that no link need lead to.
+    bool counts;       // It counts what its rules do,
+    bool places;       // or at least says where it is, as Eval::place (counts_abi.h).
+    bool sends;        // Some rule sends linear facts.
+    bool by_links;     // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
+    bool waits;        // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
+    bool for_graphs;   // It was compiled for graphs only,
+    bool finds_ways;   // and some rule sends facts to nodes that no link need lead to,
+    bool makes_nodes;  // or makes nodes.
 };
 
 }  // namespace meld

@@ -39,6 +39,34 @@ Result<const LinkInfo*> first_apart(const ModuleInfo& module, const world::World
     return nullptr;
 }
 
+// The links of the text, and the nodes that it names by them and by facts at them.
+struct Named {
+    explicit Named(const ModuleInfo& module) {
+        for (u32 i = 0; i < module.link_count; ++i) {
+            const LinkInfo& link = module.links[i];
+            nodes = std::max({nodes, link.from + 1, link.to + 1});
+            if (link.from != link.to) links.insert(std::minmax(link.from, link.to));
+        }
+        std::set<std::uint64_t> at;
+        for (u32 i = 0; i < module.rule_count; ++i)
+            if (module.rules[i].at != kEverywhere) at.insert(module.rules[i].at);
+        if (!at.empty()) nodes = std::max(nodes, *at.rbegin() + 1);
+        more_than_one = at.size() > 1;
+    }
+    std::set<std::pair<std::uint64_t, std::uint64_t>> links = {};
+    std::uint64_t nodes = 1;  // One more than the greatest.
+    bool more_than_one = false;
+};
+
+// Whether some rule asks for the links of the world.
+bool reads_links(const ModuleInfo& module) {
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        if (p.storage == Storage::World && p.read && std::string_view(p.name) == "neighbor") return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 Result<world::World> default_world() {
@@ -47,30 +75,31 @@ Result<world::World> default_world() {
 
 Result<world::World> default_world(const ModuleInfo& module) {
     Result<world::World> cube = default_world();
-    if (!cube || module.link_count == 0) return cube;
+    if (!cube) return cube;
+    const Named named(module);
+    const bool knows_nodes = module.makes_nodes || (module.finds_ways && named.more_than_one && !reads_links(module));
+    if (module.link_count == 0 && !knows_nodes) return cube;
     const Result<const LinkInfo*> apart = first_apart(module, *cube);
     if (!apart) return tl::unexpected<Error>(apart.error());
-    if (*apart == nullptr) return cube;
-    std::set<std::pair<std::uint64_t, std::uint64_t>> pairs;
-    std::uint64_t nodes = 0;
-    for (u32 i = 0; i < module.link_count; ++i) {
-        const LinkInfo& link = module.links[i];
-        nodes = std::max({nodes, link.from + 1, link.to + 1});
-        if (link.from != link.to) pairs.insert(std::minmax(link.from, link.to));
-    }
-    for (u32 i = 0; i < module.rule_count; ++i)
-        if (module.rules[i].at != kEverywhere) nodes = std::max(nodes, module.rules[i].at + 1);
-    if (nodes > kMostNodes) return cube;
+    if ((*apart == nullptr && !knows_nodes) || named.nodes > kMostNodes) return cube;
     std::vector<std::string> listed;
-    for (const auto& [from, to] : pairs) listed.push_back(fmt::format("[{}, {}]", from, to));
-    Result<world::World> graph =
-        world::parse_world(fmt::format("lattice = \"graph\"\nnodes = {}\nlinks = [\n    {},\n]\n", nodes, fmt::join(listed, ",\n    ")),
-                           fmt::format("the default, the graph of the program's {} links", pairs.size()));
-    if (graph)
+    for (const auto& [from, to] : named.links) listed.push_back(fmt::format("[{}, {}]", from, to));
+    Result<world::World> graph = world::parse_world(
+        fmt::format("lattice = \"graph\"\nnodes = {}\nlinks = [\n    {}\n]\n", named.nodes, fmt::join(listed, ",\n    ")),
+        fmt::format("the default, the graph of the program's {} links", named.links.size()));
+    if (!graph) return graph;
+    // Nodes of such programs send to any that they know.
+    graph->network.reach = world::Reach::Any;
+    if (*apart != nullptr)
         graph->warnings.push_back(fmt::format(
             "{}:{}: @{} and @{} do not touch in the default world, so this run takes place in the graph of the links that the program "
             "lists; --world chooses another one",
             (*apart)->file, (*apart)->line, (*apart)->from, (*apart)->to));
+    else
+        graph->warnings.push_back(fmt::format(
+            "{}: its rules {}, so this run takes place in the graph of {} and the links that it lists; --world chooses another one",
+            module.sources[0].path, module.makes_nodes ? "make nodes" : "send facts to nodes that no link leads to",
+            named.nodes == 1 ? "@0" : fmt::format("@0 to @{}", named.nodes - 1)));
     return graph;
 }
 

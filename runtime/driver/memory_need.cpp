@@ -10,6 +10,7 @@
 #include "runtime/eval/requests.h"
 #include "runtime/record/facts_file.h"
 #include "runtime/sim/core/expected_share.h"
+#include "runtime/sim/core/routes.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/tuple/columns.h"
 #include "runtime/world/ensemble.h"
@@ -80,15 +81,18 @@ class Counting {
 
     // What is made of the graph, which each process has already: the process and catom of each node, and the table of links with the catoms
     // at their ends. With several processes, METIS divides the graph before that; what it takes depends on how well the graph can be made
-    // smaller, and some of it stays with the process.
+    // smaller, and some of it stays with the process. And the routes of facts to nodes that no link need lead to.
     MemoryPart nodes() const {
         const double nodes = static_cast<double>(world_.graph->nodes()), ends = static_cast<double>(world_.graph->to.size());
         const double known = std::min(nodes, here_);
         const double tables = kNode * nodes + kNodeHere * known + kEndHere * ends * known / std::max(1.0, nodes);
         const bool divides = processes_ > 1;
+        const double owners = module_.finds_ways ? sim::Routes::bytes_for(nodes) : 0;
+        const double distances =
+            module_.finds_ways && world_.network.reach != world::Reach::Any ? sim::Routes::most_distances_bytes(nodes) : 0;
         return {"nodes and links",
-                {divides ? std::max(kDividedWell * ends, tables) : tables,
-                 (kNode + kNodeHere) * nodes + kEndHere * ends + (divides ? kDividedBadly * ends : 0)}};
+                {owners + (divides ? std::max(kDividedWell * ends, tables) : tables),
+                 owners + distances + (kNode + kNodeHere) * nodes + kEndHere * ends + (divides ? kDividedBadly * ends : 0)}};
     }
 
     MemoryPart bodies() const {

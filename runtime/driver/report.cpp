@@ -142,6 +142,7 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     if (s.lost > 0) row("lost with them", fmt::format("{} linear fact{}", grouped(s.lost), s.lost == 1 ? "" : "s"));
     if (s.links_cut > 0) row("links cut", grouped(s.links_cut));
     if (s.links_made > 0) row("links made", grouped(s.links_made));
+    if (s.nodes_made > 0) row("nodes made", grouped(s.nodes_made));
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
@@ -203,6 +204,7 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"lost_linear_facts", s.lost},
         {"links_cut", s.links_cut},
         {"links_made", s.links_made},
+        {"nodes_made", s.nodes_made},
         {"evaluations", s.evaluations},
         {"derivations", s.derivations},
         {"exported_changes", s.changes},

@@ -75,7 +75,10 @@ struct Evaluator::Thread : Eval {
     Kept<u8> bytes;
     std::vector<Message> messages;
     Outbox outbox;  // Until the next evaluation.
-    std::vector<FarMessage> far_messages;
+    std::vector<FarMessage> far_messages, births;
+    // Of the catom that last made one, and of all.
+    u32 nodes_made = 0, nodes_made_of = kNone32;
+    u64 greatest_new_node = 0;
     std::vector<Action> actions;
     Kept<Value> values;
     std::vector<Value> arguments;  // Of a row, on its way to a network.
@@ -257,6 +260,19 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             {to, predicate, from, t.next_sequence(), t.keep_values(arguments, t.owner->module_.predicates[predicate])});
         return true;
     };
+    host_.new_node = [](Eval* e) {
+        Thread& t = of(e);
+        if (t.nodes_made_of != e->catom) t.nodes_made = 0;
+        t.nodes_made_of = e->catom;
+        const u64 id = t.owner->new_node_(e->catom, t.nodes_made++);
+        t.greatest_new_node = std::max(t.greatest_new_node, id);
+        return id;
+    };
+    host_.bear = [](Eval* e, u64 node, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        t.births.push_back({node, predicate, e->subdomain->geometry.catom_id[e->catom], t.next_sequence(),
+                            t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+    };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         MELD_EXPECT(t.owner->module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
@@ -393,7 +409,8 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->dropped = 0;
         t->far_facts = t->far_hops = 0;
         t->greatest_rank = 0;
-        t->sequence_of = kNone32;
+        t->sequence_of = t->nodes_made_of = kNone32;
+        t->greatest_new_node = 0;
         t->cut = false;
         t->release_owned();
         t->values.clear();
@@ -484,7 +501,8 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     statistics_.awake = awake_.size();
     unsorted_ = requests_.messages();
     actions_ = requests_.actions();
-    far_messages_.clear();
+    far_messages_.clear(), births_.clear();
+    greatest_new_node_ = 0;
     statistics_.messages = unsorted_.size();
     for (auto& t : threads_) {
         statistics_.derivations += t->derivations;
@@ -496,6 +514,9 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         statistics_.messages += t->messages.size() + t->outbox.count() + t->far_messages.size();
         far_messages_.insert(far_messages_.end(), t->far_messages.begin(), t->far_messages.end());
         t->far_messages.clear();
+        births_.insert(births_.end(), t->births.begin(), t->births.end());
+        t->births.clear();
+        greatest_new_node_ = std::max(greatest_new_node_, t->greatest_new_node);
         greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
         if (unsorted_.empty())
             unsorted_.swap(t->messages);
@@ -518,7 +539,8 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         t->bytes.clear();
     }
     order_messages();
-    std::ranges::sort(far_messages_, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
+    for (std::vector<FarMessage>* all : {&far_messages_, &births_})
+        std::ranges::sort(*all, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
     order_actions(subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }
@@ -560,40 +582,6 @@ void Evaluator::order_actions(const u64* ids) {
 
 bool Evaluator::sent_rows(u16 column) const {
     return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->count(column) > 0; });
-}
-
-Sent Evaluator::all_sent(const Geometry& geometry) const {
-    Sent all{.messages = messages_, .values = {}};
-    std::vector<Value> arguments;
-    for (const u16 predicate : linear_predicates_) {
-        const PredicateInfo& p = module_.predicates[predicate];
-        each_sent(p.column, [&](SentRow sent, const u8* row) {
-            tuple::read_row(p, row, arguments);
-            all.messages.push_back({sent.to, predicate, geometry.catom_id[sent.from], 0, all.values.copy(arguments.data(), p.arity)});
-        });
-    }
-    std::ranges::stable_sort(all.messages, {}, [](const Message& m) { return std::pair(m.to, m.from); });
-    return all;
-}
-
-// By receiver, then sender, then sequence number: each receiver has few, so the rest is sorted by insertion.
-void Evaluator::order_messages() {
-    order_.clear();
-    for (u32 i = 0; i < unsorted_.size(); ++i) order_.push_back({unsorted_[i].to, i});
-    sort_by_key(order_, spare_);
-    messages_.clear();
-    messages_.reserve(unsorted_.size());
-    std::size_t first = 0;
-    for (const Keyed& k : order_) {
-        const Message& m = unsorted_[k.place];
-        if (first < messages_.size() && messages_[first].to != m.to) first = messages_.size();
-        std::size_t at = messages_.size();
-        messages_.push_back(m);
-        for (; at > first && std::tie(m.from, m.sequence) < std::tie(messages_[at - 1].from, messages_[at - 1].sequence); --at)
-            messages_[at] = messages_[at - 1];
-        messages_[at] = m;
-    }
-    MELD_ENSURE(messages_.size() == unsorted_.size(), "{} messages of {}", messages_.size(), unsorted_.size());
 }
 
 }  // namespace meld::eval

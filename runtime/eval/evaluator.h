@@ -78,6 +78,9 @@ class Evaluator {
         anywhere_ = anywhere;
     }
 
+    // For a program that makes nodes: the number of a catom's n-th one of a tick, from several threads at once.
+    void make_nodes(std::function<u64(u32 catom, u32 n)> number) { new_node_ = std::move(number); }
+
     // Called for every exported change while it is committed, from several threads; `thread` says which.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
@@ -91,6 +94,9 @@ class Evaluator {
     const std::vector<Action>& actions() const { return actions_; }
     // Those to nodes that may be anywhere, in the same order, by ids.
     const std::vector<FarMessage>& far_messages() const { return far_messages_; }
+    // Those to nodes that rules have made in the tick, and the greatest number that one was given, or 0.
+    const std::vector<FarMessage>& births() const { return births_; }
+    u64 greatest_new_node() const { return greatest_new_node_; }
     // Whether rows of a column were sent, and a call of visit(SentRow, const u8* row) for each. The order depends on the threads, but not
     // that of one sender's rows.
     bool sent_rows(u16 column) const;
@@ -160,6 +166,7 @@ class Evaluator {
     std::function<bool(u32)> acts_, left_out_;
     std::function<u64(u32, u64)> next_hop_;
     bool anywhere_ = false;
+    std::function<u64(u32, u32)> new_node_;
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<const Outbox*> outboxes_;  // Of the threads.
     std::vector<u16> linear_predicates_;
@@ -167,7 +174,8 @@ class Evaluator {
     std::vector<u64> dirty_;
     std::vector<Message> messages_, unsorted_;
     std::vector<Keyed> order_, spare_;
-    std::vector<FarMessage> far_messages_;
+    std::vector<FarMessage> far_messages_, births_;
+    u64 greatest_new_node_ = 0;
     std::vector<Action> actions_;
     std::optional<Counts> counts_;
     std::vector<bool> told_;  // By rule.

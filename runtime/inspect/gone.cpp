@@ -19,7 +19,7 @@ bool is_gone(sim::Subdomain& subdomain, std::uint64_t id) {
     const std::optional<sim::Catom> catom = subdomain.ensemble.find(id);
     const std::array<std::byte, 1> mine = {std::byte{catom && subdomain.owned(*catom)}};
     const std::vector<std::byte> all = subdomain.comm.allgather(mine);
-    return subdomain.next_id() > id && std::ranges::find(all, std::byte{1}) == all.end();
+    return subdomain.has_been(id) && std::ranges::find(all, std::byte{1}) == all.end();
 }
 
 }  // namespace

@@ -181,6 +181,11 @@ class Collector {
             one.fact = text(m.predicate, g.catom_id[m.to], m.arguments, one.due);
             add(one, g.catom_id[m.to]);
         }
+        for (const eval::FarMessage& m : now_.sent_far()) {
+            One one{.from = m.from, .is = One::Is::Sent, .predicate = m.predicate};
+            one.fact = text(m.predicate, m.to, m.arguments, one.due);
+            add(one, m.to);
+        }
         for (u32 p = 0; p < module_.predicate_count; ++p)
             if (delayed(p)) look_at_waiting(p);
     }

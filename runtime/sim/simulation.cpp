@@ -33,7 +33,7 @@ struct Counted {
     std::int64_t ticks = 0;
     std::uint64_t catoms = 0, evaluations = 0, derivations = 0, changes = 0, messages = 0, dropped = 0, sent_bytes = 0;
     std::uint64_t far_facts = 0, far_hops = 0;
-    std::uint64_t killed = 0, hung = 0, restarted = 0, lost = 0, links_cut = 0, links_made = 0;
+    std::uint64_t killed = 0, hung = 0, restarted = 0, lost = 0, links_cut = 0, links_made = 0, nodes_made = 0;
 
     Counted() = default;
     explicit Counted(const Summary& s)
@@ -52,7 +52,8 @@ struct Counted {
           restarted(s.restarted),
           lost(s.lost),
           links_cut(s.links_cut),
-          links_made(s.links_made) {}
+          links_made(s.links_made),
+          nodes_made(s.nodes_made) {}
     void give_back(Summary& s) const {
         s.ticks = ticks;
         s.catoms = catoms;
@@ -70,6 +71,7 @@ struct Counted {
         s.lost = lost;
         s.links_cut = links_cut;
         s.links_made = links_made;
+        s.nodes_made = nodes_made;
     }
 };
 
@@ -143,8 +145,6 @@ Modules Simulation::all_modules() const {
 
 Result<void> Simulation::saveable() const {
     MELD_EXPECT(chosen_.size() == modules_.size(), "{} modules, {} names", modules_.size(), chosen_.size());
-    if (subdomain_.next_id() > std::numeric_limits<std::uint32_t>::max())
-        return fail("no checkpoint can be made of catoms with numbers above 4 billion", "Number the nodes of the graph from 0");
     for (std::size_t i = 0; i < modules_.size(); ++i)
         if (const auto can = modules_[i]->saveable(); !can)
             return fail(fmt::format("no checkpoint can be made of {}: {}", chosen_[i], can.error().problem), can.error().suggestion);
@@ -249,6 +249,7 @@ Result<void> Simulation::run_tick() {
     summary_.lost += t.lost;
     summary_.links_cut += t.links_cut;
     summary_.links_made += t.links_made;
+    summary_.nodes_made += t.nodes_made;
     summary_.bytes_per_catom = t.catoms == 0 ? 0 : static_cast<double>(t.bytes) / static_cast<double>(t.catoms);
     // The progress of the other catoms in such a tick depends on the processes, so nobody may see it.
     if (subdomain_.status().half_way()) return {};

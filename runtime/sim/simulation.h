@@ -61,6 +61,7 @@ struct Summary {
     std::uint64_t killed = 0, hung = 0, restarted = 0;
     std::uint64_t lost = 0;  // Linear facts of those that were killed or have restarted.
     std::uint64_t links_cut = 0, links_made = 0;
+    std::uint64_t nodes_made = 0;  // By rules, in a graph.
     // The actions that were not carried out, by action and reason.
     std::vector<Refused> refused;
     // When the ensemble was divided anew among processes, and how uneven the work was after the last time.

@@ -129,7 +129,8 @@ void Events::read_joins(const toml::node& node, std::vector<LinkChoice>& all) {
         std::optional<LinkChoice> pair = read_pair(*item.as_array());
         if (!pair) return;
         for (const std::uint64_t id : {pair->pair->first, pair->pair->second})
-            if (!world_.graph->find(id))
+            // Rules may make nodes with higher numbers.
+            if (id < world_.graph->next_id() && !world_.graph->find(id))
                 return reader_.wrong(item.source(), fmt::format("the graph has no node {}", id), "join two of its nodes");
         all.push_back(std::move(*pair));
     }

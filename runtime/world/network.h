@@ -35,7 +35,7 @@ enum class Reach { Links, Any };
 
 struct NetworkOptions {
     NetworkKind kind = NetworkKind::Ideal;
-    Reach reach = Reach::Links;
+    std::optional<Reach> reach;  // Otherwise over links, and in one hop for programs that make nodes.
     LinkTerms terms;
     // Links of catoms in a region; the last region that contains either end counts.
     struct Part {

@@ -73,7 +73,7 @@ void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& 
                    : kind == "raw"   ? NetworkKind::Raw
                                      : NetworkKind::Ideal;
     section.read_choice("reach", reach, {"links", "any"});
-    network.reach = reach == "any" ? Reach::Any : Reach::Links;
+    if (table.contains("reach")) network.reach = reach == "any" ? Reach::Any : Reach::Links;
     const std::vector<std::string_view> keys = keys_of(network.kind);
     refuse_others(section, table, kind, keys, {"kind", "region", "longest_jam", "reach", "detect", network.ideal() ? "kind" : "links"});
     // It is the events' (event_section.cpp), which know how long theirs are.

@@ -102,6 +102,12 @@ class Ranges(Runs):
         least, most, busy = self.expect_range(ALL_AT_ONCE, cube(60))
         self.assertGreater(busy, most / NEAR)
 
+    def test_routes_to_nodes_that_no_link_leads_to(self):
+        program = ("type linear go(node).\ntype goal(node, node).\ntype linear letter(node).\ntype got(node).\ngo(A).\n"
+                   "go(A), goal(A, B) -o letter(B).\nletter(A) -o got(A).\n" +
+                   "".join(f"goal(@{i}, @{(7 * i + 3) % 3000}).\n" for i in range(3000)))
+        self.expect_range(program, 'lattice = "graph"\ngraph = "scale_free(3000, 3)"\n')
+
     def test_graphs_that_are_easy_and_hard_to_divide(self):
         for graph in ("complete(900)", "random(40k, 0.0005)"):
             self.expect_range(NOTHING, f'lattice = "graph"\ngraph = "{graph}"\n', "-n", "2")

@@ -192,6 +192,12 @@ class Far(Case):
         self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", 9, "--quiet", "--checkpoint", "c")
         out, _ = self.call("meldsim", "query", "c", "got(A, B, _, T)")
         self.assertEqual(len([line for line in out.splitlines() if "@" in line]), 12)
+        # All that is sent crosses the same tick in one hop.
+        self.write("w.toml", 'lattice = "graph"\ngraph = "ring(12)"\n[network]\nreach = "any"\n')
+        for n in (1, 2):
+            out, _ = self.call("meldsim", "messages", "p.meld", "--world", "w.toml", "--tick", 1, "--quiet", "-n", n)
+            self.assertIn("tick 1: 12 messages", out)
+            self.assertIn("@1 -> @10", out)
 
     def test_mistakes_have_cures(self):
         self.write("p.meld", talk())

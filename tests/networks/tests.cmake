@@ -22,3 +22,7 @@ set_tests_properties(random_failures_campaign PROPERTIES TIMEOUT 2400 PROCESSORS
 add_test(NAME networks_far COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/far_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(networks_far PROPERTIES TIMEOUT 300 PROCESSORS 2)
+# Nodes that rules make.
+add_test(NAME networks_births COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/births_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(networks_births PROPERTIES TIMEOUT 300 PROCESSORS 2)

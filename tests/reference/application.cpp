@@ -101,7 +101,10 @@ void Application::fact(const Head& h, const Environment& env, const Bodies& bodi
     std::optional<Row> row = head_row(sight_.scene, h.atom, env);
     const std::optional<Value> delay = h.delay.op == Op::Anonymous ? value_of(std::int64_t{0}) : evaluate(sight_.scene, h.delay, env);
     failed = failed || !row || !delay;
-    if (!failed) made.push_back({h.atom.predicate, std::move(*row), way(h.atom.arguments[0].variable, env, bodies), delay->integer()});
+    if (failed) return;
+    bool far = false;
+    std::vector<std::int64_t> catoms = way(h.atom.arguments[0].variable, env, bodies, far);
+    made.push_back({h.atom.predicate, std::move(*row), std::move(catoms), delay->integer(), far});
 }
 
 template <class Visit>
@@ -144,7 +147,7 @@ void Application::aggregate(const Head& h, const Environment& env, const Bodies&
 
 // ---- where facts go
 
-std::vector<std::int64_t> Application::way(VariableId goal, const Environment& env, const Bodies& bodies) const {
+std::vector<std::int64_t> Application::way(VariableId goal, const Environment& env, const Bodies& bodies, bool& far) const {
     if (goal == rule_.site) return {};
     std::map<VariableId, std::set<VariableId>> links;
     for (const std::vector<Clause>* body : bodies)
@@ -167,7 +170,8 @@ std::vector<std::int64_t> Application::way(VariableId goal, const Environment& e
         }
     std::vector<std::int64_t> catoms;
     for (const VariableId v : ways[goal]) catoms.push_back(env[v.index()]->integer());
-    // A place that no link of the bodies leads to is next to the execution site, or the fact is dropped.
+    // A place that no link of the bodies leads to is next to the execution site, or the fact is dropped; but where facts go far.
+    far = catoms.empty();
     if (catoms.empty()) catoms.push_back(env[goal.index()]->integer());
     return catoms;
 }

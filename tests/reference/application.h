@@ -11,6 +11,7 @@ struct Made {
     Row row;
     std::vector<std::int64_t> way = {};  // The catoms it goes through, with where it goes; none: it is made where the rule runs.
     std::int64_t delay = 0;              // In ticks from now.
+    bool far = false;                    // No link of the bodies leads to the last of them.
 };
 
 class Application {
@@ -46,7 +47,8 @@ class Application {
     template <class Visit>
     void each_match(const check::Head& h, const Environment& env, const Visit& visit);
     // The catoms on a shortest way over the links of the bodies from the rule's execution site to the place of a head.
-    std::vector<std::int64_t> way(check::VariableId goal, const Environment& env, const Bodies& bodies) const;
+    // far: no link of the bodies leads there.
+    std::vector<std::int64_t> way(check::VariableId goal, const Environment& env, const Bodies& bodies, bool& far) const;
 
     const Program& program_;
     const check::Rule& rule_;

@@ -39,6 +39,8 @@ Block error_block(Random& random, const std::vector<Known>& known, int names);
 Block half_settled_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that wander, meet and give persistent facts.
 Block linear_block(Random& random, const std::vector<Known>& known, int names);
+// The same with facts that go to nodes known by value.
+Block far_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that update another one, each in turn or all in one pass.
 Block sweep_block(Random& random, const std::vector<Known>& known, int names);
 

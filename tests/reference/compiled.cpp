@@ -8,6 +8,7 @@
 #include "compiler/driver/compile.h"
 #include "compiler/front/embedded.h"
 #include "compiler/syntax/parse.h"
+#include "draft.h"
 
 namespace meld::reference {
 
@@ -31,7 +32,7 @@ Result<check::Program> checked(const std::string& text) {
     tree.append(std::move(own));
     if (report.has_errors()) return fail(messages(files, report));
     check::separate_modules(tree, prelude + 1, report);
-    check::Program program = check::check(files, tree, prelude + 1, report);
+    check::Program program = check::check(files, tree, prelude + 1, report, goes_far(text) ? check::Worlds::Graphs : check::Worlds::Any);
     if (report.has_errors()) return fail(messages(files, report));
     return program;
 }
@@ -53,6 +54,7 @@ Result<Module> Workshop::module(const std::string& text, bool by_links) {
     driver::CompileOptions options{.cache_dir = folder_ + "/cache"};
     if (level == Level::Quick) options.optimisation = 0;
     options.plan.links = by_links;
+    if (goes_far(text)) options.worlds = check::Worlds::Graphs;
     const Result<void> done = driver::compile(path, options, compilation);
     if (!done) return tl::unexpected<Error>(done.error());
     if (compilation.report.has_errors()) return fail(messages(compilation.files, compilation.report));

@@ -22,6 +22,8 @@ struct DraftRule {
 };
 
 struct Draft {
+    // Linear facts go to nodes that rules know by value, each in one hop; only in graphs. The text says so in its first line.
+    bool far = false;
     std::vector<Declaration> declarations;
     std::vector<DraftRule> rules;
     // Of a program that was read from a file, instead of the pieces.
@@ -31,6 +33,8 @@ struct Draft {
 };
 
 std::string print(const DraftRule& rule);
+// Whether a text is of such a draft.
+bool goes_far(const std::string& text);
 // As a .meld file.
 std::string print(const Draft& draft);
 

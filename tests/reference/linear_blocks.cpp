@@ -20,7 +20,7 @@ std::string atom(const Token& t, const std::string& at, const std::string& value
 
 class LinearRules {
   public:
-    LinearRules(Random& random, const std::vector<Known>& known, int names) : random_(random), known_(known) {
+    LinearRules(Random& random, const std::vector<Known>& known, int names, bool far) : random_(random), known_(known), far_(far) {
         for (std::int64_t i = 0, n = 1 + below(random, 3); i < n; ++i)
             tokens_.push_back({fmt::format("t{}", names + static_cast<int>(i)), chance(random, 70), i > 0 && chance(random, 30)});
         ticket_ = {.name = fmt::format("t{}", names + static_cast<int>(tokens_.size()) + 1), .arguments = {Kind::Node}};
@@ -29,10 +29,10 @@ class LinearRules {
     }
 
     Block make() {
-        if (chance(random_, 40)) {
-            // Links of the program's own, to catoms that may be anywhere or nowhere.
+        if (far_ || chance(random_, 40)) {
+            // Links of the program's own, or only facts about catoms that may be anywhere or nowhere.
             road_ = fmt::format("w{}", tokens_[0].name);
-            block_.declarations.push_back({road_, fmt::format("type route {}(node, node).", road_)});
+            block_.declarations.push_back({road_, fmt::format("type {}{}(node, node).", far_ ? "" : "route ", road_)});
             block_.given.push_back({.predicate = road_, .arguments = {{0, 12}}, .per_mille = 400});
         }
         for (std::size_t i = 0; i < tokens_.size(); ++i) declare(i);
@@ -96,7 +96,7 @@ class LinearRules {
         const std::string select = counted_ && chance(random_, 30) ? pick(random_, std::vector<std::string>{"desc", "asc", "random"}) : "";
         // Ways to satisfy a body that differ only two links away are one or many, which matters where one of them is drawn.
         if (places_.size() > 1 && select != "random" && chance(random_, 30)) places_.push_back(body.far_link());
-        if (!road_.empty() && chance(random_, 40)) {
+        if (!road_.empty() && chance(random_, far_ ? 70 : 40)) {
             body.clause(fmt::format("{}(A, Far)", road_));
             places_.push_back("Far");
         }
@@ -193,6 +193,7 @@ class LinearRules {
 
     Random& random_;
     const std::vector<Known>& known_;
+    const bool far_;
     std::vector<Token> tokens_;
     Known mark_, ticket_;
     std::string road_;
@@ -205,6 +206,7 @@ class LinearRules {
 
 }  // namespace
 
-Block linear_block(Random& random, const std::vector<Known>& known, int names) { return LinearRules(random, known, names).make(); }
+Block linear_block(Random& random, const std::vector<Known>& known, int names) { return LinearRules(random, known, names, false).make(); }
+Block far_block(Random& random, const std::vector<Known>& known, int names) { return LinearRules(random, known, names, true).make(); }
 
 }  // namespace meld::reference

@@ -61,6 +61,7 @@ class Watcher {
     Watcher(const Trial& trial, const check::Program& program)
         : trial_(trial), program_(program), ticks_(program, trial.world.seed), mirror_(trial.world, trial.draft.given) {
         for (const check::Rule& rule : program.rules) linear_ = linear_ || rule.linear;
+        for (const auto& [cell, id] : mirror_.at) ticks_.know(static_cast<std::int64_t>(id));
     }
 
     bool linear() const { return linear_; }
@@ -301,6 +302,7 @@ void run_process(comm::Communicator& comm, Shared& s) {
         s.disturbance->load(subdomain, place);
     else if (const auto done = subdomain.populate(); !done)
         throw std::runtime_error(done.error().message());
+    subdomain.share_routes();
     sim::Tick tick(subdomain);
     if (s.disturbance && comm.process() == 0) s.outcome.states.resize(static_cast<std::size_t>(subdomain.tick()));
     std::optional<Watched> watched;
@@ -388,6 +390,7 @@ Facts given_facts(const check::Program& program, const Mirror& mirror) {
 
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch) {
     world::World world = make_world(trial.world);
+    if (trial.draft.far) world.network.reach = world::Reach::Any;
     set_conditions(world, setting.conditions);
     const bool fails = retraction::has_failures(trial.world);
     if (fails) set_jams(world, trial.world.seed);

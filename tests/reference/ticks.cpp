@@ -141,6 +141,8 @@ void Ticks::step(const Scene& now) {
     shown_.clear();
     for (const auto& [id, catom] : catoms_) shown_[id] = catom.views;
     links_before_ = now.links;
+    known_.clear();
+    for (const auto& [id, links] : now.links) known_.insert(id);
     for (Message& m : messages_) deliver(Message(m));
 }
 
@@ -164,7 +166,9 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
 void Ticks::put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made) {
     if (program_.predicates[made.predicate].kind == check::PredicateKind::Action) return;
     Later fact{made.delay > 0 ? scene.tick + made.delay : 0, made.predicate, std::move(made.row)};
-    if (!made.way.empty())
+    if (made.far && program_.worlds == check::Worlds::Graphs)
+        send_far(scene, id, catom, {std::move(made.way), std::move(fact), true});
+    else if (!made.way.empty())
         send(scene, id, {std::move(made.way), std::move(fact)});
     else if (fact.due > 0)
         catom.waiting.insert(std::move(fact));
@@ -185,9 +189,24 @@ void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
     }
 }
 
+// In one hop. A sender knows which catoms there were at the end of the last tick: to one that has gone since, the fact is dropped.
+void Ticks::send_far(const Scene& scene, std::int64_t from, Catom& catom, Message&& message) {
+    const std::int64_t goal = message.way[0];
+    if (goal == from) {
+        catom.waiting.insert(std::move(message.fact));
+    } else if (known_.contains(goal)) {
+        if (scene.links.contains(goal)) messages_.push_back(std::move(message));
+    } else if (const auto back = returned_.find(message.fact.predicate); back != returned_.end()) {
+        message.fact.row.insert(message.fact.row.begin(), value_of(from));
+        give(back->second, std::move(message.fact.row));
+    }
+}
+
 void Ticks::deliver(Message&& message) {
     Catom& to = catoms_.at(message.way[0]);
     message.way.erase(message.way.begin());
+    // Before any rule looks, but after the views have been derived.
+    if (message.far) return void(to.waiting.insert(std::move(message.fact)));
     if (!message.way.empty())
         to.passing.push_back(std::move(message));
     else if (message.fact.due > 0)
@@ -326,7 +345,7 @@ Facts Ticks::given() const {
 Facts Ticks::arriving() const {
     Facts all(program_.predicates.count());
     for (const Message& m : messages_)
-        if (m.way.size() == 1 && m.fact.due == 0) all[m.fact.predicate.index()].insert(m.fact.row);
+        if (m.way.size() == 1 && m.fact.due == 0 && !m.far) all[m.fact.predicate.index()].insert(m.fact.row);
     return all;
 }
 

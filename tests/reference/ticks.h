@@ -25,6 +25,8 @@ class Ticks {
     void take(PredicateId p, const Row& row);
     // One tick; the scene says which catoms there are.
     void step(const Scene& scene);
+    // A catom is there before the first tick.
+    void know(std::int64_t id) { known_.insert(id); }
 
     // As of the end of the last tick.
     Facts views() const;  // Certain ones.
@@ -47,6 +49,7 @@ class Ticks {
     struct Message {
         std::vector<std::int64_t> way;  // The next catom first.
         Later fact;
+        bool far = false;
     };
     struct Catom {
         Facts given, views;
@@ -67,6 +70,7 @@ class Ticks {
     void evaluate(const Scene& scene, std::int64_t id, Catom& catom);
     void put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made);
     void send(const Scene& scene, std::int64_t from, Message&& message);
+    void send_far(const Scene& scene, std::int64_t from, Catom& catom, Message&& message);
     void deliver(Message&& message);
     bool receive_one(std::int64_t now, Catom& catom);
     // Returns whether all derivations had values.
@@ -85,6 +89,7 @@ class Ticks {
     std::map<std::int64_t, Catom> catoms_;
     std::map<std::int64_t, Facts> shown_;  // The views at the end of the last tick,
     Links links_before_;                   // and the links in it.
+    std::set<std::int64_t> known_;         // The catoms that there were.
     std::vector<Message> messages_;
     bool failed_ = false, ran_away_ = false;
 };

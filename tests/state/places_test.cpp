@@ -81,7 +81,7 @@ TEST(FreePlaces, KeepEachLinkOnceAndRefuseWhatCannotBe) {
     ensemble.link(catoms[0], 4, catoms[2], 0);
     const std::vector<world::BrickKey> homes = {77, 77, 80};
     ByteWriter out;
-    FreePlaces::save(ensemble, catoms, homes, out);
+    FreePlaces::save(ensemble, std::nullopt, catoms, homes, out);
     ByteReader in(out.view(), "places", ByteReader::Origin::Outside);
     const Result<FreePlaces> read = FreePlaces::read(in);
     ASSERT_TRUE(read && in.done());

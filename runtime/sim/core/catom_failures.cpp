@@ -54,8 +54,8 @@ void CatomFailures::each_struck(world::Fault fault, double world::Faults::* prob
 }
 
 void CatomFailures::look_at_events() const {
-    // Catoms that move may come to be where an event looks for them.
-    if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty()) return;
+    // Catoms that move, or are made, may come to be where an event looks for them.
+    if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty() || subdomain_.module.makes_nodes) return;
     const log::FewWarnings few;
     for (const world::Event& event : subdomain_.world.events) {
         if (event.last() <= subdomain_.tick()) continue;

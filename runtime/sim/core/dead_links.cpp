@@ -22,8 +22,9 @@ void DeadLinks::look_at_given(std::size_t fact, Catom from, u32 predicate, u64 t
     if (dead(from, to)) found({1 + fact, subdomain_.ensemble.id(from)}, from, to, predicate, subdomain_.world.facts[fact].place);
 }
 
-// A catom may point to itself, for example at the root of a tree.
+// A catom may point to itself, for example at the root of a tree. In a program that makes nodes, facts along its own routes need no links.
 bool DeadLinks::dead(Catom from, u64 to) const {
+    if (subdomain_.module.makes_nodes) return false;
     const world::Ensemble& ensemble = subdomain_.ensemble;
     if (ensemble.id(from) == to) return false;
     const std::optional<Catom> other = ensemble.find(to);

@@ -14,7 +14,8 @@ Exchange::Exchange(Subdomain& subdomain)
       exports_(static_cast<std::size_t>(subdomain.workers.threads()),
                std::vector<std::vector<Export>>(static_cast<std::size_t>(subdomain.comm.processes()))),
       packets_(static_cast<std::size_t>(subdomain.comm.processes())),
-      changed_(static_cast<std::size_t>(subdomain.workers.threads())) {}
+      changed_(static_cast<std::size_t>(subdomain.workers.threads())),
+      births_(subdomain) {}
 
 void Exchange::note_export(int worker, Catom catom, u16 column) {
     if (subdomain_.network_) changed_[static_cast<std::size_t>(worker)].push_back({catom, column});
@@ -40,6 +41,8 @@ void Exchange::run() {
         for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
         subdomain_.facts_.deliver_sent(subdomain_.geometry());
         send_far();
+        send_births();
+        bear();
         return deliver_all();
     }
     pack();
@@ -50,6 +53,7 @@ void Exchange::run() {
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     for (const comm::Packet& packet : received) unpack(packet, arguments, lists);
+    bear();
     deliver_all();
 }
 
@@ -69,6 +73,7 @@ void Exchange::pack() {
     }
     pack_rows();
     send_far();
+    send_births();
 }
 
 // Rows for catoms of other processes travel as messages do.
@@ -95,13 +100,31 @@ void Exchange::send_far() {
             come_far(m.to, m.from, m.predicate, m.arguments);
             continue;
         }
-        ByteWriter& out = packets_[static_cast<std::size_t>(owner)];
-        out.write(Record::Far);
-        out.write(m.to);
-        out.write(m.predicate);
-        out.write(m.from);
-        pack_arguments(out, m.predicate, m.arguments);
+        pack_far(Record::Far, m, owner);
     }
+}
+
+void Exchange::pack_far(Record record, const eval::FarMessage& message, int owner) {
+    ByteWriter& out = packets_[static_cast<std::size_t>(owner)];
+    out.write(record);
+    out.write(message.to);
+    out.write(message.predicate);
+    out.write(message.from);
+    pack_arguments(out, message.predicate, message.arguments);
+}
+
+void Exchange::send_births() {
+    for (const eval::FarMessage& m : subdomain_.facts_.evaluator.births())
+        if (const int owner = Nodes::owner(m.to, subdomain_.comm.processes()); owner == subdomain_.comm.process())
+            births_.take({m.to, m.from, m.predicate, m.arguments});
+        else
+            pack_far(Record::Birth, m, owner);
+}
+
+void Exchange::bear() {
+    if (!subdomain_.module.makes_nodes || !subdomain_.world.is_graph()) return;
+    for (const Births::Fact& fact : births_.run()) arrivals_.push_back({*fact.catom, fact.predicate, fact.arguments});
+    births_.clear();
 }
 
 void Exchange::come_far(u64 to, u64 from, u16 predicate, const Value* arguments) {
@@ -192,11 +215,15 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
     ByteReader in(packet.bytes, "a packet of exports and messages");
     while (!in.done()) {
         const auto record = in.read<Record>();
-        if (record == Record::Far) {
+        if (record == Record::Far || record == Record::Birth) {
             const auto to = in.read<u64>();
             const auto predicate = in.read<u16>();
             const auto from = in.read<u64>();
-            come_far(to, from, predicate, unpack_arguments(predicate, in, arguments, lists));
+            const Value* const values = unpack_arguments(predicate, in, arguments, lists);
+            if (record == Record::Far)
+                come_far(to, from, predicate, values);
+            else
+                births_.take({to, from, predicate, values});
             continue;
         }
         const Catom catom = unpack_name(in, packet.process);

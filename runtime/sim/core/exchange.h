@@ -13,6 +13,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/radix_sort.h"
 #include "runtime/comm/communicator.h"
+#include "runtime/sim/core/births.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -31,7 +32,7 @@ class Exchange {
     std::uint64_t take_lost() { return std::exchange(lost_, 0); }
 
   private:
-    enum class Record : std::uint8_t { Export, Rows, Message, Far };
+    enum class Record : std::uint8_t { Export, Rows, Message, Far, Birth };
     // A linear or given fact that has arrived for a catom of this process in this tick.
     struct Arrival {
         Catom to;
@@ -48,6 +49,11 @@ class Exchange {
     // The same for one that went to its node without a link; if it is still there.
     void come_far(u64 to, u64 from, u16 predicate, const Value* arguments);
     void send_far();
+    // Facts with which nodes begin.
+    void send_births();
+    // The nodes that rules have made, with their facts; no network is between them and their makers.
+    void bear();
+    void pack_far(Record record, const eval::FarMessage& message, int owner);
     void pack();
     void pack_rows();
     void pack_export(ByteWriter& out, const Export& changed) const;
@@ -70,6 +76,7 @@ class Exchange {
     std::vector<ByteWriter> packets_;                        // By destination.
     std::vector<std::vector<Export>> changed_;               // By worker, for a network that takes time.
     std::uint64_t sent_bytes_ = 0, lost_ = 0;
+    Births births_;
     // The arrivals of a tick, and their order; reused so that a tick allocates nothing.
     std::vector<Arrival> arrivals_, sorted_;
     std::vector<Keyed> order_, spare_;

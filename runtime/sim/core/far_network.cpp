@@ -7,9 +7,8 @@
 namespace meld::sim {
 
 const world::LinkTerms& Network::terms_of_nodes(u64 a, u64 b) const {
-    const graph::Graph& graph = *world_.graph;
     const auto in = [&](const world::Region& where, u64 id) {
-        const graph::Point& at = graph.places[*graph.find(id)];
+        const graph::Point& at = members_.nodes->place(*members_.nodes->find(id));
         const world::Vec3 position = {at[0], at[1], 0};
         return where.contains(id, nearest_cell(position), position);
     };

@@ -59,7 +59,10 @@ class GraphFacts {
         for (std::size_t i = 0; i < count; ++i) {
             const Catom c = only_ != nullptr ? (*only_)[i] : static_cast<Catom>(i);
             if (!subdomain_.owned(c)) continue;
-            if (auto done = visit(c, *graph_.find(subdomain_.ensemble.id(c))); !done) return done;
+            // Files say nothing about nodes that rules have made.
+            const std::optional<Node> node = graph_.find(subdomain_.ensemble.id(c));
+            if (!node) continue;
+            if (auto done = visit(c, *node); !done) return done;
         }
         return {};
     }
@@ -93,6 +96,17 @@ Result<void> check_senses(const ModuleInfo& module) {
     return {};
 }
 
+// A program that makes nodes may make those that events will join.
+Result<void> check_joins(const ModuleInfo& module, const world::World& world) {
+    if (module.makes_nodes) return {};
+    for (const world::Event& event : world.events)
+        for (const world::LinkChoice& choice : event.join)
+            for (const u64 id : {choice.pair->first, choice.pair->second})
+                if (!world.graph->find(id))
+                    return fail(fmt::format("{}: the graph has no node {}", choice.place, id), "Join two of its nodes");
+    return {};
+}
+
 // Aggregates that wait keep a bit for each neighbour.
 constexpr u64 kMostAwaited = 32;
 
@@ -110,6 +124,14 @@ Result<void> check_degrees(const ModuleInfo& module, const world::World& world) 
                             kMostAwaited, graph.id(node), degree),
                 "Use an aggregate that does not wait, or a graph with fewer links for each node");
     }
+    // A node that rules make has the links that events give it.
+    for (const auto& [id, links] : joined)
+        if (module.waits && !graph.find(id) && links > kMostAwaited)
+            return fail(
+                fmt::format("the program has an aggregate that waits for all neighbours, of which there may be {}, and events join node {} "
+                            "with {}",
+                            kMostAwaited, id, links),
+                "Use an aggregate that does not wait, or join it with fewer");
     return {};
 }
 
@@ -129,6 +151,7 @@ Result<void> give_graph_facts(Subdomain& subdomain, const std::vector<Catom>* on
     if (!subdomain.world.is_graph()) return {};
     if (auto fine = check_senses(subdomain.module); !fine) return fine;
     if (auto fine = check_degrees(subdomain.module, subdomain.world); !fine) return fine;
+    if (auto fine = check_joins(subdomain.module, subdomain.world); !fine) return fine;
     GraphFacts facts(subdomain, only);
     for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
         const PredicateInfo& p = subdomain.module.predicates[i];

@@ -18,11 +18,11 @@ namespace {
 
 constexpr std::int32_t kUnknown = -1;
 
-world::Vec3 place_of(const Graph& graph, Node node) { return {graph.places[node][0], graph.places[node][1], 0}; }
+world::Vec3 place_of(const Nodes& all, Node node) { return {all.place(node)[0], all.place(node)[1], 0}; }
 
 // Nodes are linked in ascending order, so a port is the place in the row of neighbours, on every process.
-world::Port port_towards(const Graph& graph, Node node, Node other) {
-    const auto row = graph.neighbours(node);
+world::Port port_towards(const Nodes& all, Node node, Node other) {
+    const auto row = all.neighbours(node);
     return static_cast<world::Port>(std::lower_bound(row.begin(), row.end(), other) - row.begin());
 }
 
@@ -43,8 +43,10 @@ std::vector<std::int32_t> owners(const Graph& graph, comm::Communicator& comm) {
 void populate_graph(Membership& members, const Graph& graph, comm::Communicator& comm, const std::vector<bool>* left,
                     std::span<const JoinedNodes> joined) {
     const int process = comm.process();
-    const std::vector<std::int32_t> owner = owners(graph, comm);
-    const auto nodes = static_cast<Node>(graph.nodes());
+    const Nodes& all = *members.nodes;
+    std::vector<std::int32_t> owner = owners(graph, comm);
+    for (const Nodes::Made& made : all.made()) owner.push_back(Nodes::owner(made.id, comm.processes()));
+    const auto nodes = static_cast<Node>(all.count());
     const auto there = [&](Node node) { return left == nullptr || (*left)[node]; };
     members.next_id = graph.next_id();
     std::vector<std::int32_t> catom_of(nodes, kUnknown);
@@ -53,11 +55,11 @@ void populate_graph(Membership& members, const Graph& graph, comm::Communicator&
     for (Node node = 0; node < nodes; ++node) {
         if (owner[node] != process || !there(node)) continue;
         mine.push_back(node);
-        ports += graph.degree(node);
-        for (const Node other : graph.neighbours(node))
+        ports += all.neighbours(node).size();
+        for (const Node other : all.neighbours(node))
             if (owner[other] != process && there(other) && std::exchange(catom_of[other], 0) == kUnknown) {
                 ghosts.push_back(other);
-                ports += graph.degree(other);
+                ports += all.neighbours(other).size();
             }
     }
     for (const JoinedNodes& link : joined)
@@ -69,19 +71,19 @@ void populate_graph(Membership& members, const Graph& graph, comm::Communicator&
     members.reserve_nodes(mine.size() + ghosts.size(), ports);
     const auto add = [&](Node node) {
         const Catom catom =
-            members.add_freely(graph.id(node), place_of(graph, node), owner[node] == process ? kCatomOwned : kCatomGhost, owner[node]);
-        members.ensemble.links().room(catom, static_cast<world::Port>(graph.degree(node)));
+            members.add_freely(all.id(node), place_of(all, node), owner[node] == process ? kCatomOwned : kCatomGhost, owner[node]);
+        members.ensemble.links().room(catom, static_cast<world::Port>(all.neighbours(node).size()));
         catom_of[node] = static_cast<std::int32_t>(catom);
     };
     std::ranges::for_each(mine, add);
     std::ranges::for_each(ghosts, add);
     for (const Node node : mine) {
         world::Port port = 0;
-        for (const Node other : graph.neighbours(node)) {
+        for (const Node other : all.neighbours(node)) {
             // Between two catoms of this process the first one links.
             if (there(other) && (owner[other] != process || node < other))
                 members.ensemble.links().connect(static_cast<Catom>(catom_of[node]), port, static_cast<Catom>(catom_of[other]),
-                                                 port_towards(graph, other, node));
+                                                 port_towards(all, other, node));
             ++port;
         }
     }

@@ -34,13 +34,13 @@ LinkFailures::End LinkFailures::end_of(Catom catom) const {
 }
 
 LinkFailures::End LinkFailures::end_of_node(graph::Node node) const {
-    const graph::Graph& graph = *subdomain_.world.graph;
-    const world::Vec3 at = {graph.places[node][0], graph.places[node][1], 0};
-    return {graph.id(node), nearest_cell(at), at};
+    const graph::Point& place = subdomain_.nodes().place(node);
+    const world::Vec3 at = {place[0], place[1], 0};
+    return {subdomain_.nodes().id(node), nearest_cell(at), at};
 }
 
 void LinkFailures::look_at_events() const {
-    if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty()) return;
+    if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty() || subdomain_.module.makes_nodes) return;
     std::vector<std::pair<const LinkChoice*, const char*>> all;
     for (const world::Event& event : subdomain_.world.events) {
         if (event.last() <= subdomain_.tick()) continue;
@@ -190,7 +190,7 @@ void LinkFailures::heal_cells(const Which& which) {
 
 // Their other ends may be gone.
 std::vector<LinkFailures::Pair> LinkFailures::missing_in_graph(const Which& which) const {
-    const graph::Graph& graph = *subdomain_.world.graph;
+    const Nodes& graph = subdomain_.nodes();
     const world::Ensemble& ensemble = subdomain_.ensemble;
     std::vector<Pair> missing;
     for (Catom c = 0; c < ensemble.index_count(); ++c) {
@@ -218,7 +218,7 @@ void LinkFailures::join(const std::vector<Pair>& pairs) {
 }
 
 void LinkFailures::connect(std::vector<Pair> wanted) {
-    const graph::Graph& graph = *subdomain_.world.graph;
+    const Nodes& graph = subdomain_.nodes();
     Membership& m = subdomain_.members_;
     // By all ends.
     std::set<Pair> all(wanted.begin(), wanted.end());

@@ -32,7 +32,10 @@ Membership::Membership(const ModuleInfo& module, const world::World& world, cons
       ranks_(comm.processes()),
       senses_positions_(reads_positions(module)) {
     if (module.by_links) ensemble.keep_links(world.apart());
-    if (world.is_graph()) ensemble.set_graph();
+    if (world.is_graph()) {
+        ensemble.set_graph();
+        nodes.emplace(*world.graph);
+    }
     if (!world.is_free()) return;
     ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
                                    : std::function<bool(const world::Vec3&)>());
@@ -101,7 +104,8 @@ void Membership::start_freely(std::uint64_t id, Cell cell, const world::Vec3& po
 }
 
 std::size_t Membership::bytes() const {
-    return ensemble.bytes() + sensed_positions_.capacity() * sizeof(world::Vec3) + owners_.capacity() * sizeof(owners_[0]);
+    return ensemble.bytes() + sensed_positions_.capacity() * sizeof(world::Vec3) + owners_.capacity() * sizeof(owners_[0]) +
+           (nodes ? nodes->bytes() : 0);
 }
 
 }  // namespace meld::sim

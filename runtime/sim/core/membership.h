@@ -9,6 +9,7 @@
 #include "runtime/abi/module_abi.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/partition/partition.h"
+#include "runtime/sim/core/nodes.h"
 #include "runtime/world/ensemble.h"
 #include "runtime/world/target.h"
 #include "runtime/world/world_file.h"
@@ -65,7 +66,8 @@ class Membership {
     // The owners of bricks, and the processes that read which cells; available from the set-up on.
     std::optional<partition::Partition> partition;
     std::optional<partition::Halo> halo;
-    std::uint64_t next_id = 0;  // Of the whole ensemble.
+    std::uint64_t next_id = 0;   // Of the whole ensemble.
+    std::optional<Nodes> nodes;  // In a graph world.
 
   private:
     const int rank_, ranks_;

@@ -15,19 +15,21 @@ constexpr std::size_t kMaxKept_bytes = std::size_t{64} << 20;
 
 }  // namespace
 
-Routes::Routes(const world::World& world, const Membership& members, const comm::Communicator& comm)
-    : world_(world), members_(members), process_(comm.process()), owner_(world.graph->nodes(), kGone) {}
+Routes::Routes(bool anywhere, const Membership& members, const comm::Communicator& comm)
+    : anywhere_(anywhere), members_(members), process_(comm.process()) {}
+
+std::int32_t Routes::known_owner(Node node) const { return node < owner_.size() ? owner_[node] : kGone; }
 
 std::span<const Routes::Node> Routes::neighbours(Node node) const {
     if (!neighbours_.empty())
         if (const auto found = neighbours_.find(node); found != neighbours_.end()) return found->second;
-    return world_.graph->neighbours(node);
+    return members_.nodes->neighbours(node);
 }
 
 std::vector<Routes::Node> Routes::neighbours_now(Catom catom) const {
     std::vector<Node> nodes;
     members_.ensemble.links().each(catom,
-                                   [&](world::Port, Catom other) { nodes.push_back(*world_.graph->find(members_.ensemble.id(other))); });
+                                   [&](world::Port, Catom other) { nodes.push_back(*members_.nodes->find(members_.ensemble.id(other))); });
     std::ranges::sort(nodes);
     return nodes;
 }
@@ -39,13 +41,13 @@ void Routes::report(ByteWriter& out) const {
         const world::Ensemble& ensemble = members_.ensemble;
         for (Catom c = 0; c < ensemble.index_count(); ++c) {
             if (ensemble.state(c) != kCatomOwned) continue;
-            const Node node = *world_.graph->find(ensemble.id(c));
-            if (owner_[node] != process_) come.push_back(node);
+            const Node node = *members_.nodes->find(ensemble.id(c));
+            if (known_owner(node) != process_) come.push_back(node);
             std::vector<Node> row = neighbours_now(c);
             if (!std::ranges::equal(row, neighbours(node))) rows.emplace_back(node, std::move(row));
         }
         for (Node node = 0; node < owner_.size(); ++node)
-            if (owner_[node] == process_ && !ensemble.find(world_.graph->id(node))) gone.push_back(node);
+            if (owner_[node] == process_ && !ensemble.find(members_.nodes->id(node))) gone.push_back(node);
     }
     const auto write = [&](const std::vector<Node>& nodes) {
         out.write_count(nodes.size());
@@ -66,6 +68,7 @@ void Routes::take(int process, ByteReader& in) {
         for (Node& node : nodes) node = in.read<Node>();
         return nodes;
     };
+    owner_.resize(members_.nodes->count(), kGone);
     const std::vector<Node> come = read(), gone = read();
     for (const Node node : come) owner_[node] = process;
     for (const Node node : gone) {
@@ -104,14 +107,14 @@ const std::vector<std::uint32_t>& Routes::distances_from(Node target) const {
 u64 Routes::next_hop(Catom from, u64 target) const {
     const u64 here = members_.ensemble.id(from);
     if (target == here || !owner(target)) return here;
-    if (world_.network.reach == world::Reach::Any) return target;
+    if (anywhere_) return target;
     const std::scoped_lock lock(mutex_);
-    const std::vector<std::uint32_t>& distance = distances_from(*world_.graph->find(target));
+    const std::vector<std::uint32_t>& distance = distances_from(*members_.nodes->find(target));
     std::uint32_t least = kFar;
     u64 next = here;
     members_.ensemble.links().each(from, [&](world::Port, Catom other) {
         const u64 id = members_.ensemble.id(other);
-        const std::uint32_t its = distance[*world_.graph->find(id)];
+        const std::uint32_t its = distance[*members_.nodes->find(id)];
         if (its < least || (its == least && its != kFar && id < next)) {
             least = its;
             next = id;
@@ -121,8 +124,14 @@ u64 Routes::next_hop(Catom from, u64 target) const {
 }
 
 std::optional<int> Routes::owner(u64 id) const {
-    const std::optional<Node> node = world_.graph->find(id);
-    return node && owner_[*node] != kGone ? std::optional<int>(owner_[*node]) : std::nullopt;
+    const std::optional<Node> node = members_.nodes->find(id);
+    const std::int32_t known = node ? known_owner(*node) : kGone;
+    return known != kGone ? std::optional<int>(known) : std::nullopt;
+}
+
+double Routes::most_distances_bytes(double nodes) {
+    const double one = static_cast<double>(sizeof(std::uint32_t)) * nodes;
+    return std::min(one * nodes, std::max(static_cast<double>(kMaxKept_bytes), one));
 }
 
 std::size_t Routes::bytes() const {

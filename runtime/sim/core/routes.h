@@ -15,14 +15,14 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/comm/communicator.h"
-#include "runtime/graph/graph.h"
 #include "runtime/sim/core/membership.h"
 
 namespace meld::sim {
 
 class Routes {
   public:
-    Routes(const world::World& world, const Membership& members, const comm::Communicator& comm);
+    // `anywhere`: every node is one hop away.
+    Routes(bool anywhere, const Membership& members, const comm::Communicator& comm);
 
     // What has changed at the nodes of this process since all have last taken it; at first everything. Cost: nothing if no link and no node
     // has come or gone; otherwise a look at each link.
@@ -39,9 +39,12 @@ class Routes {
     std::optional<int> owner(u64 id) const;
 
     std::size_t bytes() const;
+    // What a process takes for so many nodes: always, and beside that for distances at most.
+    static double bytes_for(double nodes) { return static_cast<double>(sizeof(std::int32_t)) * nodes; }
+    static double most_distances_bytes(double nodes);
 
   private:
-    using Node = graph::Node;
+    using Node = Nodes::Node;
     std::span<const Node> neighbours(Node node) const;
     std::vector<Node> neighbours_now(Catom catom) const;
     // By node; kFar where no way leads.
@@ -53,7 +56,10 @@ class Routes {
     };
     Seen now() const { return {members_.ensemble.links().version(), members_.ensemble.owned_count()}; }
 
-    const world::World& world_;
+    // The one that is known for a node; kGone also for one that has just been made.
+    std::int32_t known_owner(Node node) const;
+
+    const bool anywhere_;
     const Membership& members_;
     const int process_;
     std::vector<std::int32_t> owner_;  // By node.

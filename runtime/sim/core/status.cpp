@@ -24,6 +24,7 @@ void Totals::add(const Totals& other) {
     lost += other.lost;
     links_cut += other.links_cut;
     links_made += other.links_made;
+    nodes_made += other.nodes_made;
     awake = awake || other.awake;
     waiting = waiting || other.waiting;
     timers = timers || other.timers;

@@ -20,13 +20,14 @@ struct Totals {
     std::uint64_t sent_bytes = 0;           // Between processes.
     std::uint64_t lost = 0;                 // Linear facts of catoms that were killed or have restarted.
     std::uint64_t links_cut = 0, links_made = 0;
-    bool awake = false;      // Something is left to do: an agenda, a message, an action.
-    bool waiting = false;    // Something happens later: a timer or an event of the world.
-    bool timers = false;     // A timer is set.
-    bool undefined = false;  // Some view has an undefined derivation.
-    bool stop = false;       // Somebody outside asked for the end.
-    bool save = false;       // Somebody outside asked for a checkpoint after this tick.
-    bool finished = false;   // A catom did, with `stop-program`.
+    std::uint64_t nodes_made = 0;  // By rules.
+    bool awake = false;            // Something is left to do: an agenda, a message, an action.
+    bool waiting = false;          // Something happens later: a timer or an event of the world.
+    bool timers = false;           // A timer is set.
+    bool undefined = false;        // Some view has an undefined derivation.
+    bool stop = false;             // Somebody outside asked for the end.
+    bool save = false;             // Somebody outside asked for a checkpoint after this tick.
+    bool finished = false;         // A catom did, with `stop-program`.
     std::uint32_t greatest_rank = 0;
     eval::Failure failure;
     // Nothing is left to do until the world changes: the views are the model of the facts that are given and sensed now.
@@ -68,7 +69,7 @@ class Status {
     // In the order of ticks; of one tick, by their numbers. They hang until then.
     std::vector<Dying> dying;
     // In this tick, on this process.
-    std::uint64_t lost = 0, links_cut = 0, links_made = 0;
+    std::uint64_t lost = 0, links_cut = 0, links_made = 0, nodes_made = 0;
 
     // A checkpoint is to be made at a tick boundary that all processes agree on; whoever makes it takes the request back.
     bool save_requested = false;

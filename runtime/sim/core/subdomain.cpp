@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/sim/core/births.h"
 #include "runtime/sim/core/setup.h"
 
 namespace meld::sim {
@@ -21,10 +22,13 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
           for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
       }) {
     if (module.finds_ways && world.is_graph()) {
-        routes_.emplace(world, members_, communicator);
-        facts_.evaluator.find_ways([this](u32 catom, u64 goal) { return routes_->next_hop(catom, goal); },
-                                   world.network.reach == world::Reach::Any);
+        const bool anywhere =
+            world.network.reach.value_or(module.makes_nodes ? world::Reach::Any : world::Reach::Links) == world::Reach::Any;
+        routes_.emplace(anywhere, members_, communicator);
+        facts_.evaluator.find_ways([this](u32 catom, u64 goal) { return routes_->next_hop(catom, goal); }, anywhere);
     }
+    if (module.makes_nodes && world.is_graph())
+        facts_.evaluator.make_nodes([this](u32 catom, u32 n) { return Births::number(members_, catom, n); });
     if (!world.apart()) return;
     network_.emplace(module, world, members_, facts_);
     // A call for each catom that is awake, so none where all act.

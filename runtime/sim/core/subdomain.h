@@ -71,8 +71,12 @@ class Subdomain {
     bool owned(Catom catom) const { return members_.owned(catom); }
     // The process that owns this catom.
     int owner_of(Catom catom) const { return members_.owner_of(catom); }
-    // How many catoms the ensemble has ever had.
+    // Above the numbers of all catoms that the ensemble has ever had; on lattices their count.
     std::uint64_t next_id() const { return members_.next_id; }
+    // Whether there is or was a catom with this number.
+    bool has_been(std::uint64_t id) const { return members_.nodes ? members_.nodes->find(id).has_value() : id < next_id(); }
+    // Only in a graph world.
+    const Nodes& nodes() const { return *members_.nodes; }
     // How many there were when the ensemble was made: @world.
     std::int64_t world_catoms() const { return abi_.world_catoms; }
     // The actions of the last tick, by the ids of their catoms.
@@ -81,6 +85,8 @@ class Subdomain {
     // with the same arguments. Nothing right after a snapshot has been restored.
     eval::Sent sent() const { return facts_.evaluator.all_sent(geometry()); }
     const std::vector<eval::Message>& sent_by_modules() const { return facts_.evaluator.requests().messages(); }
+    // Those that catoms of this process sent to nodes without a link.
+    const std::vector<eval::FarMessage>& sent_far() const { return facts_.evaluator.far_messages(); }
     // The catoms of this process that were evaluated in the last tick: nothing but what was sent to a catom has changed at others.
     const std::vector<u32>& evaluated() const { return facts_.evaluator.evaluated(); }
     const std::vector<u64>& reasons() const { return facts_.evaluator.reasons(); }
@@ -216,6 +222,7 @@ class Subdomain {
   private:
     bool hangs(std::uint64_t id) const;
     friend class CatomView;
+    friend class Births;
     friend class Setup;
     friend class GivenFacts;
     friend class CatomFailures;

@@ -110,6 +110,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
     mine.lost = std::exchange(s.status_.lost, 0);
     mine.links_cut = std::exchange(s.status_.links_cut, 0);
     mine.links_made = std::exchange(s.status_.links_made, 0);
+    mine.nodes_made = std::exchange(s.status_.nodes_made, 0);
     mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving || (s.network_ && s.network_->busy());
     mine.timers = !s.timers().empty();
     mine.waiting = mine.timers || s.world.expects_after(s.tick()) || !s.status_.dying.empty();

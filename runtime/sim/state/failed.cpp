@@ -16,7 +16,7 @@ namespace {
 using Pair = std::pair<std::uint64_t, std::uint64_t>;
 
 void find_in_graph(const Subdomain& subdomain, Catom catom, std::vector<Pair>& missing, std::vector<JoinedNodes>& joined) {
-    const graph::Graph& graph = *subdomain.world.graph;
+    const Nodes& graph = subdomain.nodes();
     const world::Ensemble& ensemble = subdomain.ensemble;
     const graph::Node node = *graph.find(ensemble.id(catom));
     const auto row = graph.neighbours(node);
@@ -68,6 +68,11 @@ void Failed::save(const Subdomain& subdomain, ByteWriter& out) {
     out.write_count(missing.size());
     for (const auto& [a, b] : missing) out.write(a), out.write(b);
     write(joined);
+    // The same on all processes.
+    const bool tells = ensemble.is_graph() && subdomain.comm.process() == 0;
+    out.write_count(tells ? subdomain.nodes().made().size() : 0);
+    if (!tells) return;
+    for (const Nodes::Made& one : subdomain.nodes().made()) out.write(one.id), out.write(one.maker);
 }
 
 Result<void> Failed::read(const world::World& world, ByteReader& in) {
@@ -87,16 +92,30 @@ Result<void> Failed::read(const world::World& world, ByteReader& in) {
     }
     for (std::size_t left = in.read_count(sizeof(JoinedNodes)); left > 0; --left) {
         const auto link = in.read<JoinedNodes>();
+        if (!world.is_graph()) return damaged("has links of nodes, and the world none");
+        joined_.push_back(link);
+    }
+    for (std::size_t left = in.read_count(sizeof(std::uint64_t) + sizeof(graph::Node)); left > 0; --left) {
+        const auto id = in.read<std::uint64_t>();
+        const auto maker = in.read<graph::Node>();
+        const std::uint64_t before = !world.is_graph() ? 0 : made_.empty() ? world.graph->next_id() : made_.back().id + 1;
+        if (!world.is_graph() || id < before || maker >= world.graph->nodes() + made_.size())
+            return damaged(fmt::format("has a node @{} that no rule can have made", id));
+        made_.push_back({id, maker});
+    }
+    return in.failed() ? in.outcome() : Result<void>{};
+}
+
+Result<void> Failed::check_joined(const Nodes& nodes) const {
+    for (const JoinedNodes& link : joined_) {
         // Ports beyond those of the graph are taken one after the other.
         const auto fits = [&](graph::Node node, Port port) {
-            return world.is_graph() && node < world.graph->nodes() && port >= world.graph->degree(node) &&
-                   port < world.graph->degree(node) + world.graph->nodes();
+            return node < nodes.count() && port >= nodes.neighbours(node).size() && port < nodes.neighbours(node).size() + nodes.count();
         };
         if (!fits(link.a, link.port_of_a) || !fits(link.b, link.port_of_b) || link.a == link.b)
             return damaged(fmt::format("has a link of nodes {} and {} that cannot be", link.a, link.b));
-        joined_.push_back(link);
     }
-    return in.failed() ? in.outcome() : Result<void>{};
+    return {};
 }
 
 void Failed::cut(world::Ensemble& ensemble) const {

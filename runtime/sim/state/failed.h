@@ -1,5 +1,6 @@
 // What a snapshot says of catoms and links that fail: which catoms hang, which of them are dying, which links are missing although their
-// catoms touch or the graph has them, and which links of nodes the graph does not have.
+// catoms touch or the graph has them, and which links of nodes the graph does not have;
+// and which nodes rules have made.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +21,14 @@ class Failed {
     Result<void> read(const world::World& world, ByteReader& in);
 
     const std::vector<JoinedNodes>& joined() const { return joined_; }
+    struct Made {
+        std::uint64_t id = 0;
+        graph::Node maker = 0;
+    };
+    // As Nodes::add() takes them.
+    const std::vector<Made>& made() const { return made_; }
+    // Once all shares have been read and all nodes are known. Errors: a link cannot be.
+    Result<void> check_joined(const Nodes& nodes) const;
     // Takes the missing links out, once all catoms are there.
     void cut(world::Ensemble& ensemble) const;
     // By their numbers.
@@ -32,6 +41,7 @@ class Failed {
     std::vector<Dying> dying_;
     std::vector<std::pair<std::uint64_t, std::uint64_t>> missing_;
     std::vector<JoinedNodes> joined_;
+    std::vector<Made> made_;
 };
 
 }  // namespace meld::sim

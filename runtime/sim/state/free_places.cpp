@@ -35,8 +35,8 @@ std::uint32_t number(const world::Ensemble& ensemble, world::Catom catom) {
 
 }  // namespace
 
-void FreePlaces::save(const world::Ensemble& ensemble, std::span<const world::Catom> catoms, std::span<const world::BrickKey> homes,
-                      ByteWriter& out) {
+void FreePlaces::save(const world::Ensemble& ensemble, const std::optional<Nodes>& nodes, std::span<const world::Catom> catoms,
+                      std::span<const world::BrickKey> homes, ByteWriter& out) {
     MELD_EXPECT(catoms.size() == homes.size(), "{} catoms, {} homes", catoms.size(), homes.size());
     std::vector<Home> runs;
     for (const world::BrickKey home : homes) {
@@ -52,7 +52,7 @@ void FreePlaces::save(const world::Ensemble& ensemble, std::span<const world::Ca
     std::vector<std::uint8_t> counts, ports, ports_there;
     ids.reserve(catoms.size()), counts.reserve(catoms.size());
     for (const world::Catom catom : catoms) {
-        ids.push_back(number(ensemble, catom));
+        ids.push_back(nodes ? *nodes->find(ensemble.id(catom)) : number(ensemble, catom));
         const std::size_t before = others.size();
         for (int port = 0; port < kMaxPorts && !ensemble.is_graph(); ++port) {
             const std::optional<world::Catom> other = ensemble.linked(catom, port);

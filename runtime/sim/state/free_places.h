@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "runtime/base/bytes.h"
+#include "runtime/sim/core/nodes.h"
 #include "runtime/world/ensemble.h"
 
 namespace meld::sim {
@@ -23,9 +25,10 @@ class FreePlaces {
         std::uint32_t other = 0;
         std::uint8_t port = 0, port_there = 0;
     };
-    // `homes` are those of the catoms. All have numbers below 2^32. Of nodes of a graph only the numbers.
-    static void save(const world::Ensemble& ensemble, std::span<const world::Catom> catoms, std::span<const world::BrickKey> homes,
-                     ByteWriter& out);
+    // `homes` are those of the catoms. All have numbers below 2^32. Of nodes of a graph only where they are in
+    // the order of nodes (Nodes), which is called their numbers here.
+    static void save(const world::Ensemble& ensemble, const std::optional<Nodes>& nodes, std::span<const world::Catom> catoms,
+                     std::span<const world::BrickKey> homes, ByteWriter& out);
     static Result<FreePlaces> read(ByteReader& in);
 
     const std::vector<Home>& homes() const { return homes_; }

@@ -1,4 +1,4 @@
-// Nodes of a graph from a snapshot, which says only which of them are left; their links follow from the graph.
+// Nodes of a graph from a snapshot, which says which of them are left, and which rules have made; their links follow from the graph.
 #include <fmt/format.h>
 
 #include <vector>
@@ -20,28 +20,30 @@ Result<FreePlaces> Loader::nodes(std::size_t share, std::size_t chunk) {
 }
 
 Result<void> Loader::add_nodes() {
-    const graph::Graph& graph = *subdomain_.world.graph;
-    std::vector<bool> left(graph.nodes());
-    const Result<void> known = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
-        const Result<FreePlaces> all = nodes(share, chunk);
-        if (!all) return tl::unexpected<Error>(all.error());
-        for (const std::uint32_t id : all->ids()) {
-            const std::optional<graph::Node> node = graph.find(id);
-            if (!node) return damaged(fmt::format("has a node @{}, and the graph has none", id));
-            if (left[*node]) return damaged(fmt::format("has catom @{} twice", id));
-            left[*node] = true;
-        }
-        return {};
-    });
+    Nodes& all_nodes = *subdomain_.members_.nodes;
+    for (const Failed::Made& made : failed_.made()) all_nodes.add(made.id, made.maker);
+    std::vector<bool> left(all_nodes.count());
+    Result<void> known = failed_.check_joined(all_nodes);
+    if (known)
+        known = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
+            const Result<FreePlaces> all = nodes(share, chunk);
+            if (!all) return tl::unexpected<Error>(all.error());
+            for (const graph::Node node : all->ids()) {
+                if (node >= left.size()) return damaged(fmt::format("has node number {}, and the graph has {}", node, left.size()));
+                if (left[node]) return damaged(fmt::format("has catom @{} twice", all_nodes.id(node)));
+                left[node] = true;
+            }
+            return {};
+        });
     // They place the nodes together.
     if (auto all = comm::outcome_of_all(subdomain_.comm, known); !all) return all;
-    populate_graph(subdomain_.members_, graph, subdomain_.comm, &left, failed_.joined());
+    populate_graph(subdomain_.members_, *subdomain_.world.graph, subdomain_.comm, &left, failed_.joined());
     return each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
         const Result<FreePlaces> all = nodes(share, chunk);
         if (!all) return tl::unexpected<Error>(all.error());
         PlacedChunk& found = found_[share].emplace_back();
-        for (const std::uint32_t id : all->ids())
-            if (const std::optional<Catom> catom = subdomain_.ensemble.find(id))
+        for (const graph::Node node : all->ids())
+            if (const std::optional<Catom> catom = subdomain_.ensemble.find(all_nodes.id(node)))
                 found.add(*catom, 1, subdomain_.owned(*catom));
             else
                 found.pass(1);

@@ -48,7 +48,8 @@ Result<void> Saver::save_homes(ShareSink& sink) const {
     MELD_EXPECT(graph || subdomain_.home_of_ != nullptr, "catoms at arbitrary positions without homes");
     std::vector<std::pair<world::BrickKey, Catom>> all;
     for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c)
-        if (subdomain_.owned(c)) all.emplace_back(graph ? subdomain_.ensemble.id(c) / kBrickCells : subdomain_.home_of_(c), c);
+        if (subdomain_.owned(c))
+            all.emplace_back(graph ? *subdomain_.nodes().find(subdomain_.ensemble.id(c)) / kBrickCells : subdomain_.home_of_(c), c);
     std::sort(all.begin(), all.end());
     std::vector<Catom> catoms;
     std::vector<world::BrickKey> homes;
@@ -61,7 +62,7 @@ Result<void> Saver::save_homes(ShareSink& sink) const {
         const bool last = i + 1 == all.size();
         if (!last && (catoms.size() < most || all[i + 1].first == homes.back())) continue;
         places.clear(), held.clear();
-        FreePlaces::save(subdomain_.ensemble, catoms, homes, places);
+        FreePlaces::save(subdomain_.ensemble, subdomain_.members_.nodes, catoms, homes, places);
         state(catoms, held);
         if (auto done = sink.chunk({places.view(), held.view()}); !done) return done;
         catoms.clear(), homes.clear();
