@@ -216,7 +216,9 @@ Result<void> Loader::add(const CellPlaces& all, Found& found) {
     // Where catoms have moved, a run is of one catom, and the next one is mostly in the same brick.
     std::optional<world::BrickKey> last;
     Cell brick;
-    bool ours = false, beside = false;
+    bool ours = false;
+    // The sides of that brick on which this process owns a brick. Its cells near one of them are ghosts here.
+    std::vector<partition::Halo::Side> toward_us;
     return all.each_in_brick([&](const CellPlaces::Run& run) -> Result<void> {
         const world::BrickKey key = run.first >> kBrickCellBits;
         const auto number = static_cast<std::uint32_t>(run.first & (kBrickCells - 1));
@@ -225,7 +227,9 @@ Result<void> Loader::add(const CellPlaces& all, Found& found) {
             brick = lattice.brick_at(key);
             if (!lattice.brick_in_range(brick)) return damaged(fmt::format("has catoms beyond the world, in brick {}", key));
             ours = m.partition->owner(key) == rank;
-            beside = !ours && !subdomain_.alone() && m.halo->borders(rank, brick);
+            toward_us.clear();
+            if (!ours && !subdomain_.alone()) toward_us = m.halo->sides(brick);
+            std::erase_if(toward_us, [&](const partition::Halo::Side& side) { return side.process != rank; });
         }
         if (ours) {
             const world::Slot slot = m.ensemble.slot(brick);
@@ -234,11 +238,11 @@ Result<void> Loader::add(const CellPlaces& all, Found& found) {
             return {};
         }
         for (std::uint32_t i = 0; i < run.count; ++i) {
-            const Cell cell = lattice.cell_in_brick(brick, number + i);
-            if (!beside || !m.halo->subscribes(rank, cell)) {
+            if (std::none_of(toward_us.begin(), toward_us.end(), [&](const auto& side) { return m.halo->near(side, number + i); })) {
                 found.pass(1);
                 continue;
             }
+            const Cell cell = lattice.cell_in_brick(brick, number + i);
             if (m.ensemble.at(cell)) return twice(cell);
             found.add(m.ensemble.add(run.id + i, cell, kCatomGhost), 1, false);
         }
