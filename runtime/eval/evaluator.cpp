@@ -10,6 +10,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/random.h"
 #include "runtime/eval/kept.h"
+#include "runtime/eval/repeated.h"
 #include "runtime/kernel/values.h"
 #include "runtime/tuple/field.h"
 
@@ -62,7 +63,7 @@ struct Wake {
 
 // A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
 struct Evaluator::Thread : Eval {
-    explicit Thread(const ModuleInfo& module) : outbox(module) { outgoing = outbox.places(); }
+    explicit Thread(const ModuleInfo& module) : outbox(module), repeated(module) { outgoing = outbox.places(); }
     Evaluator* owner = nullptr;
     int number = 0;
     std::vector<std::unique_ptr<u8[]>> chunks;
@@ -76,6 +77,7 @@ struct Evaluator::Thread : Eval {
     Outbox outbox;  // Until the next evaluation.
     std::vector<FarMessage> far_messages;
     std::vector<Action> actions;
+    Repeated repeated;  // Of the first worker only: one thread puts them together.
     Kept<Value> values;
     std::vector<Value> arguments;  // Of a row, on its way to a network.
     // The lists among them and in rows that were sent, which messages, actions and rows own until the next evaluation.
@@ -379,6 +381,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     agenda_.take(awake_, dirty_,
                  [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !(left_out_ && left_out_(catom)); });
     if (acts_) postpone();
+    if (!acts_) threads_[0]->repeated.rest(subdomain.now, awake_, dirty_, actions_, timers_);
     subdomain.tombstones = !tombstones_.empty() || has_linear();
     subdomain.undefined = !undefined_.empty();
     requests_.begin_evaluation();
@@ -500,6 +503,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         else
             unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
+        for (const Action& a : t->actions) threads_[0]->repeated.note(a);
         for (const Loss& l : t->losses)
             tombstones_.lose(l.catom, l.predicate, l.key, l.rank, subdomain.now, subdomain.greatest_rank, subdomain.latency);
         for (const Wake& w : t->wakes) timers_.add(subdomain.now, w.tick, w.catom, w.dirty);
@@ -517,7 +521,11 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     }
     order_messages();
     std::ranges::sort(far_messages_, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
+    // What code outside the program asks for is not repeated: the next evaluation finds out what the rules ask for.
+    for (const Action& a : requests_.actions())
+        if (threads_[0]->repeated.asked(a.catom)) agenda_.mark(a.catom, kDirtyWake);
     order_actions(subdomain.geometry.catom_id);
+    threads_[0]->repeated.add_to(actions_, subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }
 
@@ -550,48 +558,11 @@ void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& 
 void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments) {
     MELD_EXPECT(module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
     actions_.push_back({catom, predicate, threads_[0]->keep_values(arguments, module_.predicates[predicate])});
+    threads_[0]->repeated.note(actions_.back());
 }
 
 void Evaluator::order_actions(const u64* ids) {
     std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return ids[a.catom] < ids[b.catom]; });
-}
-
-bool Evaluator::sent_rows(u16 column) const {
-    return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->count(column) > 0; });
-}
-
-Sent Evaluator::all_sent(const Geometry& geometry) const {
-    Sent all{.messages = messages_, .values = {}};
-    std::vector<Value> arguments;
-    for (const u16 predicate : linear_predicates_) {
-        const PredicateInfo& p = module_.predicates[predicate];
-        each_sent(p.column, [&](SentRow sent, const u8* row) {
-            tuple::read_row(p, row, arguments);
-            all.messages.push_back({sent.to, predicate, geometry.catom_id[sent.from], 0, all.values.copy(arguments.data(), p.arity)});
-        });
-    }
-    std::ranges::stable_sort(all.messages, {}, [](const Message& m) { return std::pair(m.to, m.from); });
-    return all;
-}
-
-// By receiver, then sender, then sequence number: each receiver has few, so the rest is sorted by insertion.
-void Evaluator::order_messages() {
-    order_.clear();
-    for (u32 i = 0; i < unsorted_.size(); ++i) order_.push_back({unsorted_[i].to, i});
-    sort_by_key(order_, spare_);
-    messages_.clear();
-    messages_.reserve(unsorted_.size());
-    std::size_t first = 0;
-    for (const Keyed& k : order_) {
-        const Message& m = unsorted_[k.place];
-        if (first < messages_.size() && messages_[first].to != m.to) first = messages_.size();
-        std::size_t at = messages_.size();
-        messages_.push_back(m);
-        for (; at > first && std::tie(m.from, m.sequence) < std::tie(messages_[at - 1].from, messages_[at - 1].sequence); --at)
-            messages_[at] = messages_[at - 1];
-        messages_[at] = m;
-    }
-    MELD_ENSURE(messages_.size() == unsorted_.size(), "{} messages of {}", messages_.size(), unsorted_.size());
 }
 
 }  // namespace meld::eval
