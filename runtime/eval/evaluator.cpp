@@ -10,6 +10,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/random.h"
 #include "runtime/eval/kept.h"
+#include "runtime/eval/repeated.h"
 #include "runtime/eval/rotation.h"
 #include "runtime/kernel/values.h"
 #include "runtime/tuple/field.h"
@@ -63,7 +64,7 @@ struct Wake {
 
 // A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
 struct Evaluator::Thread : Eval {
-    explicit Thread(const ModuleInfo& module) : outbox(module) { outgoing = outbox.places(); }
+    explicit Thread(const ModuleInfo& module) : outbox(module), repeated(module) { outgoing = outbox.places(); }
     Evaluator* owner = nullptr;
     int number = 0;
     std::vector<std::unique_ptr<u8[]>> chunks;
@@ -80,6 +81,7 @@ struct Evaluator::Thread : Eval {
     u32 nodes_made = 0, nodes_made_of = kNone32;
     u64 greatest_new_node = 0;
     std::vector<Action> actions;
+    Repeated repeated;  // Of the first worker only: one thread puts them together.
     Kept<Value> values;
     std::vector<Value> arguments;  // Of a row, on its way to a network.
     // The lists among them and in rows that were sent, which messages, actions and rows own until the next evaluation.
@@ -397,6 +399,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     agenda_.take(awake_, dirty_,
                  [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !(left_out_ && left_out_(catom)); });
     if (acts_) postpone();
+    if (!acts_) threads_[0]->repeated.rest(subdomain.now, awake_, dirty_, actions_, timers_);
     subdomain.tombstones = !tombstones_.empty() || has_linear();
     subdomain.undefined = !undefined_.empty();
     requests_.begin_evaluation();
@@ -523,6 +526,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         else
             unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
         actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
+        for (const Action& a : t->actions) threads_[0]->repeated.note(a);
         for (const Loss& l : t->losses)
             tombstones_.lose(l.catom, l.predicate, l.key, l.rank, subdomain.now, subdomain.greatest_rank, subdomain.latency);
         for (const Wake& w : t->wakes) timers_.add(subdomain.now, w.tick, w.catom, w.dirty);
@@ -541,7 +545,11 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     order_messages();
     for (std::vector<FarMessage>* all : {&far_messages_, &births_})
         std::ranges::sort(*all, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
+    // What code outside the program asks for is not repeated: the next evaluation finds out what the rules ask for.
+    for (const Action& a : requests_.actions())
+        if (threads_[0]->repeated.asked(a.catom)) agenda_.mark(a.catom, kDirtyWake);
     order_actions(subdomain.geometry.catom_id);
+    threads_[0]->repeated.add_to(actions_, subdomain.geometry.catom_id);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }
 
@@ -574,14 +582,11 @@ void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& 
 void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments) {
     MELD_EXPECT(module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
     actions_.push_back({catom, predicate, threads_[0]->keep_values(arguments, module_.predicates[predicate])});
+    threads_[0]->repeated.note(actions_.back());
 }
 
 void Evaluator::order_actions(const u64* ids) {
     std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return ids[a.catom] < ids[b.catom]; });
-}
-
-bool Evaluator::sent_rows(u16 column) const {
-    return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->count(column) > 0; });
 }
 
 }  // namespace meld::eval

@@ -10,6 +10,10 @@
 
 namespace meld::eval {
 
+bool Evaluator::sent_rows(u16 column) const {
+    return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->count(column) > 0; });
+}
+
 Sent Evaluator::all_sent(const Geometry& geometry) const {
     Sent all{.messages = messages_, .values = {}};
     std::vector<Value> arguments;

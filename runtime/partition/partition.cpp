@@ -111,18 +111,4 @@ std::vector<int> Halo::listeners(Cell cell) const {
     return distinct(std::move(processes));
 }
 
-bool Halo::borders(int process, Cell brick) const {
-    MELD_EXPECT(process >= 0 && process < partition_.processes(), "process {}", process);
-    bool any = false;
-    each_side(brick, [&](const Side& side) { any = any || side.process == process; });
-    return any;
-}
-
-bool Halo::subscribes(int process, Cell cell) const {
-    bool any = false;
-    const std::uint32_t number = lattice().number_in_brick(cell);
-    each_side(lattice().brick_of(cell), [&](const Side& side) { any = any || (side.process == process && near(side, number)); });
-    return any;
-}
-
 }  // namespace meld::partition

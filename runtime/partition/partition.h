@@ -47,17 +47,14 @@ class Halo {
     // The processes, without this one, that own a brick next to the brick of this cell. Ascending.
     std::vector<int> around(Cell cell) const;
     int owner(Cell cell) const;
-    bool subscribes(int process, Cell cell) const;
     // All processes that know the cell: its owner and those that read it. Ascending.
     std::vector<int> listeners(Cell cell) const;
-    // Whether this process owns a brick next to this brick, or the brick itself.
-    bool borders(int process, Cell brick) const;
 
     struct Side {
         std::int8_t dx, dy, dz;
         std::int32_t process;
     };
-    // The brick itself and those around it, with their owners.
+    // The brick itself and those around it, with their owners. Cost: 27 walks along the curve.
     std::vector<Side> sides(Cell brick) const;
     // Whether a cell of the brick is within reach of that side.
     bool near(const Side& side, std::uint32_t cell) const;

@@ -269,18 +269,19 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
         const Cell cell = c.cell;
         const std::optional<Catom> catom = subdomain.ensemble.at(cell);
         MELD_CHECK(catom.has_value(), "a change for ({}, {}, {}), where no catom is known", cell.x, cell.y, cell.z);
+        if (c.kind == Change::Kind::Hold) {
+            held_[*catom] += c.held;
+            MELD_ASSERT(held_[*catom] >= 0 && held_[*catom] <= world_.motion.capacity, "a catom holds {} units", held_[*catom]);
+            hold(subdomain, *catom, held_[*catom]);
+            if (subdomain.owned(*catom)) units_ += c.held;
+            continue;
+        }
         account(subdomain, *catom, -1);
         if (c.kind == Change::Kind::Remove) {
             subdomain.remove_catom(*catom);
             continue;
         }
-        if (c.kind == Change::Kind::Move) {
-            subdomain.move_catom(*catom, c.to);
-        } else {
-            held_[*catom] += c.held;
-            MELD_ASSERT(held_[*catom] >= 0 && held_[*catom] <= world_.motion.capacity, "a catom holds {} units", held_[*catom]);
-            hold(subdomain, *catom, held_[*catom]);
-        }
+        subdomain.move_catom(*catom, c.to);
         account(subdomain, *catom, 1);
     }
 }

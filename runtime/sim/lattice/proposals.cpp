@@ -71,14 +71,18 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         MELD_EXPECT(subdomain.owned(action.catom) && action.arguments != nullptr, "{} of catom {}", info(kind).word, action.catom);
         p.kind = kind;
         p.id = subdomain.ensemble.id(action.catom);
-        const Cell cell = subdomain.ensemble.cell(action.catom);
         p.mover = action.catom;
-        p.from = cell;
+        p.from = subdomain.ensemble.cell(action.catom);
         p.first_claim = static_cast<std::uint32_t>(out.claims.size());
-        out.claims.push_back(kActor | subdomain.ensemble.key(cell));
         const Objection objection = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
                                     : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
                                                                                           : propose(subdomain, action, p, out.claims);
+        if (objection) {
+            // Most of the catoms that wait for room end here, in every tick.
+            out.claims.resize(p.first_claim);
+            refuse(subdomain, action.catom, kind, *objection);
+            continue;
+        }
         // The same request twice is granted once: a catom's requests are adjacent. Only the owner of a far cell knows whether it is empty,
         // so on several processes each moveTo of a catom is proposed, and the first that is not vetoed is kept.
         bool again = false;
@@ -88,13 +92,14 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
             else
                 again = again || other->order() == p.order();
         }
-        if (!objection && !again) {
-            p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
-            out.list.push_back(p);
+        if (again) {
+            out.claims.resize(p.first_claim);
+            refuse(subdomain, action.catom, kind, Refusal::Repeated);
             continue;
         }
-        out.claims.resize(p.first_claim);
-        refuse(subdomain, action.catom, kind, objection.value_or(Refusal::Repeated));
+        out.claims.push_back(kActor | subdomain.ensemble.key_of(action.catom));
+        p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
+        out.list.push_back(p);
     }
     MELD_ENSURE(std::ranges::is_sorted(out.list, {}, &Proposal::id), "the requests of a catom do not stand together");
     return out;
@@ -102,12 +107,11 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
 
 LatticeMotion::Objection LatticeMotion::propose(Subdomain& subdomain, const eval::Action& action, Proposal& p,
                                                 std::vector<CellKey>& claims) const {
-    const Cell cell = subdomain.ensemble.cell(action.catom);
     if (p.kind == ActionKind::Create) {
         const std::int64_t port = action.arguments[0].integer;
         if (port < 0 || port >= subdomain.lattice.ports()) return Refusal::NoSuchPort;
         if (held_[action.catom] < 1) return Refusal::NoUnit;
-        const Cell to = subdomain.lattice.neighbour(cell, static_cast<int>(port));
+        const Cell to = subdomain.lattice.neighbour(p.from, static_cast<int>(port));
         if (full(subdomain, to)) return Refusal::Occupied;
         p.direction = static_cast<std::int32_t>(port);
         p.to = to;
@@ -142,18 +146,20 @@ LatticeMotion::Objection LatticeMotion::propose_give(const Subdomain& subdomain,
         // It ends alone: nobody receives anything.
         if (units > 0) return Refusal::HoldsUnits;
         p.to = p.from;
-        claims.push_back(kBody | subdomain.ensemble.key(p.from));
+        claims.push_back(kBody | subdomain.ensemble.key_of(action.catom));
         return std::nullopt;
     }
+    const Geometry& geometry = subdomain.geometry();
     for (int port = 0; port < subdomain.lattice.ports(); ++port) {
-        const std::int32_t other = catom_towards(subdomain.geometry(), subdomain.geometry().catom_site[action.catom], port);
-        if (other < 0 || subdomain.ensemble.id(static_cast<Catom>(other)) != action.arguments[0].catom) continue;
-        if (held_[static_cast<std::size_t>(other)] + amount > world_.motion.capacity) return Refusal::NoRoom;
-        const Cell to = subdomain.lattice.neighbour(p.from, port);
+        const std::int32_t beside = catom_towards(geometry, geometry.catom_site[action.catom], port);
+        if (beside < 0) continue;
+        const auto other = static_cast<Catom>(beside);
+        if (subdomain.ensemble.id(other) != action.arguments[0].catom) continue;
+        if (held_[other] + amount > world_.motion.capacity) return Refusal::NoRoom;
         p.direction = port;
-        p.to = to;
-        if (p.kind == ActionKind::Destroy) claims.push_back(kBody | subdomain.ensemble.key(p.from));
-        claims.push_back(kBody | subdomain.ensemble.key(to));
+        p.to = subdomain.ensemble.cell(other);
+        if (p.kind == ActionKind::Destroy) claims.push_back(kBody | subdomain.ensemble.key_of(action.catom));
+        claims.push_back(kBody | subdomain.ensemble.key_of(other));
         return std::nullopt;
     }
     return Refusal::NotANeighbour;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -35,7 +36,9 @@ Result<void> place_on_cells(Membership& members, const CellPlaces& all, int proc
     // Where catoms have moved, a run is of one catom, and the next one is mostly in the same brick.
     std::optional<world::BrickKey> last;
     Cell brick;
-    bool ours = false, beside = false;
+    bool ours = false;
+    // The sides of that brick on which this process owns a brick. Its cells near one of them are ghosts here.
+    std::vector<partition::Halo::Side> toward_us;
     return all.each_in_brick([&](const CellPlaces::Run& run) -> Result<void> {
         const world::BrickKey key = run.first >> kBrickCellBits;
         const auto number = static_cast<std::uint32_t>(run.first & (kBrickCells - 1));
@@ -44,7 +47,9 @@ Result<void> place_on_cells(Membership& members, const CellPlaces& all, int proc
             brick = lattice.brick_at(key);
             if (!lattice.brick_in_range(brick)) return damaged(fmt::format("has catoms beyond the world, in brick {}", key));
             ours = members.partition->owner(key) == process;
-            beside = !ours && !alone && members.halo->borders(process, brick);
+            toward_us.clear();
+            if (!ours && !alone) toward_us = members.halo->sides(brick);
+            std::erase_if(toward_us, [&](const partition::Halo::Side& side) { return side.process != process; });
         }
         if (ours) {
             const world::Slot slot = members.ensemble.slot(brick);
@@ -55,11 +60,11 @@ Result<void> place_on_cells(Membership& members, const CellPlaces& all, int proc
             }
         }
         for (std::uint32_t i = 0; i < run.count; ++i) {
-            const Cell cell = lattice.cell_in_brick(brick, number + i);
-            if (!ours && (!beside || !members.halo->subscribes(process, cell))) {
+            if (!ours && std::ranges::none_of(toward_us, [&](const auto& side) { return members.halo->near(side, number + i); })) {
                 placed.pass(1);
                 continue;
             }
+            const Cell cell = lattice.cell_in_brick(brick, number + i);
             if (members.ensemble.at(cell)) return twice(cell);
             placed.add(members.ensemble.add(run.id + i, cell, ours ? kCatomOwned : kCatomGhost), 1, ours);
         }

@@ -1,0 +1,45 @@
+// Actions with `while` that are repeated although their catoms are not evaluated: nothing has changed there, so an evaluation would only
+// ask for them again.
+#pragma once
+
+#include <vector>
+
+#include "runtime/abi/module_abi.h"
+#include "runtime/eval/kept.h"
+#include "runtime/eval/memory.h"
+#include "runtime/eval/requests.h"
+
+namespace meld::eval {
+
+class Repeated {
+  public:
+    explicit Repeated(const ModuleInfo& module);
+
+    // Before an evaluation: takes catoms out of `awake`, with their words in `dirty`, that are there only to repeat actions of the last
+    // tick, which are in `actions`, and wakes them in the next tick again. Keeps those actions for add_to(). Cost: some nanoseconds for
+    // each of them.
+    void rest(i64 now, std::vector<u32>& awake, std::vector<u64>& dirty, const std::vector<Action>& actions, Timers& timers);
+    // An evaluation has asked for this action.
+    void note(const Action& action);
+    // Whether this catom repeats actions, those from an evaluation of this tick or those that are kept.
+    bool asked(u32 catom) const { return has(asked_, catom); }
+    // Both are in the order of the catoms' ids, before and afterwards.
+    void add_to(std::vector<Action>& actions, const u64* ids) const;
+
+  private:
+    static bool has(const std::vector<u64>& bits, u32 catom) {
+        return catom / 64 < bits.size() && (bits[catom / 64] >> catom % 64 & 1) != 0;
+    }
+    static void set(std::vector<u64>& bits, u32 catom) {
+        if (catom / 64 >= bits.size()) bits.resize(catom / 64 + 1, 0);
+        bits[catom / 64] |= u64{1} << catom % 64;
+    }
+
+    const ModuleInfo& module_;
+    bool possible_ = false;             // Some action repeats, and the last evaluation says all there is to know of it.
+    std::vector<u64> asked_, resting_;  // A bit for each catom: as asked() says; not evaluated in this tick.
+    std::vector<Action> kept_;          // Of this tick.
+    Kept<Value> values_, last_values_;  // Their arguments, and those of the tick before.
+};
+
+}  // namespace meld::eval
