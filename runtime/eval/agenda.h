@@ -100,9 +100,15 @@ class Agenda {
             for (; catoms != 0; catoms &= catoms - 1) visit(group * kGroup + static_cast<u32>(std::countr_zero(catoms)), meant(active));
             return;
         }
+        std::array<u64, kGroup> dirty = {};
+        for (u32 bits = active; bits != 0; bits &= bits - 1) {
+            const u32 bit = static_cast<u32>(std::countr_zero(bits));
+            for (u64 left = word(bit, group); left != 0; left &= left - 1)
+                dirty[static_cast<std::size_t>(std::countr_zero(left))] |= u64{1} << bit;
+        }
         for (; catoms != 0; catoms &= catoms - 1) {
-            const u32 catom = group * kGroup + static_cast<u32>(std::countr_zero(catoms));
-            visit(catom, dirty_among(catom, active));
+            const u32 number = static_cast<u32>(std::countr_zero(catoms));
+            visit(group * kGroup + number, meant(dirty[number]));
         }
     }
     // The same for all groups.
