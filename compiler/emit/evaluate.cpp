@@ -45,14 +45,12 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     if (plan.program.by_links) {
         w.raw("s.neighbour = s.g->link_read + s.g->link_first[s.catom];");
         w.raw("s.ports = static_cast<i32>(s.g->link_ports[s.catom]);");
-    } else {
-        w.raw("for (i32 port = 0; port < s.g->ports; ++port) s.neighbour[port] = catom_towards(*s.g, s.site, port);");
     }
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
     if (!plan.initial_facts.empty()) {
-        w.open("if (todo & kDirtyBorn && s.g->catom_id[s.catom] >= e.subdomain->first_unborn) {");
+        w.open("if (todo & kDirtyBorn && id_of(*s.g, s.catom) >= e.subdomain->first_unborn) {");
         for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(plan, r), rule_function(plan.program, r.rule));
         w.raw("todo |= s.raised;");
         w.raw("s.raised = 0;");
@@ -104,6 +102,28 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
+// On a lattice neighbours are found some catoms ahead, so that what is read there has come from memory by then.
+void emit_look_ahead(const plan::Plan& plan, Writer& w) {
+    // More columns are rarely read by one evaluation.
+    constexpr std::size_t kFetched = 4;
+    w.raw("");
+    w.raw("// Finds the neighbours of a catom that is evaluated soon, and asks the processor for what has changed there.");
+    w.open("inline void look_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo, i32* neighbour) {");
+    w.raw("const u32 site = s.g->catom_site[catom];");
+    w.raw("for (i32 port = 0; port < s.g->ports; ++port) neighbour[port] = catom_towards(*s.g, site, port);");
+    std::size_t fetched = 0;
+    for (const plan::ColumnId column : plan.columns.ids()) {
+        const plan::Column& c = plan.columns[column];
+        if (!c.exported || fetched == kFetched) continue;
+        ++fetched;
+        w.open(fmt::format("if ((todo & {}) != 0) {{", hex(c.reader_dirty)));
+        w.line("const u8* const entries = s.e->subdomain->columns[{}];", column.index());
+        w.line("for (i32 port = 0; port < s.g->ports; ++port) __builtin_prefetch(entries + i64{{neighbour[port]}} * {});", c.stride);
+        w.close();
+    }
+    w.close();
+}
+
 }  // namespace
 
 void emit_evaluate(const plan::Plan& plan, Writer& w) {
@@ -124,11 +144,18 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         w.line("static constexpr u32 kLinearNumbers[] = {{{}}};", numbers);
     }
     emit_catom(plan, w);
+    const bool ahead = !plan.program.by_links;
+    if (ahead) emit_look_ahead(plan, w);
     w.raw("");
     w.open("static void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {");
     w.raw("Self s;");
     w.raw("s.e = e;");
     w.raw("s.g = &e->subdomain->geometry;");
+    if (ahead) {
+        w.raw("constexpr u32 kAhead = 4;");
+        w.raw("i32 ahead[kAhead][kMaxPorts];");
+        w.raw("for (u32 i = 0; i < kAhead && i < count; ++i) look_ahead(s, catoms[i], dirty[i], ahead[i]);");
+    }
     w.open("for (u32 i = 0; i < count && e->trap == Trap::None; ++i) {");
     w.raw("e->catom = s.catom = catoms[i];");
     w.raw("e->dirty = dirty[i];");
@@ -139,7 +166,9 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         w.raw("if (e->subdomain->undefined) [[unlikely]] e->host->undefined(e);");
     }
     if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
+    if (ahead) w.raw("s.neighbour = ahead[i % kAhead];");
     w.raw("evaluate_catom(s, dirty[i]);");
+    if (ahead) w.raw("if (i + kAhead < count) look_ahead(s, catoms[i + kAhead], dirty[i + kAhead], ahead[i % kAhead]);");
     w.close();
     w.close();
 }

@@ -90,10 +90,12 @@ void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
         for (std::size_t i = 1; i < s.fields.size(); ++i) w.line("r.{0}_{1}[row.a1] = row.{1};", name, field_name(i + 1));
         w.close();
     } else {
-        const std::string clear = s.ranked ? fmt::format("r.{}_rank = kAbsent;", name)
-                                           : fmt::format("r.present_{} &= ~{:#x}u;", s.presence_offset, s.presence_mask);
-        const std::string set = s.ranked ? fmt::format("r.{0}_rank = s.{0}.rows[0].rank;", name)
-                                         : fmt::format("r.present_{} |= {:#x}u;", s.presence_offset, s.presence_mask);
+        const std::string clear =
+            s.ranked ? fmt::format("r.{}_rank = kAbsent;", name)
+                     : fmt::format("r.present_{0} = static_cast<u8>(r.present_{0} & ~{1:#x}u);", s.presence_offset, s.presence_mask);
+        const std::string set =
+            s.ranked ? fmt::format("r.{0}_rank = s.{0}.rows[0].rank;", name)
+                     : fmt::format("r.present_{0} = static_cast<u8>(r.present_{0} | {1:#x}u);", s.presence_offset, s.presence_mask);
         w.open(fmt::format("if (s.{}.count == 0) {{", name));
         w.raw(clear);
         // Absent values are zero, so that equal states have equal bytes.

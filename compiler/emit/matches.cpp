@@ -78,8 +78,9 @@ void RuleEmitter::match_link(const Match& s, const std::string& f) {
         scope_.places.insert(other.variable);
         w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}.a1]);", scope_.at(other.variable), f);
     } else if (s.uses[0] == ArgumentUse::Compare) {
-        w_.open(fmt::format("if ({}) {{", defined(fmt::format("s.g->catom_id[s.neighbour[{}.a1]] == {}", f, term(scope_, other)),
-                                                  plan::may_fail(plan_.program, other))));
+        w_.open(fmt::format("if ({}) {{",
+                            defined(fmt::format("id_of(*s.g, static_cast<u32>(s.neighbour[{}.a1])) == {}", f, term(scope_, other)),
+                                    plan::may_fail(plan_.program, other))));
     }
     use(rest, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
@@ -213,7 +214,7 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
         case WorldSource::Target:
             return w_.open("if (in_target(*s.g, s.site)) {");
         case WorldSource::Id:
-            return value("static_cast<i64>(s.g->catom_id[s.catom])");
+            return value("static_cast<i64>(id_of(*s.g, s.catom))");
         case WorldSource::Tick:
             return value("s.e->subdomain->now");
         case WorldSource::Cell:
@@ -235,7 +236,7 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
             const std::string table = predicate_name(plan_.program, s.predicate), i = fresh("i");
             const Predicate& p = plan_.program.predicates[s.predicate];
             w_.open(fmt::format(
-                "for (u32 {0} = first_fact({1}, s.g->catom_id[s.catom]); {0} < {2} && {1}[{0}][0] == s.g->catom_id[s.catom]; ++{0}) {{", i,
+                "for (u32 {0} = first_fact({1}, id_of(*s.g, s.catom)); {0} < {2} && {1}[{0}][0] == id_of(*s.g, s.catom); ++{0}) {{", i,
                 table, p.facts.size()));
             return use(s, [&](std::size_t k) { return from_word(p.arguments[k].type, fmt::format("{}[{}][{}]", table, i, k)); });
         }

@@ -266,8 +266,9 @@ void RuleEmitter::step(const plan::EachNeighbour& s) {
         scope_.places.insert(s.place);
         w_.line("[[maybe_unused]] const u32 {} = static_cast<u32>(s.neighbour[{}]);", scope_.at(s.place), port);
     } else if (s.only.op != Op::Anonymous) {
-        w_.open(fmt::format("if ({}) {{", defined(fmt::format("s.g->catom_id[s.neighbour[{}]] == {}", port, term(scope_, s.only)),
-                                                  plan::may_fail(plan_.program, s.only))));
+        w_.open(fmt::format("if ({}) {{",
+                            defined(fmt::format("id_of(*s.g, static_cast<u32>(s.neighbour[{}])) == {}", port, term(scope_, s.only)),
+                                    plan::may_fail(plan_.program, s.only))));
     }
     port_use(s.port, port);
 }

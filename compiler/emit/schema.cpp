@@ -326,9 +326,10 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
            p.includes.size());
     w.line(
         "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {}, {}, "
-        "{}, {},",
+        "{}, {}, {},",
         types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
-        plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan), makes_nodes(plan));
+        plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan), makes_nodes(plan),
+        plan.idle_births);
     w.close("};");
 }
 

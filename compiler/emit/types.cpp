@@ -24,7 +24,7 @@ struct Member {
 void emit_members(std::vector<Member> members, Writer& w) {
     std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.offset < b.offset; });
     for (std::size_t i = 0; i < members.size(); ++i)
-        if (i == 0 || members[i].offset != members[i - 1].offset) w.raw(members[i].text);  // Predicates share presence words.
+        if (i == 0 || members[i].offset != members[i - 1].offset) w.raw(members[i].text);  // Predicates share presence bytes.
 }
 
 std::vector<Member> record_members(const plan::Plan& plan, const plan::Column& c) {
@@ -41,7 +41,7 @@ std::vector<Member> record_members(const plan::Plan& plan, const plan::Column& c
         else if (per_link)
             out.push_back({s.presence_offset, fmt::format("u32 {}_ports;", name)});
         else
-            out.push_back({s.presence_offset, fmt::format("u32 present_{};", s.presence_offset)});
+            out.push_back({s.presence_offset, fmt::format("u8 present_{};", s.presence_offset)});
     }
     return out;
 }
@@ -53,7 +53,7 @@ void emit_records(const plan::Plan& plan, Writer& w) {
         const plan::Column& c = plan.columns[id];
         if (c.rows) continue;
         w.raw("");
-        w.line("// {}, {} bytes a catom{}", c.name, c.stride, c.exported ? ", read by neighbours" : "");
+        w.line("// {}, {} byte{} a catom{}", c.name, c.stride, c.stride == 1 ? "" : "s", c.exported ? ", read by neighbours" : "");
         w.open(fmt::format("struct {} {{", record_name(id)));
         emit_members(record_members(plan, c), w);
         w.close("};");
@@ -205,7 +205,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         w.raw("const i32* neighbour;       // Where the exports of its neighbours are read, by port.");
         w.raw("i32 ports;");
     } else {
-        w.raw("i32 neighbour[kMaxPorts];");
+        w.raw("const i32* neighbour;       // By port, or -1.");
     }
     w.raw("u64 raised;                 // Dirty bits of what linear rules made,");
     w.raw("u64 lowered;                // and of what they consumed.");
@@ -232,7 +232,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("// The port of the neighbour with this id, or -1.");
     w.open("inline i32 port_of(const Self& s, u64 id) {");
     w.raw("for (i32 port = 0; port < ports_of(s); ++port)");
-    w.raw("    if (s.neighbour[port] >= 0 && s.g->catom_id[s.neighbour[port]] == id) return port;");
+    w.raw("    if (s.neighbour[port] >= 0 && id_of(*s.g, static_cast<u32>(s.neighbour[port])) == id) return port;");
     w.raw("return -1;");
     w.close();
     if (plan.counts) {

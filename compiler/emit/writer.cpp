@@ -102,7 +102,7 @@ std::string Scope::port(plan::VariableId v) const {
 std::string Scope::value(plan::VariableId v) const {
     if (values.contains(v)) return local(v);
     MELD_CHECK(v == rule.site || places.contains(v), "rule {}: {} has no value", rule.name, rule.variables[v].name);
-    return fmt::format("s.g->catom_id[{}]", at(v));
+    return fmt::format("id_of(*s.g, {})", at(v));
 }
 
 bool has_deltas(const plan::Plan& plan) {

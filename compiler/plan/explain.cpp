@@ -25,7 +25,7 @@ class Explainer {
             if (s.column.valid()) {
                 const Column& c = plan_.columns[s.column];
                 out_ += c.rows ? fmt::format(" {} bytes a catom and {} a fact", c.stride, c.row_bytes)
-                               : fmt::format(" in a record of {} bytes{}", c.stride,
+                               : fmt::format(" in a record of {} byte{}{}", c.stride, c.stride == 1 ? "" : "s",
                                              c.predicates.size() > 1 ? " shared with " + others(c, id) : "");
                 if (s.exported) out_ += ", read by neighbours";
                 if (s.ranked) out_ += ", with its rank";

@@ -87,14 +87,11 @@ class Layout {
     void study_components() {
         for (std::size_t i = 0; i < program_.strata.size(); ++i) {
             const check::Stratum& c = program_.strata[i];
-            const bool aggregates = std::any_of(c.predicates.begin(), c.predicates.end(), [&](PredicateId p) {
-                const Predicate& member = program_.predicates[p];
-                return member.aggregate != Aggregate::None || member.front != Aggregate::None;
-            });
+            const bool ranked = has_ranks(program_, c);
             for (const PredicateId p : c.predicates) {
                 of(p).stratum = i;
                 of(p).recursive = c.recursive;
-                of(p).ranked = c.recursive && !c.tree && (c.links || aggregates);
+                of(p).ranked = ranked;
             }
         }
     }
@@ -239,10 +236,10 @@ class Layout {
         Column c;
         c.predicates = predicates;
         std::vector<Item> others;
-        std::vector<std::uint32_t> words;  // Presence words of kPresenceBits predicates each.
-        words.reserve(predicates.size());
+        std::vector<std::uint32_t> bytes;  // Bytes of kPresenceBits predicates each.
+        bytes.reserve(predicates.size());
         std::uint32_t bit = kPresenceBits;
-        std::vector<std::pair<PredicateId, std::size_t>> word_of;
+        std::vector<std::pair<PredicateId, std::size_t>> byte_of;
         for (const PredicateId id : predicates) {
             Stored& s = plan_.stored[id.index()];
             const bool per_link = s.storage == Storage::PerLink;
@@ -251,19 +248,19 @@ class Layout {
             if (s.ranked) {
                 others.push_back({kRankBytes, 1, &s.rank_offset});
             } else if (per_link) {
-                others.push_back({kPresenceBytes, 1, &s.presence_offset});
+                others.push_back({kPortMaskBytes, 1, &s.presence_offset});
             } else {
                 if (bit == kPresenceBits) {
-                    words.push_back(0);
-                    others.push_back({kPresenceBytes, 1, &words.back()});
+                    bytes.push_back(0);
+                    others.push_back({kPresenceBytes, 1, &bytes.back()});
                     bit = 0;
                 }
-                word_of.push_back({id, words.size() - 1});
+                byte_of.push_back({id, bytes.size() - 1});
                 s.presence_mask = 1u << bit++;
             }
         }
         c.stride = place_fields(predicates, others);
-        for (const auto& [id, word] : word_of) plan_.stored[id.index()].presence_offset = words[word];
+        for (const auto& [id, byte] : byte_of) plan_.stored[id.index()].presence_offset = bytes[byte];
         const ColumnId column = plan_.columns.add(std::move(c));
         for (const PredicateId id : predicates) plan_.stored[id.index()].column = column;
     }
@@ -286,6 +283,14 @@ class Layout {
 }  // namespace
 
 void lay_out(Plan& plan) { Layout(plan).run(); }
+
+bool has_ranks(const Program& program, const check::Stratum& stratum) {
+    const bool aggregates = std::ranges::any_of(stratum.predicates, [&](PredicateId p) {
+        const Predicate& member = program.predicates[p];
+        return member.aggregate != Aggregate::None || member.front != Aggregate::None;
+    });
+    return stratum.recursive && !stratum.tree && (stratum.links || aggregates);
+}
 
 std::uint64_t bytes_per_catom(const Plan& plan) {
     std::uint64_t bytes = 0;

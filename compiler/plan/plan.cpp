@@ -40,10 +40,12 @@ constexpr Pass kPasses[] = {
     {.name = "gather", .kind = kOptional, .on_program = gather_facts},
     {.name = "narrow", .kind = kOptional, .on_program = narrow_integers},
     {.name = "strata", .kind = kNeeded, .on_program = find_strata, .program_promise = verify_strata},
+    {.name = "ranked", .kind = kOptional, .on_program = narrow_ranked},
     {.name = "layout", .kind = kNeeded, .on_plan = lay_out, .plan_promise = verify_layout},
     {.name = "order", .kind = kNeeded, .on_plan = order_rules, .plan_promise = verify_steps},
     {.name = "deltas", .kind = kOptional, .on_plan = plan_deltas},
     {.name = "sweep", .kind = kOptional, .on_plan = plan_sweeps},
+    {.name = "births", .kind = kOptional, .on_plan = find_idle_births},
     {.name = "share", .kind = kOptional, .on_plan = share_prefixes},
 };
 

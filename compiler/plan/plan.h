@@ -38,7 +38,7 @@ struct Stored {
     std::uint32_t rank_offset = 0;
     bool waits = false;  // Its candidates carry the ports of the neighbours they come from.
     std::uint32_t from_offset = 0;
-    std::uint32_t presence_offset = 0;  // Unranked Flag and Single: a word; PerLink: the mask of ports.
+    std::uint32_t presence_offset = 0;  // Unranked Flag and Single: a byte; PerLink: the mask of ports.
     std::uint32_t presence_mask = 0;
     PredicateId base;  // The predicate that stores facts given from outside: itself, an auxiliary, or none.
 };
@@ -122,8 +122,9 @@ struct Plan {
     std::vector<RulePlan> linear_rules;   // In order of priority.
     std::vector<RulePlan> initial_facts;  // Linear axioms, given once to every new catom.
     bool reads_tick = false;
-    bool counts = false;  // The module is to count what its rules do.
-    bool places = false;  // It is to say at any time which rule runs; so does one that counts.
+    bool idle_births = false;  // As in ModuleInfo.
+    bool counts = false;       // The module is to count what its rules do.
+    bool places = false;       // It is to say at any time which rule runs; so does one that counts.
 
     const Stored& of(PredicateId p) const {
         MELD_EXPECT(p.valid() && p.index() < stored.size(), "predicate {} of {}", p.index(), stored.size());
@@ -173,6 +174,8 @@ void gather_facts(check::Program& program);
 void narrow_integers(check::Program& program);
 // Finds the strongly connected components of predicates in the order of evaluation, and splits those that recur along a tree.
 void find_strata(check::Program& program);
+// Finds bounds of the ints that grow with the ranks of their facts.
+void narrow_ranked(check::Program& program);
 // Chooses storage, records and columns, and dirty bits.
 void lay_out(Plan& plan);
 // Orders the bodies into steps.
@@ -181,6 +184,8 @@ void order_rules(Plan& plan);
 void plan_deltas(Plan& plan);
 // Finds the linear rules that take many facts in one sweep.
 void plan_sweeps(Plan& plan);
+// Finds whether a catom without facts has nothing to do when it is born.
+void find_idle_births(Plan& plan);
 // Lets rules of one predicate that begin with the same steps share them.
 void share_prefixes(Plan& plan);
 // ---- parts of passes
@@ -189,6 +194,9 @@ void share_prefixes(Plan& plan);
 void find_strongly_connected(check::Program& program);
 // Splits strata that recur along a tree: the part that a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
+
+// Whether the facts of a stratum have ranks (docs/design.md, "Ranks and quarantine"). Its trees must have been split.
+bool has_ranks(const check::Program& program, const check::Stratum& stratum);
 
 // How many arguments after the catom form the group: all those before an aggregated one.
 inline std::size_t group_arguments(const check::Predicate& p) {

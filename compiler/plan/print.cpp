@@ -52,9 +52,10 @@ class Printer {
     std::string plan() {
         for (const ColumnId id : plan_.columns.ids()) {
             const Column& c = plan_.columns[id];
-            out_ += fmt::format("column {} {}: {} bytes a catom{}{}\n", id.index(), c.name, c.stride,
+            out_ += fmt::format("column {} {}: {} byte{} a catom{}{}\n", id.index(), c.name, c.stride, c.stride == 1 ? "" : "s",
                                 c.rows ? fmt::format(", {} a row", c.row_bytes) : "", c.exported ? ", exported" : "");
         }
+        if (plan_.idle_births) out_ += "at first only catoms with given facts are evaluated\n";
         for (const StratumPlan& stratum : plan_.strata) {
             std::string names;
             for (const PredicateId p : stratum.predicates) names += (names.empty() ? "" : ", ") + program_.predicates[p].name;

@@ -49,7 +49,7 @@ void verify_column(const Plan& plan, const Column& c) {
         if (s.waits && c.rows) bytes.take(s.from_offset, kWaitedPortsBytes);
         if (c.rows || s.ranked) continue;
         if (per_link) {
-            bytes.take(s.presence_offset, kPresenceBytes);
+            bytes.take(s.presence_offset, kPortMaskBytes);
             continue;
         }
         const auto shared = std::find_if(words.begin(), words.end(), [&](const auto& w) { return w.first == s.presence_offset; });

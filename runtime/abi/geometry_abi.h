@@ -43,9 +43,11 @@ struct Geometry {
     const i32* brick_origin = nullptr;      // [slot * 3]: coordinates of the brick's first cell.
     i32 cell_bits[3] = {3, 3, 3};           // How a cell's number splits: x in the lowest bits, then y, then z.
     const u32* catom_site = nullptr;        // [catom]; of a mailbox the catom that is read there.
-    const u64* catom_id = nullptr;          // [catom]: the global id, the same on every process.
+    const u64* catom_id = nullptr;          // [catom - ids_implied]: the id, for those for which it does not follow; ask id_of().
     const u8* catom_state = nullptr;        // [catom]: CatomState
     u32 catoms = 0;                         // Indices in use, owned, ghost and free.
+    u32 ids_implied = 0;                    // Lower indices have consecutive ids,
+    u64 first_id = 0;                       // from this one on.
     // [site + port]: the port at which the neighbour sees the site, if it depends on the link and not only on the port; else null.
     const u8* link_back = nullptr;
 
@@ -57,6 +59,9 @@ struct Geometry {
     const u32* link_there = nullptr;  // [entry]: the port at which the neighbour sees the catom.
     u32 most_ports = 0;               // No catom has more.
 };
+
+// The global id of a catom, the same on every process.
+inline u64 id_of(const Geometry& g, u32 catom) { return catom < g.ids_implied ? g.first_id + catom : g.catom_id[catom - g.ids_implied]; }
 
 // The site next to a site, over a port; it may lie in slot 0.
 inline u32 site_towards(const Geometry& g, u32 site, i32 port) {

@@ -7,7 +7,8 @@
 // Load, once a process:
 //   1. The runtime reads the module's note (module_note.h) and rejects another abi_version or processor.
 //   2. It opens the module and calls claymeld_module() once. The ModuleInfo and all it points to live as long as the run.
-//   3. It makes the columns, gives the parameters their values, and marks every catom with kDirtyBirths.
+//   3. It makes the columns, gives the parameters their values, and marks every catom with kDirtyBirths; if the module says that births
+//      are idle, only those that were given facts.
 //
 // In every tick, after SubdomainView::now has been raised, timers have marked the catoms that asked to be woken, and the central modules,
 // events of the world and hand-written modules have run:
@@ -100,7 +101,7 @@ struct PredicateInfo {
     u16 column;           // kNone16 where Storage::World.
     u16 base;             // The predicate that stores facts given from outside (itself or an auxiliary), or kNone16.
     u32 rank_offset;      // In the record or row, or kNone32.
-    u32 presence_offset;  // Flag, Single without rank: a u32 word in the record; PerLink: the u32 mask of ports.
+    u32 presence_offset;  // Flag, Single without rank: a byte in the record; PerLink: the u32 mask of ports.
     u32 presence_mask;
     bool read = true;    // Some rule reads it.
     bool route = false;  // Its first field is the catom it leads to.
@@ -232,12 +233,13 @@ enum class Trap : u32 {
     NotAFloat,
     NegativePower,  // Of an int: base and exponent.
     NothingBelow,   // The bound of a random int, which should be above 0.
+    RankTooHigh,    // Of a fact: its rank and the maximum (kMaxRank).
 };
 
 // Whether it is a limit. A limit ends the run at once; any other trap in a view leaves out the derivation in which it happens.
 constexpr bool is_limit(Trap trap) {
     return trap == Trap::TooManyDerivations || trap == Trap::TooManyFacts || trap == Trap::TooLong || trap == Trap::TextTooLong ||
-           trap == Trap::TooMuchMemory;
+           trap == Trap::TooMuchMemory || trap == Trap::RankTooHigh;
 }
 
 // The length of the string that a trap stores.
@@ -380,6 +382,7 @@ struct ModuleInfo {
     bool for_graphs;   // It was compiled for graphs only,
     bool finds_ways;   // and some rule sends facts to nodes that no link need lead to,
     bool makes_nodes;  // or makes nodes.
+    bool idle_births;  // No rule does anything at a catom where no fact holds, while nothing is read at its neighbours.
 };
 
 }  // namespace meld

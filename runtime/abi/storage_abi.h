@@ -18,16 +18,21 @@ enum DirtyBit : u64 {
     kDirtyGroups = 32,  // A quarantine of single groups has ended; the column's changes say of which.
     kFirstModuleBit = 64,
 };
-// How many bits a dirty word has: the agenda stores 32 a catom.
+// How many bits a dirty word has: the agenda stores them in 32 planes at most.
 inline constexpr u32 kDirtyWordBits = 32;
 
 // The rank of a fact that does not hold.
 inline constexpr u32 kAbsent = 0xffffffff;
 
+// No fact gets a higher one: a chain of so many derivations ends the run. Ints that grow with the rank of their facts are stored in few
+// bytes because of it (compiler/plan/narrow.cpp).
+inline constexpr u32 kMaxRank = u32{1} << 30;
+
 // Widths in columns.
 inline constexpr u32 kRankBytes = 4;
-inline constexpr u32 kPresenceBytes = 4;     // A word of presence bits, or the mask of the ports at which a PerLink fact holds.
-inline constexpr u32 kPresenceBits = 32;     // Predicates that share one word.
+inline constexpr u32 kPresenceBytes = 1;     // Of presence bits,
+inline constexpr u32 kPresenceBits = 8;      // one for each of the predicates that share them.
+inline constexpr u32 kPortMaskBytes = 4;     // The mask of the ports at which a PerLink fact holds.
 inline constexpr u32 kWaitedPortsBytes = 4;  // The mask of ports that a candidate of an aggregate with `[<- link]` comes from.
 inline constexpr u32 kRowsHeadBytes = 16;    // sizeof(RowsHead): what a column of rows takes for each catom.
 

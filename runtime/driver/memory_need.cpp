@@ -35,6 +35,9 @@ constexpr double kChunkCachesCatom = 33;
 // The catoms of a block of a checkpoint, which grows by doubling.
 constexpr double kCheckpointBlock = 1 << 16;
 constexpr double kGrown = 1.5;
+// The id of a catom that does not follow from its index; dirty bits that some catom has in most runs.
+constexpr double kId = 8;
+constexpr double kUsualBits = 3;
 // A group that remembers a loss: an entry of a table, and its list.
 constexpr double kTombstone = 96;
 // A list, string or set of some words; and where the rules of a block of catoms make them, as localization.meld needs it.
@@ -75,8 +78,10 @@ class Counting {
             return static_cast<double>(world::Ensemble::bytes_for(whole(here_), whole(bricks), room));
         };
         const bool moves = world_.motion.kind != "none";
+        // Ids of ghosts are stored, and of all catoms after one has come from elsewhere.
+        const double ids = kId * share_.ghosts, all_ids = kId * (moves ? here_ : 2 * share_.ghosts);
         // Catoms that move make bricks where they come.
-        return {"catoms and cells", {bytes(share_.bricks), bytes((moves || !share_.exact ? 2 : 1) * share_.bricks)}};
+        return {"catoms and cells", {ids + bytes(share_.bricks), all_ids + bytes((moves || !share_.exact ? 2 : 1) * share_.bricks)}};
     }
 
     // What is made of the graph, which each process has already: the process and catom of each node, and the table of links with the catoms
@@ -149,7 +154,12 @@ class Counting {
     // What evaluation sets aside until the end of the tick: of each catom that it is awake, at most all that neighbours read of it, and
     // what it sends to each neighbour.
     MemoryPart tick() const {
-        const double awake = static_cast<double>(eval::Agenda::bytes_for(1) + sizeof(u32) + sizeof(u64));
+        // Two agendas, of this tick and of the next, and the groups of one.
+        const auto agenda = [](double bits) {
+            return 2 * eval::Agenda::bytes_for(eval::Agenda::kGroup, whole(bits)) / double{eval::Agenda::kGroup};
+        };
+        const double groups = sizeof(u32) / double{eval::Agenda::kGroup};
+        const double awake = groups + agenda(kUsualBits), at_most = groups + agenda(kUsualBits + 2 * module_.column_count);
         double changes = 0, sent = 0;
         for (u32 c = 0; c < module_.column_count; ++c) {
             const ColumnInfo& column = module_.columns[c];
@@ -163,7 +173,7 @@ class Counting {
             if (info.kind == PredicateKind::Action && info.column != kNone16) changes += 2 * sizeof(eval::Action) + arguments;
             if (info.rank_offset != kNone32) changes += kTombstone;
         }
-        return {"one tick", {awake * share_.catoms, (awake + changes + sent * ports_) * share_.catoms}};
+        return {"one tick", {awake * share_.catoms, (at_most + changes + sent * ports_) * share_.catoms}};
     }
 
   private:

@@ -1,10 +1,13 @@
-// Which catoms have new input, and what: a dirty word per catom and a two-level bitmap over them, so that an empty agenda costs nothing and
-// a full one is visited in the order of memory.
+// Which catoms have new input, and what: for each dirty bit that is in use one bit per catom, in groups of 64 catoms. So a wave marks few
+// bytes, an empty agenda costs nothing, and a full one is visited in the order of memory.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cstdint>
+#include <mutex>
+#include <span>
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
@@ -14,90 +17,145 @@ namespace meld::eval {
 
 class Agenda {
   public:
+    static constexpr u32 kGroup = 64;  // Catoms.
+
     void resize(std::size_t catoms) {
-        MELD_EXPECT(catoms >= dirty_.size(), "{} catoms after {}", catoms, dirty_.size());
-        dirty_.resize(catoms, 0);
-        words_.resize((catoms + 63) / 64, 0);
-        summary_.resize((words_.size() + 63) / 64, 0);
+        MELD_EXPECT(catoms >= count_, "{} catoms after {}", catoms, count_);
+        count_ = catoms;
+        active_.resize((catoms + kGroup - 1) / kGroup, 0);
+        summary_.resize((active_.size() + kGroup - 1) / kGroup, 0);
+        for (u32 bit = 0; bit < kDirtyWordBits; ++bit)
+            if (at_[bit] != nullptr) make_room(bit);
     }
-    std::size_t bytes() const { return dirty_.capacity() * 4 + words_.capacity() * 8 + summary_.capacity() * 8; }
-    static std::size_t bytes_for(std::size_t catoms) { return catoms * 4 + catoms / 8 + catoms / 512; }
+    std::size_t bytes() const {
+        std::size_t words = summary_.capacity();
+        for (const auto& plane : planes_) words += plane.capacity();
+        return words * sizeof(u64) + active_.capacity() * sizeof(u32);
+    }
+    // While this many dirty bits are in use.
+    static std::size_t bytes_for(std::size_t catoms, std::size_t bits) { return catoms * bits / 8 + catoms / 16 + catoms / 512; }
 
     // Adds bits to a catom's dirty word. Not while other threads mark.
     void mark(u32 catom, u64 bits) {
-        MELD_EXPECT(catom < dirty_.size() && bits != 0 && bits >> 32 == 0, "catom {}, bits {:x}", catom, bits);
-        const u32 before = dirty_[catom];
-        dirty_[catom] = before | static_cast<u32>(bits);
-        if (before != 0) return;
-        words_[catom / 64] |= u64{1} << (catom % 64);
-        summary_[catom / 4096] |= u64{1} << (catom / 64 % 64);
+        check(catom, bits);
+        const u32 group = catom / kGroup;
+        for (u64 left = stored(bits); left != 0; left &= left - 1) {
+            const u32 bit = static_cast<u32>(std::countr_zero(left));
+            u64& word = plane(bit)[group];
+            const u64 before = word;
+            word = before | u64{1} << (catom % kGroup);
+            if (before != 0) continue;
+            if (active_[group] == 0) summary_[group / 64] |= u64{1} << (group % 64);
+            active_[group] |= u32{1} << bit;
+        }
     }
     // The same from several threads at once; the result does not depend on their order.
     void mark_shared(u32 catom, u64 bits) {
-        MELD_EXPECT(catom < dirty_.size() && bits != 0 && bits >> 32 == 0, "catom {}, bits {:x}", catom, bits);
-        const std::atomic_ref<u32> word(dirty_[catom]);
-        if ((word.load(std::memory_order_relaxed) & bits) == bits) return;
-        if (word.fetch_or(static_cast<u32>(bits), std::memory_order_relaxed) != 0) return;
-        std::atomic_ref<u64>(words_[catom / 64]).fetch_or(u64{1} << (catom % 64), std::memory_order_relaxed);
-        // Usually another catom of its word has set it.
-        const std::atomic_ref<u64> summary(summary_[catom / 4096]);
-        const u64 bit = u64{1} << (catom / 64 % 64);
-        if ((summary.load(std::memory_order_relaxed) & bit) == 0) summary.fetch_or(bit, std::memory_order_relaxed);
+        check(catom, bits);
+        const u32 group = catom / kGroup;
+        for (u64 left = stored(bits); left != 0; left &= left - 1) {
+            const u32 bit = static_cast<u32>(std::countr_zero(left));
+            const std::atomic_ref<u64> word(plane(bit)[group]);
+            const u64 mine = u64{1} << (catom % kGroup);
+            if ((word.load(std::memory_order_relaxed) & mine) != 0) continue;
+            if (word.fetch_or(mine, std::memory_order_relaxed) != 0) continue;
+            if (std::atomic_ref<u32>(active_[group]).fetch_or(u32{1} << bit, std::memory_order_relaxed) != 0) continue;
+            std::atomic_ref<u64>(summary_[group / 64]).fetch_or(u64{1} << (group % 64), std::memory_order_relaxed);
+        }
     }
-    u64 dirty(u32 catom) const { return dirty_[catom]; }
-    // Forgets a catom that is removed or has migrated to another process.
+    u64 dirty(u32 catom) const { return dirty_among(catom, active_[catom / kGroup]); }
+    // Forgets a catom that is removed, or is not here.
     void forget(u32 catom) {
-        MELD_EXPECT(catom < dirty_.size(), "catom {}", catom);
-        dirty_[catom] = 0;
+        MELD_EXPECT(catom < count_, "catom {}", catom);
+        for (u32 bits = active_[catom / kGroup]; bits != 0; bits &= bits - 1)
+            plane(static_cast<u32>(std::countr_zero(bits)))[catom / kGroup] &= ~(u64{1} << (catom % kGroup));
     }
     bool empty() const {
         for (const u64 s : summary_)
             if (s != 0) return false;
         return true;
     }
+    void clear() {
+        each_group([&](u32 group) {
+            for (u32 bits = active_[group]; bits != 0; bits &= bits - 1) plane(static_cast<u32>(std::countr_zero(bits)))[group] = 0;
+            active_[group] = 0;
+            summary_[group / 64] &= ~(u64{1} << (group % 64));
+        });
+    }
 
-    // Calls visit(catom) for each catom that has new input.
+    // Calls visit(group) for each group in which a catom has been marked; it may have been forgotten since.
+    template <class Visit>
+    void each_group(const Visit& visit) const {
+        for (std::size_t s = 0; s < summary_.size(); ++s)
+            for (u64 groups = summary_[s]; groups != 0; groups &= groups - 1)
+                visit(static_cast<u32>(s * 64 + static_cast<std::size_t>(std::countr_zero(groups))));
+    }
+    // Calls visit(catom, dirty) for each catom of a group that has new input, ascending. It may forget or mark that catom.
+    template <class Visit>
+    void each_of(u32 group, const Visit& visit) const {
+        const u32 active = active_[group];
+        u64 catoms = 0;
+        for (u32 bits = active; bits != 0; bits &= bits - 1) catoms |= word(static_cast<u32>(std::countr_zero(bits)), group);
+        if (std::has_single_bit(active)) {
+            for (; catoms != 0; catoms &= catoms - 1) visit(group * kGroup + static_cast<u32>(std::countr_zero(catoms)), meant(active));
+            return;
+        }
+        std::array<u64, kGroup> dirty = {};
+        for (u32 bits = active; bits != 0; bits &= bits - 1) {
+            const u32 bit = static_cast<u32>(std::countr_zero(bits));
+            for (u64 left = word(bit, group); left != 0; left &= left - 1)
+                dirty[static_cast<std::size_t>(std::countr_zero(left))] |= u64{1} << bit;
+        }
+        for (; catoms != 0; catoms &= catoms - 1) {
+            const u32 number = static_cast<u32>(std::countr_zero(catoms));
+            visit(group * kGroup + number, meant(dirty[number]));
+        }
+    }
+    // The same for all groups.
     template <class Visit>
     void each(const Visit& visit) const {
-        for (std::size_t w = 0; w < words_.size(); ++w)
-            for (u64 bits = words_[w]; bits != 0; bits &= bits - 1) {
-                const u32 catom = static_cast<u32>(w * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
-                if (dirty_[catom] != 0) visit(catom);
-            }
-    }
-    // Returns the agenda and empties it, catoms ascending; those for which keep(catom) is false are dropped.
-    template <class Keep>
-    void take(std::vector<u32>& catoms, std::vector<u64>& dirty, const Keep& keep) {
-        catoms.clear();
-        dirty.clear();
-        // All are awake in the first tick: arrays that grow step by step would leave as much memory behind again.
-        std::size_t most = 0;
-        for (std::size_t s = 0; s < summary_.size(); ++s)
-            for (u64 words = summary_[s]; words != 0; words &= words - 1)
-                most += static_cast<std::size_t>(std::popcount(words_[s * 64 + static_cast<std::size_t>(std::countr_zero(words))]));
-        catoms.reserve(most);
-        dirty.reserve(most);
-        for (std::size_t s = 0; s < summary_.size(); ++s) {
-            for (u64 words = summary_[s]; words != 0; words &= words - 1) {
-                const std::size_t w = s * 64 + static_cast<std::size_t>(std::countr_zero(words));
-                for (u64 bits = words_[w]; bits != 0; bits &= bits - 1) {
-                    const u32 catom = static_cast<u32>(w * 64 + static_cast<std::size_t>(std::countr_zero(bits)));
-                    if (dirty_[catom] != 0 && keep(catom)) {
-                        catoms.push_back(catom);
-                        dirty.push_back(dirty_[catom]);
-                    }
-                    dirty_[catom] = 0;
-                }
-                words_[w] = 0;
-            }
-            summary_[s] = 0;
-        }
-        MELD_ENSURE(empty() && catoms.size() == dirty.size(), "{} catoms, {} dirty words", catoms.size(), dirty.size());
+        each_group([&](u32 group) { each_of(group, visit); });
     }
 
   private:
-    std::vector<u32> dirty_;
-    std::vector<u64> words_, summary_;
+    // A new catom has all bits of a birth, so one stands for them.
+    static u64 stored(u64 bits) { return (bits & kDirtyBorn) != 0 ? (bits & ~u64{kDirtyBirths}) | kDirtyBorn : bits; }
+    static u64 meant(u64 bits) { return (bits & kDirtyBorn) != 0 ? bits | kDirtyBirths : bits; }
+
+    void check([[maybe_unused]] u32 catom, [[maybe_unused]] u64 bits) const {
+        MELD_EXPECT(catom < count_ && bits != 0 && bits >> kDirtyWordBits == 0, "catom {}, bits {:x}", catom, bits);
+        MELD_EXPECT((bits & kDirtyBorn) == 0 || (bits & kDirtyBirths) == kDirtyBirths, "catom {}, bits {:x}", catom, bits);
+    }
+    u64 dirty_among(u32 catom, u32 active) const {
+        u64 bits = 0;
+        for (u32 left = active; left != 0; left &= left - 1) {
+            const u32 bit = static_cast<u32>(std::countr_zero(left));
+            bits |= (word(bit, catom / kGroup) >> (catom % kGroup) & 1) << bit;
+        }
+        return meant(bits);
+    }
+    u64 word(u32 bit, u32 group) const { return at_[bit].load(std::memory_order_relaxed)[group]; }
+    u64* plane(u32 bit) {
+        u64* const known = at_[bit].load(std::memory_order_acquire);
+        return known != nullptr ? known : first_use(bit);
+    }
+    [[gnu::noinline, gnu::cold]] u64* first_use(u32 bit) {
+        const std::lock_guard lock(making_);
+        if (at_[bit].load(std::memory_order_relaxed) == nullptr) make_room(bit);
+        return at_[bit].load(std::memory_order_relaxed);
+    }
+    void make_room(u32 bit) {
+        // The first size is exact: worlds are usually made at once. Never empty, so that it has an address.
+        planes_[bit].resize(std::max<std::size_t>(1, active_.size()), 0);
+        at_[bit].store(planes_[bit].data(), std::memory_order_release);
+    }
+
+    std::size_t count_ = 0;
+    std::array<std::vector<u64>, kDirtyWordBits> planes_;    // By dirty bit and group: who has it.
+    std::array<std::atomic<u64*>, kDirtyWordBits> at_ = {};  // Their words; null until the bit is used.
+    std::mutex making_;
+    std::vector<u32> active_;   // By group: the bits that some catom may have.
+    std::vector<u64> summary_;  // One bit for each group with such bits.
 };
 
 }  // namespace meld::eval

@@ -19,8 +19,8 @@ namespace meld::eval {
 
 namespace {
 
-// The number of catoms a worker takes at a time: large enough to hide the cost of taking, small enough to balance two workers.
-constexpr std::size_t kBlock = 256;
+// How many groups of the agenda a worker takes at a time: enough to hide the cost of taking, few enough to balance workers.
+constexpr std::size_t kMinGroups = 4, kMaxGroups = 16, kSharesOfThread = 4;
 constexpr std::size_t kArena = 1 << 16;
 // Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
 // one matter again, and then all processes must agree on whether it still exists.
@@ -60,6 +60,23 @@ struct Wake {
     u64 dirty;
 };
 
+// A copy of a length known at compile time is a few instructions.
+void copy_record(u8* to, const u8* from, u32 bytes) {
+    switch (bytes) {
+        case 4:
+            std::memcpy(to, from, 4);
+            break;
+        case 8:
+            std::memcpy(to, from, 8);
+            break;
+        case 16:
+            std::memcpy(to, from, 16);
+            break;
+        default:
+            std::memcpy(to, from, bytes);
+    }
+}
+
 }  // namespace
 
 // A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
@@ -91,6 +108,7 @@ struct Evaluator::Thread : Eval {
     std::vector<Wake> wakes;
     std::vector<GroupWake> group_wakes;
     std::vector<Firing> firings;  // Until the next evaluation.
+    std::size_t awake = 0;        // Catoms that it has evaluated.
     u32 sequence = 0;
     u32 sequence_of = kNone32;
     u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
@@ -103,8 +121,7 @@ struct Evaluator::Thread : Eval {
 
     // The failure that Eval::trap describes, with its catom.
     Failure failure_here() const {
-        Failure f{trap,      trap_rule, failed_column, subdomain->geometry.catom_id[catom], subdomain->now, trap_left, trap_right,
-                  trap_real, {}};
+        Failure f{trap, trap_rule, failed_column, id_of(subdomain->geometry, catom), subdomain->now, trap_left, trap_right, trap_real, {}};
         if (trap == Trap::NotAnInt || trap == Trap::NotAFloat) std::copy(std::begin(trap_text), std::end(trap_text), f.text);
         return f;
     }
@@ -228,7 +245,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         MELD_EXPECT(predicate < t.owner->module_.predicate_count, "predicate {}", predicate);
         const Geometry& g = e->subdomain->geometry;
         if (g.catom_state[to] == kCatomMailbox) to = g.catom_site[to];
-        t.messages.push_back({to, predicate, e->subdomain->geometry.catom_id[e->catom], t.next_sequence(),
+        t.messages.push_back({to, predicate, id_of(e->subdomain->geometry, e->catom), t.next_sequence(),
                               t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.send_row = [](Eval* e, u32 to, u16 predicate, const void* row) {
@@ -252,7 +269,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     host_.next_hop = [](Eval* e, u64 target) { return of(e).owner->next_hop_(e->catom, target); };
     host_.send_far = [](Eval* e, u64 to, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
-        const u64 from = e->subdomain->geometry.catom_id[e->catom];
+        const u64 from = id_of(e->subdomain->geometry, e->catom);
         if (!t.owner->anywhere_ || to == from) {
             ++e->dropped;
             return false;
@@ -272,7 +289,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
     };
     host_.bear = [](Eval* e, u64 node, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
-        t.births.push_back({node, predicate, e->subdomain->geometry.catom_id[e->catom], t.next_sequence(),
+        t.births.push_back({node, predicate, id_of(e->subdomain->geometry, e->catom), t.next_sequence(),
                             t.keep_values(arguments, t.owner->module_.predicates[predicate])});
     };
     host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
@@ -302,10 +319,10 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         Thread& t = of(e);
         if (!t.owner->told_[rule]) return;
         t.firings.push_back(
-            {rule, e->subdomain->geometry.catom_id[e->catom], pack_bound(t.owner->module_.types, {variables, count}, values)});
+            {rule, id_of(e->subdomain->geometry, e->catom), pack_bound(t.owner->module_.types, {variables, count}, values)});
     };
     host_.random = [](Eval* e) {
-        return random_bits(e->subdomain->seed, e->subdomain->geometry.catom_id[e->catom], static_cast<u64>(e->subdomain->now), e->draws++);
+        return random_bits(e->subdomain->seed, id_of(e->subdomain->geometry, e->catom), static_cast<u64>(e->subdomain->now), e->draws++);
     };
     host_.nearest_rotation = nearest_rotation;
     host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
@@ -396,10 +413,8 @@ const CpuSeconds* Evaluator::end_measuring() {
 }
 
 Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
-    agenda_.take(awake_, dirty_,
-                 [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !(left_out_ && left_out_(catom)); });
-    if (acts_) postpone();
-    if (!acts_) threads_[0]->repeated.rest(subdomain.now, awake_, dirty_, actions_, timers_);
+    take_agenda(subdomain.geometry);
+    if (!acts_) threads_[0]->repeated.rest(subdomain.now, taken(), actions_, timers_);
     subdomain.tombstones = !tombstones_.empty() || has_linear();
     subdomain.undefined = !undefined_.empty();
     requests_.begin_evaluation();
@@ -408,6 +423,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->trap = Trap::None;
         t->failed_column = kNone32;
         t->failure = {};
+        t->awake = 0;
         t->derivations = 0;
         t->dropped = 0;
         t->far_facts = t->far_hops = 0;
@@ -422,35 +438,20 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->rows.clear();
         t->row_changes.clear();
         t->firings.clear();
-        // Memory that is not written to is not taken from the system, and arrays that need not grow leave none behind.
-        t->records.reserve(awake_.size() / threads_.size() + kBlock);
     }
-    MELD_EXPECT(subdomain.columns == columns_.pointers() && (awake_.empty() || subdomain.geometry.catom_state != nullptr),
+    MELD_EXPECT(subdomain.columns == columns_.pointers() && (groups_.empty() || subdomain.geometry.catom_state != nullptr),
                 "the arrays of the subdomain are not up to date");
-    MELD_ASSERT(std::is_sorted(awake_.begin(), awake_.end()), "the agenda is not in the order of memory");
+    MELD_ASSERT(std::is_sorted(groups_.begin(), groups_.end()), "the agenda is not in the order of memory");
     if (counts_) counts_->room_for_ports(std::max<std::size_t>(kMaxPorts, subdomain.geometry.most_ports));
     columns_.changes().begin_evaluation();
-    const std::size_t blocks = (awake_.size() + kBlock - 1) / kBlock;
-    workers_.run(blocks, [&](int worker, std::size_t block) {
+    const std::size_t share = groups_.size() / (threads_.size() * kSharesOfThread);
+    const std::size_t at_once = threads_.size() == 1 ? kMaxGroups : std::clamp<std::size_t>(share, kMinGroups, kMaxGroups);
+    workers_.run((groups_.size() + at_once - 1) / at_once, [&](int worker, std::size_t block) {
         Thread& t = *threads_[static_cast<std::size_t>(worker)];
         // The user has waited long enough for the end of this tick.
         t.cut = t.cut || interrupt::overdue();
-        if (t.cut) return;
-        const std::size_t from = block * kBlock, to = std::min(awake_.size(), from + kBlock);
-        t.trim_chunks();
-        const double begin = log_ != nullptr ? seconds_now() : 0;
-        if (samples_) samples_->note_worker(worker);
-        if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), to - from);
-        module_.evaluate(&t, awake_.data() + from, dirty_.data() + from, static_cast<u32>(to - from));
-        if (counts_) counts_->end_block(static_cast<std::size_t>(worker), {awake_.data() + from, to - from});
-        if (samples_) note_place(t, kPlaceNone);
-        if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);
-        if (t.trap == Trap::None) return;
-        // Of several failures the one with the least id is reported, whichever thread met it.
-        const Failure failure = t.failure_here();
-        if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
-        t.trap = Trap::None;
-        t.failed_column = kNone32;
+        const std::size_t from = block * at_once, to = std::min(groups_.size(), from + at_once);
+        if (!t.cut) evaluate_groups(subdomain, t, worker, std::span(groups_).subspan(from, to - from));
     });
     // Of catoms that are not here nothing waits.
     columns_.changes().end_evaluation(
@@ -464,28 +465,65 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     return first;
 }
 
+void Evaluator::evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups) {
+    std::array<u32, kMaxGroups * Agenda::kGroup> catoms;
+    std::array<u64, kMaxGroups * Agenda::kGroup> dirty;
+    std::size_t count = 0;
+    for (const u32 group : groups)
+        taken().each_of(group, [&](u32 catom, u64 bits) {
+            // Nothing is evaluated of catoms that live elsewhere, or no longer. No other thread reads the group.
+            if (subdomain.geometry.catom_state[catom] != kCatomOwned) return taken().forget(catom);
+            catoms[count] = catom;
+            dirty[count++] = bits;
+        });
+    if (count > 0) evaluate_block(t, worker, {catoms.data(), count}, {dirty.data(), count});
+}
+
+void Evaluator::evaluate_block(Thread& t, int worker, std::span<const u32> catoms, std::span<const u64> dirty) {
+    t.awake += catoms.size();
+    t.trim_chunks();
+    const double begin = log_ != nullptr ? seconds_now() : 0;
+    if (samples_) samples_->note_worker(worker);
+    if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), catoms.size());
+    module_.evaluate(&t, catoms.data(), dirty.data(), static_cast<u32>(catoms.size()));
+    if (counts_) counts_->end_block(static_cast<std::size_t>(worker), catoms);
+    if (samples_) note_place(t, kPlaceNone);
+    if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);
+    if (t.trap == Trap::None) return;
+    // Of several failures the one with the least id is reported, whichever thread met it.
+    const Failure failure = t.failure_here();
+    if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
+    t.trap = Trap::None;
+    t.failed_column = kNone32;
+}
+
 // Makes exported changes visible and wakes their readers. Each catom was evaluated by one thread, so writes never conflict; marks may, but
 // they are commutative.
 void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_export) {
     Thread& t = *threads_[static_cast<std::size_t>(thread)];
     const Geometry& g = subdomain.geometry;
     const bool shared = threads_.size() > 1;
+    Agenda& next = agenda();
     const auto changed = [&](u32 catom, u16 column) {
         MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
         const u64 bits = module_.columns[column].reader_dirty;
         if (!apart_)
             each_link(g, catom, [&](i32, u32 other) {
                 if (shared)
-                    agenda_.mark_shared(other, bits);
+                    next.mark_shared(other, bits);
                 else
-                    agenda_.mark(other, bits);
+                    next.mark(other, bits);
             });
-        on_export(thread, catom, column);
+        if (on_export) on_export(thread, catom, column);
     };
     using Lists = tuple::Columns::Lists;
     t.dropped_of = kNone32;
     for (const PendingRecord& r : t.records) {
-        columns_.set_record(r.column, r.catom, r.record, thread, Lists::HandOver);
+        const ColumnInfo& column = module_.columns[r.column];
+        if (column.list_count == 0)
+            copy_record(columns_.entry(r.column, r.catom), r.record, column.stride);
+        else
+            columns_.set_record(r.column, r.catom, r.record, thread, Lists::HandOver);
         changed(r.catom, r.column);
     }
     for (const PendingRows& r : t.rows) {
@@ -501,13 +539,13 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
 
 void Evaluator::gather(const SubdomainView& subdomain) {
     statistics_ = {};
-    statistics_.awake = awake_.size();
     unsorted_ = requests_.messages();
     actions_ = requests_.actions();
     far_messages_.clear(), births_.clear();
     greatest_new_node_ = 0;
     statistics_.messages = unsorted_.size();
     for (auto& t : threads_) {
+        statistics_.awake += t->awake;
         statistics_.derivations += t->derivations;
         statistics_.dropped += t->dropped;
         statistics_.far_facts += t->far_facts;
@@ -547,24 +585,10 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         std::ranges::sort(*all, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
     // What code outside the program asks for is not repeated: the next evaluation finds out what the rules ask for.
     for (const Action& a : requests_.actions())
-        if (threads_[0]->repeated.asked(a.catom)) agenda_.mark(a.catom, kDirtyWake);
-    order_actions(subdomain.geometry.catom_id);
-    threads_[0]->repeated.add_to(actions_, subdomain.geometry.catom_id);
+        if (threads_[0]->repeated.asked(a.catom)) agenda().mark(a.catom, kDirtyWake);
+    order_actions(subdomain.geometry);
+    threads_[0]->repeated.add_to(actions_, subdomain.geometry);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
-}
-
-void Evaluator::postpone() {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < awake_.size(); ++i) {
-        if (!acts_(awake_[i])) {
-            agenda_.mark(awake_[i], dirty_[i]);
-            continue;
-        }
-        awake_[kept] = awake_[i];
-        dirty_[kept++] = dirty_[i];
-    }
-    awake_.resize(kept);
-    dirty_.resize(kept);
 }
 
 void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const {
@@ -585,8 +609,6 @@ void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments)
     threads_[0]->repeated.note(actions_.back());
 }
 
-void Evaluator::order_actions(const u64* ids) {
-    std::stable_sort(actions_.begin(), actions_.end(), [&](const Action& a, const Action& b) { return ids[a.catom] < ids[b.catom]; });
 }
 
 }  // namespace meld::eval

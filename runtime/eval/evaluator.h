@@ -2,9 +2,11 @@
 // commits what neighbours may see. The result does not depend on the number of threads.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,8 +51,12 @@ class Evaluator {
     Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers& workers, Positions positions);
     ~Evaluator();
 
-    Agenda& agenda() { return agenda_; }
-    const Agenda& agenda() const { return agenda_; }
+    // Of the next evaluation.
+    Agenda& agenda() { return agendas_[next_agenda_]; }
+    const Agenda& agenda() const { return agendas_[next_agenda_]; }
+    // Makes room for this many catoms.
+    void resize(std::size_t catoms);
+    std::size_t bytes() const { return agendas_[0].bytes() + agendas_[1].bytes(); }
     Tombstones& tombstones() { return tombstones_; }
     const Tombstones& tombstones() const { return tombstones_; }
     Undefined& undefined() { return undefined_; }
@@ -81,7 +87,7 @@ class Evaluator {
     // For a program that makes nodes: the number of a catom's n-th one of a tick, from several threads at once.
     void make_nodes(std::function<u64(u32 catom, u32 n)> number) { new_node_ = std::move(number); }
 
-    // Called for every exported change while it is committed, from several threads; `thread` says which.
+    // Called for every exported change while it is committed, from several threads; `thread` says which. May be empty.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
     // Evaluates the agenda of this tick against `subdomain`, whose geometry and pointers are up to date, and commits. Returns the failure
@@ -108,10 +114,11 @@ class Evaluator {
     const std::vector<u16>& linear_predicates() const { return linear_predicates_; }
     // Both together, for whoever looks at a tick: ordered by receiver and sender, and of one sender by predicate.
     Sent all_sent(const Geometry& geometry) const;
-    // The catoms of the last evaluation, ascending.
-    const std::vector<u32>& evaluated() const { return awake_; }
-    // Why each of them was: its dirty word.
-    const std::vector<u64>& reasons() const { return dirty_; }
+    // Calls visit(catom, dirty) for the catoms of the last evaluation, ascending, with why each of them was evaluated.
+    template <class Visit>
+    void each_evaluated(const Visit& visit) const {
+        taken().each(visit);
+    }
     // Adds those of them that have changed one of these exported columns, in any order; some may come again.
     void add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const;
     const Statistics& statistics() const { return statistics_; }
@@ -134,7 +141,7 @@ class Evaluator {
     // As if the last evaluation had asked for this, of a run that goes on from a snapshot. Those of one catom come in their order;
     // when all have come they are put in that of the catoms' ids.
     void restore_action(u32 catom, u16 predicate, const Value* arguments);
-    void order_actions(const u64* ids);
+    void order_actions(const Geometry& geometry);
     // Those of catoms that leave this process.
     void drop_actions(const std::function<bool(u32)>& leaves) {
         std::erase_if(actions_, [&](const Action& action) { return leaves(action.catom); });
@@ -144,10 +151,16 @@ class Evaluator {
   private:
     struct Thread;
     static Thread& of(Eval* e);
+    // The agenda of the last evaluation.
+    const Agenda& taken() const { return agendas_[1 - next_agenda_]; }
+    Agenda& taken() { return agendas_[1 - next_agenda_]; }
+    void take_agenda(const Geometry& geometry);
+    void evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups);
+    void evaluate_block(Thread& t, int worker, std::span<const u32> catoms, std::span<const u64> dirty);
     void commit(SubdomainView& subdomain, int thread, const OnExport& on_export);
     void gather(const SubdomainView& subdomain);
-    // Puts the catoms that do not act in this tick back.
-    void postpone();
+    // Takes the catoms that are not evaluated in this tick out of the agenda, and puts those that only do not act in it back.
+    void leave_out_or_postpone(const Geometry& geometry);
     void order_messages();
     // A catom may lose and gain within one evaluation.
     bool has_linear() const { return !linear_predicates_.empty(); }
@@ -157,7 +170,8 @@ class Evaluator {
     Workers& workers_;
     Positions positions_;
     Host host_;
-    Agenda agenda_;
+    std::array<Agenda, 2> agendas_;  // Of the next evaluation, and of the last one.
+    std::size_t next_agenda_ = 0;
     Tombstones tombstones_;
     Undefined undefined_;
     Timers timers_;
@@ -170,8 +184,7 @@ class Evaluator {
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<const Outbox*> outboxes_;  // Of the threads.
     std::vector<u16> linear_predicates_;
-    std::vector<u32> awake_;
-    std::vector<u64> dirty_;
+    std::vector<u32> groups_;  // Of the agenda that is evaluated, ascending.
     std::vector<Message> messages_, unsorted_;
     std::vector<Keyed> order_, spare_;
     std::vector<FarMessage> far_messages_, births_;

@@ -99,6 +99,8 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
             return fmt::format("{} ^ {} is no int {}", operand(f.left), operand(f.right), where);
         case Trap::NothingBelow:
             return fmt::format("no random int is from 0 to below {} {}", operand(f.left), where);
+        case Trap::RankTooHigh:
+            return fmt::format("a fact rests on a chain of more than {} derivations {}", operand(f.right), where);
         case Trap::TooDeep:
             return fmt::format("functions call each other more than {} deep {}", operand(f.left), where);
     }
@@ -124,6 +126,9 @@ std::string cure(const Failure& f) {
             return fmt::format("The power of a float may have a negative exponent: `{}.0 ^ {}`", f.left.integer, f.right.integer);
         case Trap::Overflow:
             return f.real ? "A float lies between -1.797e308 and 1.797e308, and log(0.0) below all of them" : "";
+        case Trap::RankTooHigh:
+            return "Facts that were lost and derived again from each other for a long time have such chains: give the facts they begin "
+                   "with again";
         case Trap::NothingBelow:
             return "`randint(N)` needs an N of at least 1";
         default:

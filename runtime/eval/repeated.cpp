@@ -18,23 +18,17 @@ Repeated::Repeated(const ModuleInfo& module) : module_(module) {
     possible_ = any && !lists && !module.reads_tick;
 }
 
-void Repeated::rest(i64 now, std::vector<u32>& awake, std::vector<u64>& dirty, const std::vector<Action>& actions, Timers& timers) {
+void Repeated::rest(i64 now, Agenda& agenda, const std::vector<Action>& actions, Timers& timers) {
     if (!possible_) return;
     kept_.clear();
     std::swap(values_, last_values_);
     values_.clear();
     resting_.assign(asked_.size(), 0);
-    std::size_t evaluated = 0;
-    for (std::size_t i = 0; i < awake.size(); ++i) {
-        if (dirty[i] == kDirtyTick && asked(awake[i])) {
-            set(resting_, awake[i]);
-            continue;
-        }
-        awake[evaluated] = awake[i];
-        dirty[evaluated++] = dirty[i];
-    }
-    awake.resize(evaluated);
-    dirty.resize(evaluated);
+    agenda.each([&](u32 catom, u64 dirty) {
+        if (dirty != kDirtyTick || !asked(catom)) return;
+        set(resting_, catom);
+        agenda.forget(catom);
+    });
     for (const Action& a : actions) {
         const PredicateInfo& p = module_.predicates[a.predicate];
         if (!p.repeats || !has(resting_, a.catom)) continue;
@@ -49,11 +43,11 @@ void Repeated::note(const Action& action) {
     if (possible_ && module_.predicates[action.predicate].repeats) set(asked_, action.catom);
 }
 
-void Repeated::add_to(std::vector<Action>& actions, const u64* ids) const {
+void Repeated::add_to(std::vector<Action>& actions, const Geometry& geometry) const {
     const auto middle = static_cast<std::ptrdiff_t>(actions.size());
     actions.insert(actions.end(), kept_.begin(), kept_.end());
     std::inplace_merge(actions.begin(), actions.begin() + middle, actions.end(),
-                       [&](const Action& a, const Action& b) { return ids[a.catom] < ids[b.catom]; });
+                       [&](const Action& a, const Action& b) { return id_of(geometry, a.catom) < id_of(geometry, b.catom); });
 }
 
 }  // namespace meld::eval

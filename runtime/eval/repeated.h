@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/eval/agenda.h"
 #include "runtime/eval/kept.h"
 #include "runtime/eval/memory.h"
 #include "runtime/eval/requests.h"
@@ -15,16 +16,15 @@ class Repeated {
   public:
     explicit Repeated(const ModuleInfo& module);
 
-    // Before an evaluation: takes catoms out of `awake`, with their words in `dirty`, that are there only to repeat actions of the last
-    // tick, which are in `actions`, and wakes them in the next tick again. Keeps those actions for add_to(). Cost: some nanoseconds for
-    // each of them.
-    void rest(i64 now, std::vector<u32>& awake, std::vector<u64>& dirty, const std::vector<Action>& actions, Timers& timers);
+    // Before an evaluation: takes catoms off its agenda that are there only to repeat actions of the last tick, which are in `actions`, and
+    // wakes them in the next tick again. Keeps those actions for add_to(). Cost: some nanoseconds for each of them.
+    void rest(i64 now, Agenda& agenda, const std::vector<Action>& actions, Timers& timers);
     // An evaluation has asked for this action.
     void note(const Action& action);
     // Whether this catom repeats actions, those from an evaluation of this tick or those that are kept.
     bool asked(u32 catom) const { return has(asked_, catom); }
     // Both are in the order of the catoms' ids, before and afterwards.
-    void add_to(std::vector<Action>& actions, const u64* ids) const;
+    void add_to(std::vector<Action>& actions, const Geometry& geometry) const;
 
   private:
     static bool has(const std::vector<u64>& bits, u32 catom) {

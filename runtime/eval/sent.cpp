@@ -21,7 +21,7 @@ Sent Evaluator::all_sent(const Geometry& geometry) const {
         const PredicateInfo& p = module_.predicates[predicate];
         each_sent(p.column, [&](SentRow sent, const u8* row) {
             tuple::read_row(p, row, arguments);
-            all.messages.push_back({sent.to, predicate, geometry.catom_id[sent.from], 0, all.values.copy(arguments.data(), p.arity)});
+            all.messages.push_back({sent.to, predicate, id_of(geometry, sent.from), 0, all.values.copy(arguments.data(), p.arity)});
         });
     }
     std::ranges::stable_sort(all.messages, {}, [](const Message& m) { return std::pair(m.to, m.from); });

@@ -38,7 +38,7 @@ class Looker {
         state_.position = {at[0], at[1], at[2]};
         if (!subdomain_.ensemble.is_free())
             state_.cell = {cell_coordinate(g, site, 0), cell_coordinate(g, site, 1), cell_coordinate(g, site, 2)};
-        each_link(g, catom_, [&](i32 port, u32 other) { state_.links.push_back({port, g.catom_id[other]}); });
+        each_link(g, catom_, [&](i32 port, u32 other) { state_.links.push_back({port, id_of(g, other)}); });
     }
     // With the name of one predicate and the types of another, which may have more arguments.
     std::string text(u32 name, u32 types, const Value* arguments) const {

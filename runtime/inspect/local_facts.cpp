@@ -97,9 +97,10 @@ bool LocalFacts::world(const Source& source, sim::Catom catom, u64 id, const Vis
     };
     switch (source.world) {
         case WorldSource::Neighbor:
-            return each_port([&](i32, i32 other) { return other < 0 || tell({{.catom = g.catom_id[other]}}); });
+            return each_port([&](i32, i32 other) { return other < 0 || tell({{.catom = id_of(g, static_cast<u32>(other))}}); });
         case WorldSource::NeighborPort:
-            return each_port([&](i32 port, i32 other) { return other < 0 || tell({{.catom = g.catom_id[other]}, {.integer = port}}); });
+            return each_port(
+                [&](i32 port, i32 other) { return other < 0 || tell({{.catom = id_of(g, static_cast<u32>(other))}, {.integer = port}}); });
         case WorldSource::NeighborCount: {
             i64 count = 0;
             each_port([&](i32, i32 other) { return count += other >= 0, true; });
@@ -145,7 +146,7 @@ bool LocalFacts::back(const Source& source, u64 to, const Visit& visit) {
         const i32 other = neighbour_at(g, *found, port);
         if (other < 0) continue;
         const std::array<Value, 2> arguments = {Value{.catom = to}, Value{.integer = port_there(g, *found, port)}};
-        if (!visit({.catom = g.catom_id[other], .arguments = arguments.data()})) return false;
+        if (!visit({.catom = id_of(g, other), .arguments = arguments.data()})) return false;
     }
     return true;
 }

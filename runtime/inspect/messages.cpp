@@ -162,13 +162,13 @@ class Collector {
     void look(const ById& before) {
         const Geometry& g = now_.geometry();
         static const Rows none;
-        for (const u32 catom : now_.evaluated()) {
-            if (!now_.owned(catom)) continue;
-            const u64 id = g.catom_id[catom];
+        now_.each_evaluated([&](u32 catom, u64) {
+            if (!now_.owned(catom)) return;
+            const u64 id = id_of(g, catom);
             const auto was = before.find(id);
             for (const One& one : exports_.told(id, was == before.end() ? none : was->second, exports_.of(now_, catom)))
-                each_link(g, catom, [&](i32, u32 other) { add(one, g.catom_id[other]); });
-        }
+                each_link(g, catom, [&](i32, u32 other) { add(one, id_of(g, other)); });
+        });
         using Sent = std::tuple<u32, u64, u16, const Value*>;
         const auto sent = [](const eval::Message& m) { return Sent{m.to, m.from, m.predicate, m.arguments}; };
         std::multiset<Sent> by_modules;
@@ -178,8 +178,8 @@ class Collector {
             const auto module = by_modules.find(sent(m));
             One one{.from = m.from, .is = module == by_modules.end() ? One::Is::Sent : One::Is::Module, .predicate = m.predicate};
             if (module != by_modules.end()) by_modules.erase(module);
-            one.fact = text(m.predicate, g.catom_id[m.to], m.arguments, one.due);
-            add(one, g.catom_id[m.to]);
+            one.fact = text(m.predicate, id_of(g, m.to), m.arguments, one.due);
+            add(one, id_of(g, m.to));
         }
         for (const eval::FarMessage& m : now_.sent_far()) {
             One one{.from = m.from, .is = One::Is::Sent, .predicate = m.predicate};

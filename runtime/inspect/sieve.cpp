@@ -93,10 +93,10 @@ void Sieve::run(const Code& code, std::size_t at, u32 level, Register by, std::v
                 find(i, level);
                 break;
             case Kind::Number: {
-                const u64* const ids = subdomain_.geometry().catom_id;
+                const Geometry& g = subdomain_.geometry();
                 const Value* const catom = cells(level, i.a);
                 Value* const to = cells(level, i.to);
-                for (const u32 row : levels_[level].left) to[row].catom = ids[catom[row].catom];
+                for (const u32 row : levels_[level].left) to[row].catom = id_of(g, static_cast<u32>(catom[row].catom));
                 break;
             }
             case Kind::Read:
@@ -227,7 +227,7 @@ void Sieve::read(const Instruction& i, u32 level) {
     if (p.rank_offset != kNone32)
         holds([&](const u8* record) { return word(record, p.rank_offset) != kAbsent; });
     else
-        holds([&](const u8* record) { return (word(record, p.presence_offset) & p.presence_mask) != 0; });
+        holds([&](const u8* record) { return (record[p.presence_offset] & p.presence_mask) != 0; });
     for (const Instruction::Field& f : i.fields) {
         Value* const to = cells(level, f.to);
         for (const u32 row : levels_[level].left) to[row] = tuple::load_field(*f.info, records + place[row].catom * stride);

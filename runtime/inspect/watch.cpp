@@ -152,13 +152,12 @@ std::vector<u32> Watch::starts_of(sim::Subdomain& subdomain, const Changes& chan
             if (subdomain.owned(c)) catoms.push_back(c);
         return catoms;
     }
-    const std::vector<u32>& evaluated = subdomain.evaluated();
-    const std::vector<u64>& reasons = subdomain.reasons();
     const bool all = reads_private_ || reads_linear_ || reads_actions_;
-    for (std::size_t i = 0; i < evaluated.size(); ++i)
-        if (all || (reasons[i] & reasons_) != 0) catoms.push_back(evaluated[i]);
+    subdomain.each_evaluated([&](u32 catom, u64 reasons) {
+        if (all || (reasons & reasons_) != 0) catoms.push_back(catom);
+    });
     if (!all) subdomain.add_changed(columns_read_, catoms);
-    if (reads_linear_ && subdomain.totals.tick.messages > 0) subdomain.agenda().each([&](u32 catom) { catoms.push_back(catom); });
+    if (reads_linear_ && subdomain.totals.tick.messages > 0) subdomain.agenda().each([&](u32 catom, u64) { catoms.push_back(catom); });
     if (reads_actions_) catoms.insert(catoms.end(), changes.had_asked.begin(), changes.had_asked.end());
     // Some may have gone to another process.
     std::erase_if(catoms, [&](u32 catom) { return !subdomain.owned(catom); });

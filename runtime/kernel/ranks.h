@@ -48,7 +48,9 @@ u32 rank_above(u32 a, u32 b, More... more) {
 }
 
 inline void note_rank(Eval& e, u32 rank) {
-    if (rank > e.greatest_rank) e.greatest_rank = rank;
+    if (rank <= e.greatest_rank) return;
+    e.greatest_rank = rank;
+    if (rank > kMaxRank) trap(e, Trap::RankTooHigh, e.rule, i64{rank}, i64{kMaxRank});
 }
 
 // Decides one group that no rule of the same catom reads back: `current` may be null; proposals are in any order.
@@ -56,6 +58,25 @@ inline void note_rank(Eval& e, u32 rank) {
 template <class T>
 bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
     using Row = typename T::Row;
+    if (!e.subdomain->tombstones) {
+        // Nothing has been lost, so all proposals are trusted; unless the group loses its value now.
+        bool supported = false;
+        const Row* first = nullptr;
+        for (u32 i = 0; i < n; ++i) {
+            const Row& p = proposals[i];
+            if (current != nullptr) supported |= p.rank <= current->rank && T::same(p, *current);
+            if (first == nullptr || ChoiceOrder<T>{}(p, *first)) first = &p;
+        }
+        const Row* const holds = current == nullptr || (first != nullptr && T::better(*first, *current)) ? first
+                                 : supported                                                             ? current
+                                                                                                         : nullptr;
+        if (holds != nullptr) {
+            out = *holds;
+            note_rank(e, out.rank);
+            return true;
+        }
+        if (current == nullptr) return false;
+    }
     const i64 now = e.subdomain->now;
     const u32 latency = e.subdomain->latency;
     Tombstone memory{};

@@ -63,7 +63,7 @@ std::set<u64> wanderers(const sim::Subdomain& subdomain) {
     return all;
 }
 
-// How many bytes of a record a predicate takes, without its share of a word of presence bits.
+// How many bytes of a record a predicate takes, without its share of a byte of presence bits.
 std::uint64_t record_bytes(const PredicateInfo& p) {
     std::uint64_t bytes = p.rank_offset != kNone32 ? kRankBytes : 0;
     for (u32 i = 0; i < p.arity; ++i)

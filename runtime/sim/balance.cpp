@@ -9,10 +9,11 @@ namespace meld::sim {
 
 void Balance::note(const Subdomain& subdomain) {
     const Geometry& geometry = subdomain.geometry();
-    const std::vector<u32>& evaluated = subdomain.evaluated();
     work_.resize(subdomain.ensemble.brick_count() + 1);
-    for (const u32 catom : evaluated) ++work_[geometry.catom_site[catom] >> kBrickCellBits];
-    mine_ += evaluated.size();
+    subdomain.each_evaluated([&](u32 catom, u64) {
+        ++work_[geometry.catom_site[catom] >> kBrickCellBits];
+        ++mine_;
+    });
 }
 
 std::vector<std::uint64_t> Balance::work_of_processes(const Subdomain& subdomain) {

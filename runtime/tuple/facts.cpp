@@ -40,13 +40,12 @@ u32 word_at(const u8* record, u32 offset) {
 
 bool present(const PredicateInfo& p, const u8* record) {
     if (p.rank_offset != kNone32) return word_at(record, p.rank_offset) != kAbsent;
-    return (word_at(record, p.presence_offset) & p.presence_mask) != 0;
+    return (record[p.presence_offset] & p.presence_mask) != 0;
 }
 
 void set_present(const PredicateInfo& p, u8* record, bool on) {
-    u32 word = word_at(record, p.presence_offset);
-    word = on ? word | p.presence_mask : word & ~p.presence_mask;
-    std::memcpy(record + p.presence_offset, &word, sizeof word);
+    u8& bits = record[p.presence_offset];
+    bits = static_cast<u8>(on ? bits | p.presence_mask : bits & ~p.presence_mask);
 }
 
 int compare_row(const ModuleInfo& module, const PredicateInfo& p, const u8* row, const Value* arguments) {
@@ -158,7 +157,7 @@ bool facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& 
         for (i32 port = 0; port < geometry.ports; ++port) {
             const i32 other = neighbour_at(geometry, catom, port);
             if ((ports >> port & 1) == 0 || other < 0) continue;
-            values[0].catom = geometry.catom_id[other];
+            values[0].catom = id_of(geometry, static_cast<u32>(other));
             for (u32 i = 1; i < p.arity; ++i) values[i] = load_field(p.fields[i], record, static_cast<std::size_t>(port));
             if (!visit(values.data(), kAbsent)) return false;
         }

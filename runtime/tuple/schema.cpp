@@ -134,7 +134,7 @@ bool Schema::fits(const PredicateInfo& p) const {
     for (u32 i = per_link ? 1 : 0; i < p.arity; ++i)
         if (p.fields[i].offset + u64{p.fields[i].bytes} * (per_link ? kMaxPorts : 1) > room) return false;
     if (p.rank_offset != kNone32) return p.rank_offset + u64{kRankBytes} <= room;
-    return c.rows || p.presence_offset + u64{kPresenceBytes} <= room;
+    return c.rows || p.presence_offset + u64{per_link ? kPortMaskBytes : kPresenceBytes} <= room;
 }
 
 Result<Schema> Schema::read(ByteReader& in) {

@@ -82,6 +82,11 @@ void IdTable::reserve(std::size_t count, std::span<const std::uint64_t> ids) {
     }
 }
 
+void IdTable::shift(std::uint32_t by) {
+    for (std::uint32_t& row : rows_)
+        if (row != kAbsent) row += by;
+}
+
 void IdTable::place(std::uint32_t index, std::span<const std::uint64_t> ids) {
     const std::size_t mask = rows_.size() - 1;
     std::size_t at = mix64(ids[index]) & mask;

@@ -50,6 +50,8 @@ class IdTable {
     // ids[index] must still be set.
     void erase(std::uint32_t index, std::span<const std::uint64_t> ids);
     void reserve(std::size_t count, std::span<const std::uint64_t> ids);
+    // All indices are greater by this from now on.
+    void shift(std::uint32_t by);
     std::size_t bytes() const { return rows_.capacity() * sizeof(std::uint32_t); }
 
   private:

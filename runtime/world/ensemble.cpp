@@ -37,7 +37,7 @@ Ensemble::Ensemble(const Lattice& lattice, FillTarget fill_target, std::size_t s
       key_(sentinels, 0) {}
 
 void Ensemble::keep_links(bool apart) {
-    MELD_EXPECT(id_.empty(), "{} catoms", id_.size());
+    MELD_EXPECT(index_count() == 0, "{} catoms", index_count());
     links_.emplace(apart);
 }
 
@@ -67,9 +67,9 @@ Geometry Ensemble::geometry() const {
     g.brick_origin = origin_.data();
     std::copy(lattice_.brick_bits().begin(), lattice_.brick_bits().end(), g.cell_bits);
     g.catom_site = site_.data();
-    g.catom_id = id_.data();
+    ids_.add_to(g);
     g.catom_state = state_.data();
-    g.catoms = static_cast<u32>(id_.size());
+    g.catoms = static_cast<u32>(index_count());
     if (free_links_) add_free(g);
     if (links_) links_->add_to(g);
     return g;
@@ -151,48 +151,44 @@ bool Ensemble::empty(Slot slot, std::uint32_t first_number, std::uint32_t count)
 
 Catom Ensemble::add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_number, std::uint32_t count, CatomState state) {
     MELD_EXPECT(free_.empty() && !free_links_ && empty(slot, first_number, count), "slot {}", slot);
-    const auto first = static_cast<Catom>(id_.size());
+    const auto first = static_cast<Catom>(index_count());
     const std::uint32_t site = slot << kBrickCellBits | first_number;
-    if (id_.empty()) first_id_ = first_id;
-    id_.resize(first + count);
+    ids_.add_run(first_id, count);
     site_.resize(first + count);
     state_.resize(first + count, static_cast<std::uint8_t>(state));
     for (std::uint32_t i = 0; i < count; ++i) {
-        id_[first + i] = first_id + i;
         site_[first + i] = site + i;
         cell_catom_[site + i] = static_cast<std::int32_t>(first + i);
     }
     for (Catom catom = first; links_ && catom < first + count; ++catom) link_around(catom, first + count);
     this->count(state, count);
-    for (Catom catom = first; ids_kept_ && catom < first + count; ++catom)
-        if (!in_order(catom)) ids_.insert(catom, id_);
+    for (Catom catom = first; ids_.table_made() && catom < first + count; ++catom) ids_.enter(catom);
     return first;
 }
 
 Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState state) {
-    Catom catom = static_cast<Catom>(id_.size());
-    if (id_.empty()) first_id_ = id;
+    Catom catom = static_cast<Catom>(index_count());
     if (free_.empty()) {
-        id_.push_back(id);
+        ids_.add(id);
         site_.push_back(site);
         state_.push_back(state);
     } else {
         std::pop_heap(free_.begin(), free_.end(), std::greater<>());
         catom = free_.back();
         free_.pop_back();
-        id_[catom] = id;
+        ids_.replace(catom, id);
         site_[catom] = site;
         state_[catom] = state;
     }
     count(state, 1);
     if (links_) links_->room(catom, 0);
-    if (ids_kept_ && state != kCatomMailbox && !in_order(catom)) ids_.insert(catom, id_);
+    if (state != kCatomMailbox) ids_.enter(catom);
     return catom;
 }
 
 void Ensemble::remove(Catom catom) {
-    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
-    if (ids_kept_ && !in_order(catom)) ids_.erase(catom, id_);
+    MELD_EXPECT(catom < index_count() && state_[catom] != kCatomFree, "catom {}", catom);
+    ids_.leave(catom);
     count(state_[catom], static_cast<std::size_t>(-1));
     if (free_links_)
         cut(catom);
@@ -203,7 +199,7 @@ void Ensemble::remove(Catom catom) {
 }
 
 void Ensemble::move(Catom catom, Cell to) {
-    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
+    MELD_EXPECT(catom < index_count() && state_[catom] != kCatomFree, "catom {}", catom);
     MELD_EXPECT(Lattice::in_range(to), "cell {} {} {}", to.x, to.y, to.z);
     const std::uint32_t there = site(to);
     MELD_EXPECT(cell_catom_[there] == kNobody, "catom {} stands on {} {} {}", cell_catom_[there], to.x, to.y, to.z);
@@ -215,13 +211,13 @@ void Ensemble::move(Catom catom, Cell to) {
 }
 
 void Ensemble::set_state(Catom catom, CatomState state) {
-    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree && state != kCatomFree, "catom {}", catom);
+    MELD_EXPECT(catom < index_count() && state_[catom] != kCatomFree && state != kCatomFree, "catom {}", catom);
     count(state_[catom], static_cast<std::size_t>(-1));
     count(state, 1);
     state_[catom] = state;
 }
 
-Catom Ensemble::add_mailbox(Catom of) { return take_index(id_[of], of, kCatomMailbox); }
+Catom Ensemble::add_mailbox(Catom of) { return take_index(id(of), of, kCatomMailbox); }
 
 void Ensemble::remove_mailbox(Catom mailbox) {
     MELD_EXPECT(state_[mailbox] == kCatomMailbox, "index {}", mailbox);
@@ -253,7 +249,7 @@ std::optional<Catom> Ensemble::at(Cell cell) const {
 }
 
 Cell Ensemble::cell(Catom catom) const {
-    MELD_EXPECT(catom < id_.size() && state_[catom] != kCatomFree, "catom {}", catom);
+    MELD_EXPECT(catom < index_count() && state_[catom] != kCatomFree, "catom {}", catom);
     const std::uint32_t site = site_[catom];
     const std::size_t at = std::size_t{site >> kBrickCellBits} * 3;
     return Cell{origin_[at], origin_[at + 1], origin_[at + 2]} + lattice_.cell_in_brick({}, site & (kBrickCells - 1));
@@ -267,25 +263,12 @@ bool Ensemble::target(Cell cell) const {
 }
 
 std::optional<Catom> Ensemble::find(std::uint64_t id) const {
-    if (!ids_kept_) {
-        const auto needs_row = [&](Catom catom) { return is_catom(catom) && !in_order(catom); };
-        std::size_t rows = 0;
-        for (Catom catom = 0; catom < id_.size(); ++catom) rows += needs_row(catom) ? 1 : 0;
-        ids_.reserve(rows, id_);
-        for (Catom catom = 0; catom < id_.size(); ++catom) {
-            if (needs_row(catom)) ids_.insert(catom, id_);
-        }
-        ids_kept_ = true;
-    }
-    // If the id is less than the first, the difference wraps around and is not an index.
-    if (const std::uint64_t index = id - first_id_; index < id_.size() && id_[index] == id && is_catom(static_cast<Catom>(index)))
-        return static_cast<Catom>(index);
-    const Catom known = ids_.find(id, id_);
-    return known == IdTable::kAbsent ? std::nullopt : std::optional<Catom>(known);
+    if (const std::optional<Catom> catom = ids_.index_in_order(id); catom && is_catom(*catom)) return catom;
+    if (!ids_.table_made()) ids_.make_table([&](Catom catom) { return is_catom(catom); });
+    return ids_.find(id);
 }
 
 void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
-    id_.reserve(catoms);
     site_.reserve(catoms);
     state_.reserve(catoms);
     neighbours_.reserve((bricks + 1) * kBrickNeighbours);
@@ -298,12 +281,12 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
 
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-    return size(id_) + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
-           size(key_) + slots_.bytes() + ids_.bytes() + size(positions_) + size(link_back_) + (links_ ? links_->bytes() : 0);
+    return ids_.bytes() + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
+           size(key_) + slots_.bytes() + size(positions_) + size(link_back_) + (links_ ? links_->bytes() : 0);
 }
 
 std::size_t Ensemble::bytes_for(std::size_t catoms, std::size_t bricks, std::size_t room) {
-    constexpr std::size_t kCatom = sizeof(id_[0]) + sizeof(site_[0]) + sizeof(state_[0]);
+    constexpr std::size_t kCatom = sizeof(site_[0]) + sizeof(state_[0]);
     constexpr std::size_t kBrick = kBrickNeighbours * sizeof(neighbours_[0]) + kBrickCells * sizeof(cell_catom_[0]) +
                                    kBrickCells / 64 * sizeof(target_[0]) + 3 * sizeof(origin_[0]) + sizeof(key_[0]);
     // Arrays of bricks double; while they do, the old ones are there too.

@@ -10,6 +10,7 @@
 
 #include "runtime/abi/geometry_abi.h"
 #include "runtime/world/brick_table.h"
+#include "runtime/world/catom_ids.h"
 #include "runtime/world/lattice.h"
 #include "runtime/world/links.h"
 
@@ -111,12 +112,12 @@ class Ensemble {
         return key_[site >> kBrickCellBits] << kBrickCellBits | (site & (kBrickCells - 1));
     }
     Cell cell(Catom catom) const;
-    std::uint64_t id(Catom catom) const { return id_[catom]; }
+    std::uint64_t id(Catom catom) const { return ids_.of(catom); }
     CatomState state(Catom catom) const { return static_cast<CatomState>(state_[catom]); }
     bool target(Cell cell) const;  // False also if no brick is present.
     Vec3 position(Catom catom) const { return free_links_ ? positions_[catom] : lattice_.position(cell(catom)); }
 
-    std::size_t index_count() const { return id_.size(); }
+    std::size_t index_count() const { return site_.size(); }
     std::size_t owned_count() const { return owned_count_; }
     std::size_t ghost_count() const { return ghost_count_; }
     // The catom with this id, if this process knows it. Cost: a comparison if ids follow indices, otherwise one hash lookup; the map is
@@ -160,7 +161,7 @@ class Ensemble {
     Slot last_slot_ = 0;
 
     // By catom. A free index has state kCatomFree and site 0.
-    std::vector<std::uint64_t> id_;
+    CatomIds ids_;
     std::vector<std::uint32_t> site_;
     std::vector<std::uint8_t> state_;
     // A heap with the lowest free index on top.
@@ -174,13 +175,6 @@ class Ensemble {
     std::vector<std::uint8_t> link_back_;
 
     std::optional<Links> links_;
-
-    // Catoms are numbered as they are placed, so the number of most is that of the first plus their index; the numbers of the others are in
-    // the table.
-    bool in_order(Catom catom) const { return id_[catom] == first_id_ + catom; }
-    std::uint64_t first_id_ = 0;
-    mutable IdTable ids_;
-    mutable bool ids_kept_ = false;
 };
 
 }  // namespace meld::world

@@ -31,7 +31,7 @@ const std::vector<u16>& link_steps() {
 }  // namespace
 
 void Ensemble::set_free(std::function<bool(const Vec3&)> in_target) {
-    MELD_EXPECT(id_.empty(), "{} catoms", id_.size());
+    MELD_EXPECT(index_count() == 0, "{} catoms", index_count());
     free_links_ = true;
     in_target_ = std::move(in_target);
     link_back_.assign(kBrickCells, 0);
@@ -39,7 +39,7 @@ void Ensemble::set_free(std::function<bool(const Vec3&)> in_target) {
 
 void Ensemble::reserve_free(std::size_t catoms) {
     const std::size_t bricks = 1 + (catoms + kCatomsOfBrick - 1) / kCatomsOfBrick;
-    id_.reserve(catoms), site_.reserve(catoms), state_.reserve(catoms), positions_.reserve(catoms);
+    site_.reserve(catoms), state_.reserve(catoms), positions_.reserve(catoms);
     link_back_.reserve(bricks * kBrickCells);
     cell_catom_.reserve(bricks * kBrickCells);
     target_.reserve(bricks * kBrickCells / 64);
@@ -47,12 +47,12 @@ void Ensemble::reserve_free(std::size_t catoms) {
 }
 
 void Ensemble::set_graph() {
-    MELD_EXPECT(id_.empty() && links_, "{} catoms", id_.size());
+    MELD_EXPECT(index_count() == 0 && links_, "{} catoms", index_count());
     free_links_ = graph_ = true;
 }
 
 void Ensemble::reserve_nodes(std::size_t catoms, std::size_t ports) {
-    id_.reserve(catoms), site_.reserve(catoms), state_.reserve(catoms), positions_.reserve(catoms);
+    site_.reserve(catoms), state_.reserve(catoms), positions_.reserve(catoms);
     links_->reserve(catoms, ports);
 }
 

@@ -13,6 +13,7 @@
 
 #include "runtime/base/nearest.h"
 #include "runtime/world/expression.h"
+#include "runtime/world/region_id.h"
 
 namespace meld::world {
 namespace {
@@ -251,5 +252,14 @@ Result<Region> Region::parse(const std::string& text) {
 }
 
 bool Region::contains(std::uint64_t id, Cell cell, const Vec3& position) const { return !root_ || holds(root_, Catom{id, cell, position}); }
+
+std::optional<std::uint64_t> named_id(const Region& region) {
+    const Parsed<std::vector<Token>> tokens = tokenize(region.text());
+    if (!tokens || tokens->size() != 4 || (*tokens)[0].text != "id" || (*tokens)[1].text != "==") return std::nullopt;
+    const Token& number = (*tokens)[2];
+    // Beyond 2^53 a double no longer holds each integer.
+    if (number.kind != TokenKind::Number || number.number != std::trunc(number.number) || number.number > 0x1p53) return std::nullopt;
+    return static_cast<std::uint64_t>(number.number);
+}
 
 }  // namespace meld::world

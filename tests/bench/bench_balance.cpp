@@ -54,7 +54,7 @@ Trace trace_of(const std::string& program, const Storm& storm) {
     const double before = cpu_now();
     need(run.simulation->run({storm.last_tick()}, [&] {
         by_slot.resize(s.ensemble.brick_count() + 1);
-        for (const u32 c : s.evaluated()) ++by_slot[s.geometry().catom_site[c] >> kBrickCellBits];
+        s.each_evaluated([&](u32 c, u64) { ++by_slot[s.geometry().catom_site[c] >> kBrickCellBits]; });
         if (s.tick() % BalanceRule::kWindow != 0) return;
         for (world::Slot slot = 1; slot < by_slot.size(); ++slot)
             if (by_slot[slot] > 0) window[s.lattice.brick_key(s.ensemble.brick(slot))] = std::exchange(by_slot[slot], 0);

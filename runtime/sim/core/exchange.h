@@ -22,6 +22,8 @@ class Exchange {
   public:
     explicit Exchange(Subdomain& subdomain);
 
+    // Whether somebody wants to know of changed exports: other processes, or the network.
+    bool follows_exports() const { return !subdomain_.alone() || subdomain_.network_.has_value(); }
     // Notes a changed column of exports; each worker notes its own.
     void note_export(int worker, Catom catom, u16 column);
     // After the evaluation, on every process: sends and receives. Programs see the facts in the next tick.

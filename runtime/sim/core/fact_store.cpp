@@ -17,7 +17,7 @@ FactStore::~FactStore() {
 
 void FactStore::resize(std::size_t catoms) {
     columns.resize(catoms);
-    evaluator.agenda().resize(catoms);
+    evaluator.resize(catoms);
     if (eval::Counts* counts = evaluator.counts()) counts->resize(catoms);
 }
 

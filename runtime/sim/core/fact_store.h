@@ -67,7 +67,7 @@ class FactStore {
     void add_parameter(tuple::Type type, Value value);
     const std::vector<Value>& parameters() const { return parameters_; }
 
-    std::size_t bytes() const { return columns.bytes() + evaluator.agenda().bytes(); }
+    std::size_t bytes() const { return columns.bytes() + evaluator.bytes(); }
 
     tuple::Columns columns;
     eval::Evaluator evaluator;

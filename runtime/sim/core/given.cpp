@@ -17,6 +17,7 @@
 #include "runtime/sim/core/setup.h"
 #include "runtime/tuple/facts.h"
 #include "runtime/tuple/value_text.h"
+#include "runtime/world/region_id.h"
 
 namespace meld::sim {
 
@@ -114,6 +115,11 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
     for (u32 i = 0; i < p.arity; ++i) values[i] = lists_of_facts.keep(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
     const std::optional<std::size_t> route = as_route(fact, p, how);
+    std::vector<Catom> one;
+    if (const std::optional<std::uint64_t> id = only == nullptr ? world::named_id(fact.where) : std::nullopt) {
+        if (const std::optional<Catom> catom = subdomain_.ensemble.find(*id)) one.push_back(*catom);
+        only = &one;
+    }
     const std::size_t count = only != nullptr ? only->size() : subdomain_.ensemble.index_count();
     for (std::size_t i = 0; i < count && (how != Change::Check || (matched != nullptr && *matched == 0)); ++i) {
         const Catom c = only != nullptr ? (*only)[i] : static_cast<Catom>(i);

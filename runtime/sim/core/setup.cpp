@@ -51,11 +51,22 @@ Result<void> Setup::run(std::optional<BrickCounts> counted) {
                 "{} catoms and {} ghosts", s.ensemble.owned_count(), s.ensemble.ghost_count());
     if (auto named = check_single_links(); !named) return named;
     s.facts_.resize(s.ensemble.index_count());
-    for (Catom c = 0; c < s.ensemble.index_count(); ++c)
-        if (s.owned(c)) s.mark(c, kDirtyBirths);
     if (auto done = set_constants(); !done) return done;
     Programs(s).start();
-    return GivenFacts(s).start();
+    if (auto done = GivenFacts(s).start(); !done) return done;
+    mark_births();
+    return {};
+}
+
+// Nothing can be read at neighbours yet: what they export is derived from given facts.
+void Setup::mark_births() {
+    Subdomain& s = subdomain_;
+    if (s.module.idle_births) {
+        s.agenda().each([&](u32 catom, u64) { s.mark(catom, kDirtyBirths); });
+        return;
+    }
+    for (Catom c = 0; c < s.ensemble.index_count(); ++c)
+        if (s.owned(c)) s.mark(c, kDirtyBirths);
 }
 
 // New catoms may have any number.
@@ -147,9 +158,16 @@ void Setup::populate_cells(const BrickCounts& counts) {
         });
     }
     m.ensemble.reserve(mine + mine / 64 + ghosts.size(), room_for_bricks(bricks));
-    for (std::size_t i = 0; i < counts.size(); ++i)
-        if (m.partition->owner(counts[i].first) == rank)
-            each_catom(i, [&](std::uint64_t id, Cell cell) { m.ensemble.add(id, cell, kCatomOwned); });
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        if (m.partition->owner(counts[i].first) != rank) continue;
+        const world::Slot slot = m.ensemble.slot(lattice.brick_at(counts[i].first));
+        world::cells_of_brick(world, lattice, counts[i].first, cells);
+        // By runs of consecutive cells.
+        for (std::size_t n = 0, next = 0; n < cells.size(); n = next) {
+            while (++next < cells.size() && cells[next] == cells[n] + (next - n)) continue;
+            m.ensemble.add_run(first_id[i] + n, slot, cells[n], static_cast<std::uint32_t>(next - n), kCatomOwned);
+        }
+    }
     for (const auto& [id, cell] : ghosts) m.ensemble.add(id, cell, kCatomGhost);
     surround();
 }

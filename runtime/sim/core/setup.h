@@ -33,6 +33,8 @@ class Setup {
   private:
     void populate_cells(const BrickCounts& counts);
     void populate_freely(const BrickCounts& counts);
+    // Those whose first evaluation may do something are awake in the first tick.
+    void mark_births();
     // The single links of the network must be those of catoms.
     Result<void> check_single_links() const;
     void set_limits();

@@ -88,8 +88,11 @@ class Subdomain {
     // Those that catoms of this process sent to nodes without a link.
     const std::vector<eval::FarMessage>& sent_far() const { return facts_.evaluator.far_messages(); }
     // The catoms of this process that were evaluated in the last tick: nothing but what was sent to a catom has changed at others.
-    const std::vector<u32>& evaluated() const { return facts_.evaluator.evaluated(); }
-    const std::vector<u64>& reasons() const { return facts_.evaluator.reasons(); }
+    // visit(catom, dirty), ascending, with why each of them was.
+    template <class Visit>
+    void each_evaluated(const Visit& visit) const {
+        facts_.evaluator.each_evaluated(visit);
+    }
     void add_changed(const std::vector<bool>& which, std::vector<u32>& catoms) const { facts_.evaluator.add_changed(which, catoms); }
     ActionKind kind_of(const eval::Action& action) const { return program_actions.kind_of(action.predicate); }
     const eval::Agenda& agenda() const { return facts_.evaluator.agenda(); }

@@ -50,8 +50,9 @@ const Totals& Tick::end() {
         const StageClock clock(evaluation_s_);
         pulse::enter(pulse::Phase::Evaluation);
         enter(s.log(), TickLog::Stage::Evaluation);
-        failure =
-            s.facts_.evaluator.evaluate(s.abi_, [&](int worker, u32 catom, u16 column) { exchange_.note_export(worker, catom, column); });
+        eval::Evaluator::OnExport note;
+        if (exchange_.follows_exports()) note = [&](int worker, u32 catom, u16 column) { exchange_.note_export(worker, catom, column); };
+        failure = s.facts_.evaluator.evaluate(s.abi_, note);
     }
     const StageClock clock(exchange_s_);
     pulse::enter(pulse::Phase::Exchange);

@@ -61,7 +61,7 @@ void Unsettled::before(Subdomain& subdomain) {
     stride_ = 1 + subdomain.totals.tick.awake * followed_.size() / kMaxHashes;
     awake_.clear();
     hashes_.clear();
-    subdomain.agenda().each([&](u32 catom) {
+    subdomain.agenda().each([&](u32 catom, u64) {
         if (subdomain.owned(catom) && subdomain.ensemble.id(catom) % stride_ == 0) awake_.push_back({catom, subdomain.ensemble.id(catom)});
     });
     for (const Seen& s : awake_)

@@ -178,7 +178,7 @@ void HandOver::take_in(std::span<const comm::Packet> packets) {
         subdomain_.facts_.load_passing(subdomain_.tick(), owned, in);
         MELD_CHECK(in.done(), "{} bytes of catoms are left", in.left());
     }
-    subdomain_.facts_.evaluator.order_actions(subdomain_.ensemble.geometry().catom_id);
+    subdomain_.facts_.evaluator.order_actions(subdomain_.ensemble.geometry());
     subdomain_.refresh();
 }
 

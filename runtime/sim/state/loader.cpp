@@ -260,7 +260,7 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
         }
         if (auto whole = read_to_its_end(in, "its end"); !whole) return whole;
     }
-    subdomain_.facts_.evaluator.order_actions(subdomain_.ensemble.geometry().catom_id);
+    subdomain_.facts_.evaluator.order_actions(subdomain_.ensemble.geometry());
     return {};
 }
 

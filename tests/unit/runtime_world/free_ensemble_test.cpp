@@ -19,7 +19,7 @@ std::set<u64> neighbours(const Ensemble& ensemble, Catom catom) {
     std::set<u64> ids;
     for (i32 port = 0; port < g.ports; ++port)
         if (const i32 other = catom_towards(g, g.catom_site[catom], port); other >= 0) {
-            ids.insert(g.catom_id[other]);
+            ids.insert(id_of(g, other));
             // The other end sees this one at the port that looks back.
             const i32 back = port_there(g, catom, port);
             EXPECT_EQ(catom_towards(g, g.catom_site[other], back), static_cast<i32>(catom));

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "runtime/world/region_id.h"
 #include "runtime/world/shape.h"
 
 namespace meld::world {
@@ -48,6 +49,14 @@ TEST(Region, SaysWhatIsWrongAndWhere) {
     EXPECT_EQ(error_of("inside(spher(3))"), "column 8: there is no shape 'spher'. did you mean 'sphere'?");
     EXPECT_EQ(error_of("x % 0 == 1"), "column 5: the number after '%' must be above zero");
     EXPECT_EQ(error_of(std::string(300, '!')), "column 201: regions are nested more than 200 deep");
+}
+
+TEST(Region, IsKnownToBeOneCatomIfItIsWrittenSo) {
+    const auto named = [](const std::string& text) { return named_id(*Region::parse(text)); };
+    EXPECT_EQ(named("id == 4"), std::optional<std::uint64_t>(4));
+    EXPECT_EQ(named(" id==0 "), std::optional<std::uint64_t>(0));
+    for (const char* text : {"all", "id == -1", "id == 1.5", "id % 3 == 1", "id <= 4", "x == 4", "id == 4 || id == 5", "!(id == 4)"})
+        EXPECT_EQ(named(text), std::nullopt) << text;
 }
 
 }  // namespace
