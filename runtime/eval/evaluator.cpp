@@ -609,6 +609,4 @@ void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments)
     threads_[0]->repeated.note(actions_.back());
 }
 
-}
-
 }  // namespace meld::eval
