@@ -28,6 +28,8 @@ import tempfile
 import time
 import unittest
 
+# The campaign (`scripts/test --all`) takes more of everything: programs, worlds, numbers of processes.
+CAMPAIGN = os.environ.get("CLAYMELD_TEST_SIZES") == "all"
 # What the command line gives: paths of tools, and further options of the file.
 TOOLS = argparse.Namespace()
 # Programs whose facts come in the first tick, and in every one.

@@ -10,6 +10,7 @@
 #include "runtime/base/interrupt.h"
 #include "runtime/base/random.h"
 #include "runtime/eval/kept.h"
+#include "runtime/eval/pending.h"
 #include "runtime/eval/repeated.h"
 #include "runtime/eval/rotation.h"
 #include "runtime/kernel/values.h"
@@ -25,40 +26,6 @@ constexpr std::size_t kArena = 1 << 16;
 // Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
 // one matter again, and then all processes must agree on whether it still exists.
 constexpr i64 kSweepTicks = 64;
-
-struct PendingRows {
-    u32 catom;
-    u16 column;
-    u32 count;
-    u8* rows;
-};
-struct PendingChanges {
-    u32 catom;
-    u16 column;
-    RowChanges* changes;
-};
-struct PendingRecord {
-    u32 catom;
-    u16 column;
-    u8* record;
-};
-struct Loss {
-    u32 catom;
-    u16 predicate;
-    u64 key;
-    u32 rank;
-};
-struct GroupWake {
-    i64 tick;
-    u32 catom;
-    u16 column;
-    const u8* row;
-};
-struct Wake {
-    i64 tick;
-    u32 catom;
-    u64 dirty;
-};
 
 // A copy of a length known at compile time is a few instructions.
 void copy_record(u8* to, const u8* from, u32 bytes) {

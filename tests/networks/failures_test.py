@@ -9,7 +9,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import Case, main  # noqa: E402
+from frame import CAMPAIGN, Case, main  # noqa: E402
 
 GRADIENT = """type source(node).
 type dist(node, min int).
@@ -161,7 +161,8 @@ class Failures(Case):
                       SQUARE + DOWN + PARTIAL, SQUARE + PAUSES + PARTIAL + JAM, SQUARE + FAULTS, SQUARE + LATENCY + FAULTS, RING + FAULTS):
             with self.subTest(world=world):
                 alone = self.digests(world)
-                self.assertEqual(self.digests(world, "-n", 2), alone)
+                if CAMPAIGN:
+                    self.assertEqual(self.digests(world, "-n", 2), alone)
                 self.assertEqual(self.digests(world, "-n", 3, "--threads", 2), alone)
 
     def test_a_run_goes_on_in_the_midst_of_failures(self):
@@ -170,7 +171,7 @@ class Failures(Case):
                                                 (SQUARE + DOWN + PARTIAL, 34), (SQUARE + SLOWLY + PARTIAL, 35),
                                                 (RING + SLOWLY + FAULTS, 30))):
             whole = self.digests(world)
-            for processes in (1, 2):
+            for processes in (1, 2) if CAMPAIGN else (1 + number % 2,):
                 with self.subTest(world=world, stop=stop, processes=processes):
                     self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", stop, "--checkpoint", f"c{number}{processes}",
                               "--digest", "d.txt", "--quiet", "-n", processes)

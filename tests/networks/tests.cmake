@@ -1,7 +1,6 @@
 # Networks that take time, and clocks that pause.
-add_test(NAME networks COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/networks_test.py
+meld_sizes_test(networks ${CMAKE_CURRENT_LIST_DIR}/networks_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(networks PROPERTIES TIMEOUT 180 PROCESSORS 2)
 add_test(NAME random_networks COMMAND test_random --networks --first 5001 --seeds 30 --worlds 2 --shipped 0 --jobs 2
   --out ${CMAKE_BINARY_DIR}/random_failures)
 add_test(NAME random_networks_campaign COMMAND test_random --networks --first 5031 --seeds 600 --shipped 16 --jobs 2
@@ -9,9 +8,8 @@ add_test(NAME random_networks_campaign COMMAND test_random --networks --first 50
 set_tests_properties(random_networks PROPERTIES TIMEOUT 600 PROCESSORS 2)
 set_tests_properties(random_networks_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
 # Links that are cut, catoms that hang and restart, jams.
-add_test(NAME failures COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/failures_test.py
+meld_sizes_test(failures ${CMAKE_CURRENT_LIST_DIR}/failures_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(failures PROPERTIES TIMEOUT 180 PROCESSORS 2)
 add_test(NAME random_failures COMMAND test_random --failures --first 6001 --seeds 30 --worlds 2 --shipped 0 --jobs 2
   --out ${CMAKE_BINARY_DIR}/random_failures)
 add_test(NAME random_failures_campaign COMMAND test_random --failures --first 6031 --seeds 600 --shipped 16 --jobs 2
@@ -19,10 +17,8 @@ add_test(NAME random_failures_campaign COMMAND test_random --failures --first 60
 set_tests_properties(random_failures PROPERTIES TIMEOUT 600 PROCESSORS 2)
 set_tests_properties(random_failures_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
 # Facts to nodes that no link leads to.
-add_test(NAME networks_far COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/far_test.py
+meld_sizes_test(networks_far ${CMAKE_CURRENT_LIST_DIR}/far_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(networks_far PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # Nodes that rules make.
-add_test(NAME networks_births COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/births_test.py
+meld_sizes_test(networks_births ${CMAKE_CURRENT_LIST_DIR}/births_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(networks_births PROPERTIES TIMEOUT 300 PROCESSORS 2)

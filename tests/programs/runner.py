@@ -10,12 +10,11 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import environment_with  # noqa: E402
+from frame import CAMPAIGN, environment_with  # noqa: E402
 
 WHERE = "\ntype where-cell(node, int X, int Y, int Z).\nwhere-cell(A, X, Y, Z) :- cell(A, X, Y, Z).\n"
 # Processes and threads: the first list in a program's first world; the others, in turn, in its further worlds. The campaign
 # (`scripts/test --all`) takes more of them.
-CAMPAIGN = os.environ.get("CLAYMELD_TEST_SIZES") == "all"
 if CAMPAIGN:
     SIZES = [(processes, threads) for processes in (1, 2, 3, 4) for threads in (1, 2)]
     FURTHER = [[(1, 1), (2, 2), (3, 1), (4, 2)], [(1, 2), (2, 1), (3, 2), (4, 1)]]
