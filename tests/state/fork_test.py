@@ -139,8 +139,8 @@ class Same(Case):
                                    "--digest=there/d2", "--record=there/r", "--profile=there/pr", "--junit=there/out.xml",
                                    "--watch=there/w.meld", "--watch=p(A, 0, _, _)", "--expect=p(A, 6, _, _)",
                                    "--expect=p(@0, 6, _, _)", "--never=p(A, 1, _, _)", "--checkpoint=there/own",
-                                   "--checkpoint-every=2ticks", "--retries=1", "--heartbeat=1min", "--timeout=50", "--strict",
-                                   "--sync", "--stats", "--quiet", f"--forked-from={self.folder}/kept"])
+                                   "--checkpoint-every=2ticks", "--retries=1", "--heartbeat=1min", "--balance=auto",
+                                   "--timeout=50", "--strict", "--sync", "--stats", "--quiet", f"--forked-from={self.folder}/kept"])
 
     def test_it_is_watched_for_what_it_says_itself(self):
         self.write("p.meld", GRADIENT)
