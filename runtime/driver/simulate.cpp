@@ -134,13 +134,12 @@ Result<void> Run::read(const std::string& module_path) {
 }
 
 Result<void> Run::open() {
+    const Result<std::optional<int>> balance = parse_balance(options_.balance);
+    if (!balance) return tl::unexpected<Error>(balance.error());
     const Result<void> opened = speaks_ ? open_outputs(options_, inputs_->info(), outputs_) : Result<void>{};
     if (const auto all = comm::outcome_of_first(comm_, opened); !all) return all;
     simulation_.emplace(inputs_->info(), inputs_->world, inputs_->target, comm_, options_.threads);
-    if (comm_.processes() == 1) return {};
-    const Result<std::optional<int>> balance = parse_balance(options_.balance);
-    if (!balance) return tl::unexpected<Error>(balance.error());
-    if (*balance) simulation_->keep_balance(**balance);
+    if (*balance && comm_.processes() > 1) simulation_->keep_balance(**balance);
     return {};
 }
 

@@ -24,7 +24,7 @@ Partition divide_by_work(std::span<const BrickWork> bricks, int processes) {
     for (std::uint64_t parts = 64;; parts /= 4) {
         for (std::size_t i = 0; i < bricks.size(); ++i) {
             const std::uint64_t weight = parts * bricks[i].work + common * bricks[i].catoms / catoms;
-            weights[i] = {bricks[i].key, static_cast<std::uint32_t>(std::max<std::uint64_t>(weight, 1))};
+            weights[i] = {bricks[i].key, static_cast<std::uint32_t>(std::clamp<std::uint64_t>(weight, 1, ~std::uint32_t{0}))};
         }
         Partition next(weights, processes);
         std::vector<std::uint64_t> owned(static_cast<std::size_t>(processes));

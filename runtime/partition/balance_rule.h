@@ -1,8 +1,8 @@
 // Load balance: says when to divide a running ensemble anew, and how.
 //
 // Work that is unevenly divided makes processes wait for the busiest one. What they have waited since the last division, counted in
-// evaluations, is what dividing anew would have saved; when that exceeds what dividing costs, the ensemble is divided. So both together
-// are at most about twice what the best division would have cost: the rule by which one rents skis until their price has been paid. The
+// evaluations, is what dividing anew would have saved; when that exceeds what dividing costs, the ensemble is divided. So dividing
+// never costs more than has been lost by waiting: the rule by which one rents skis until their price has been paid. The
 // work of a brick is how often its catoms were evaluated in the last ticks, which depends neither on processes nor on clocks, so a run is
 // divided in the same way each time.
 #pragma once

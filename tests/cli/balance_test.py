@@ -70,10 +70,12 @@ class Balance(Case):
         self.assertEqual((self.folder / "facts").read_text(), facts)
 
     def test_when_is_a_time(self):
-        for when in "often", "0ticks", "-1ticks", "5", "5 ticks":
-            with self.subTest(when=when):
-                self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "-n", "2", f"--balance={when}", code=2,
-                             says=["is no time", "100ticks"], lines=None)
+        self.write("facts", "kept")
+        for when, processes in ("often", 1), ("often", 2), ("0ticks", 2), ("-1ticks", 1), ("5", 2), ("5 ticks", 1):
+            with self.subTest(when=when, processes=processes):
+                self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "-n", processes, f"--balance={when}", "--facts-out", "facts",
+                             code=2, says=["is no time", "100ticks"], lines=None)
+                self.assertEqual(self.read("facts"), b"kept")
 
 
 if __name__ == "__main__":
