@@ -2,19 +2,73 @@
 
 from __future__ import annotations
 
-import contextlib
+import functools
 import json
 import os
-from typing import Any, Iterator, Optional
+import time
+from typing import Any, Callable, Optional, TypeVar
 
 import h5py
 import numpy
 from numpy.typing import NDArray
 
 from .errors import RecordingError
+from .hdf5 import LOCK
 from .tool import Path
 
 FORMAT, VERSION = "claymeld recording", 1
+# A write takes some microseconds, in which a reader can find a part of the old and a part of the new: waits before what did not fit is read
+# again, and how long ago a file that is being written was written at most, in seconds.
+WAITS = (0.001, 0.002, 0.004, 0.008, 0.016)
+RECENT = 2.0
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _reads(method: Method) -> Method:
+    """For methods that read the file, and only read: threads come one after the other, what the library reports of a file that does not
+    hold what it should becomes a RecordingError, and what was read while it was being written is read again."""
+
+    @functools.wraps(method)
+    def reading(self: Steps, *words: Any) -> Any:
+        for wait in (*WAITS, None):
+            try:
+                with LOCK:
+                    return method(self, *words)
+            except RecordingError:
+                raise
+            except (KeyError, OSError, RuntimeError, TypeError, ValueError, IndexError, AttributeError) as problem:
+                if not self._file:
+                    raise ValueError(f"the recording {self.path} is closed") from None
+                if wait is None or not _is_being_written(self.path):
+                    raise RecordingError(f"{self.path} is damaged: {problem}. `meldsim replay` cannot mend it; run again", 6) from problem
+                time.sleep(wait)
+
+    return reading  # type: ignore[return-value]
+
+
+def _opened(path: str) -> Any:
+    """The file; one that is being written is opened as _reads() reads."""
+    for wait in WAITS:
+        try:
+            with LOCK:
+                return h5py.File(path, "r")
+        except FileNotFoundError:
+            raise
+        except OSError:
+            if not _is_being_written(path):
+                raise
+            time.sleep(wait)
+    with LOCK:
+        return h5py.File(path, "r")
+
+
+def _is_being_written(path: str) -> bool:
+    """Whether it was written a moment ago."""
+    try:
+        return abs(time.time() - os.stat(path).st_mtime) < RECENT
+    except OSError:
+        return False
 
 
 class Steps:
@@ -26,133 +80,123 @@ class Steps:
         self._columns: dict[str, NDArray[numpy.int64]] = {}
         self._counts: dict[str, tuple[tuple[int, int], int]] = {}
         try:
-            self._file = h5py.File(self.path, "r")
+            self._file = _opened(self.path)
         except FileNotFoundError:
             raise FileNotFoundError(f"there is no file {self.path}") from None
         except OSError as problem:
             raise RecordingError(f"{self.path} cannot be read as a recording: it is no HDF5 file, or not all of one ({problem}). "
                                  "`meldsim run --record` writes recordings", 6) from None
         try:
-            with self._damage():
-                meld = self._file["meld"].attrs if "meld" in self._file else {}
-                if _text(meld.get("format", "")) != FORMAT:
-                    raise RecordingError(f"{self.path} is no recording that meldsim run --record has written", 6)
-                if int(meld["version"]) != VERSION:
-                    raise RecordingError(f"{self.path} is a recording of version {int(meld['version'])}, and this package reads version "
-                                         f"{VERSION}: use the package that came with the meldsim that wrote it", 6)
-                self._data = self._file["VTKHDF"]
-                # The name Steps means another table after each step that is written, so it is looked up once.
-                self._steps = self._data["Steps"]
-                self.ticks: NDArray[numpy.int64] = numpy.asarray(self._steps["Values"][: self._steps.attrs["NSteps"]]).astype("int64")
-                self.lattice: str = _text(meld["lattice"])
-                self.seed: int = int(meld["seed"]) & (1 << 64) - 1
-                self.radius: float = float(meld["radius_metres"])
-                self.predicates: dict[str, dict[str, Any]] = {predicate["name"]: predicate for predicate in self.json("predicates", [])}
-                self.arrays = list(self._data["PointData"])
+            self._read_what_it_is()
         except BaseException:
-            self._file.close()
+            self.close()
             raise
 
     def close(self) -> None:
-        self._file.close()
+        with LOCK:
+            self._file.close()
 
-    @contextlib.contextmanager
-    def _damage(self) -> Iterator[None]:
-        """What the library reports of a file that does not hold what it should."""
-        try:
-            yield
-        except RecordingError:
-            raise
-        except (KeyError, OSError, RuntimeError, TypeError, ValueError, IndexError, AttributeError) as problem:
-            if not self._file:
-                raise ValueError(f"the recording {self.path} is closed") from None
-            raise RecordingError(f"{self.path} is damaged: {problem}. `meldsim replay` cannot mend it; run again", 6) from problem
+    @_reads
+    def _read_what_it_is(self) -> None:
+        meld = self._file["meld"].attrs if "meld" in self._file else {}
+        if _text(meld.get("format", "")) != FORMAT:
+            raise RecordingError(f"{self.path} is no recording that meldsim run --record has written", 6)
+        if int(meld["version"]) != VERSION:
+            raise RecordingError(f"{self.path} is a recording of version {int(meld['version'])}, and this package reads version "
+                                 f"{VERSION}: use the package that came with the meldsim that wrote it", 6)
+        self._data = self._file["VTKHDF"]
+        # The name Steps means another table after each step that is written, so it is looked up once.
+        self._steps = self._data["Steps"]
+        self.ticks: NDArray[numpy.int64] = numpy.asarray(self._steps["Values"][: self._steps.attrs["NSteps"]]).astype("int64")
+        self.lattice: str = _text(meld["lattice"])
+        self.seed: int = int(meld["seed"]) & (1 << 64) - 1
+        self.radius: float = float(meld["radius_metres"])
+        self.predicates: dict[str, dict[str, Any]] = {predicate["name"]: predicate for predicate in self.json("predicates", [])}
+        self.arrays: list[str] = list(self._data["PointData"])
 
     # ---- what is there once
 
+    @_reads
     def text(self, name: str) -> str:
         """A text of the run: "program" or "world"."""
-        with self._damage():
-            return _text(self._file["meld"][name][()])
+        return _text(self._file["meld"][name][()])
 
+    @_reads
     def json(self, name: str, missing: Any = None) -> Any:
-        with self._damage():
-            return json.loads(self._file["meld"][name][()]) if name in self._file["meld"] else missing
+        return json.loads(self._file["meld"][name][()]) if name in self._file["meld"] else missing
 
+    @_reads
     def words(self) -> list[str]:
         """The command of the run."""
-        with self._damage():
-            return [_text(word) for word in self._file["meld/arguments"][()]]
+        return [_text(word) for word in self._file["meld/arguments"][()]]
 
     # ---- what is there for a step, by its number
 
+    @_reads
     def count(self, step: int) -> int:
         """The number of catoms."""
-        with self._damage():
-            if "/counts" not in self._columns:
-                self._columns["/counts"] = self._data["NumberOfPoints"][:][self._column("PartOffsets")]
-            return int(self._columns["/counts"][step])
+        if "/counts" not in self._columns:
+            self._columns["/counts"] = self._data["NumberOfPoints"][:][self._column("PartOffsets")]
+        return int(self._columns["/counts"][step])
 
+    @_reads
     def positions(self, step: int) -> NDArray[numpy.float32]:
         """In diameters, (catoms, 3)."""
-        with self._damage():
-            return self._rows(self._data["Points"], self._column("PointOffsets")[step], self.count(step))
+        return self._rows(self._data["Points"], self._column("PointOffsets")[step], self.count(step))
 
+    @_reads
     def array(self, name: str, step: int) -> NDArray[Any]:
         """A value for each catom, (catoms,) or (catoms, parts)."""
-        with self._damage():
-            return self._rows(self._data["PointData"][name], self._column(f"PointDataOffsets/{name}")[step], self.count(step))
+        return self._rows(self._data["PointData"][name], self._column(f"PointDataOffsets/{name}")[step], self.count(step))
 
+    @_reads
     def same_positions(self, step: int, other: int) -> bool:
         """Whether the catoms and their places are stored once for both; they may be the same if they are not."""
-        with self._damage():
-            offsets = [self._column("PointOffsets"), self._column("PointDataOffsets/id")]
-            return self.count(step) == self.count(other) and all(offset[step] == offset[other] for offset in offsets)
+        offsets = [self._column("PointOffsets"), self._column("PointDataOffsets/id")]
+        return self.count(step) == self.count(other) and all(offset[step] == offset[other] for offset in offsets)
 
+    @_reads
     def fact_count(self, predicate: str, step: int) -> int:
         info = self.predicates[predicate]
         if info["table"]:
-            with self._damage():
-                return int(self._column(f"FactCounts/{predicate}")[step])
+            return int(self._column(f"FactCounts/{predicate}")[step])
         name = f"{predicate}.facts" if info["arguments"] else predicate
-        with self._damage():
-            # What has not changed since the step before is stored once, and counted once.
-            rows = (int(self._column(f"PointDataOffsets/{name}")[step]), self.count(step))
+        # What has not changed since the step before is stored once, and counted once.
+        rows = (int(self._column(f"PointDataOffsets/{name}")[step]), self.count(step))
         if self._counts.get(name, (None, 0))[0] != rows:
             self._counts[name] = rows, int((self.array(name, step) > 0).sum())
         return self._counts[name][1]
 
+    @_reads
     def fact_rows(self, predicate: str, step: int) -> dict[str, NDArray[Any]]:
         """The facts of a recorded predicate: "catom" and the arguments, each (facts,); a vec3 is (facts, 3). What is no number is the
         number of a text."""
         info = self.predicates[predicate]
         if info["table"]:
-            with self._damage():
-                begins, count = f"FactOffsets/{predicate}", int(self._column(f"FactCounts/{predicate}")[step])
-                table = self._file["meld/facts"][predicate]
-                return {column: self._rows(table[column], self._column(f"{begins}/{column}")[step], count) for column in table}
+            begins, count = f"FactOffsets/{predicate}", int(self._column(f"FactCounts/{predicate}")[step])
+            table = self._file["meld/facts"][predicate]
+            return {column: self._rows(table[column], self._column(f"{begins}/{column}")[step], count) for column in table}
         there = self.array(f"{predicate}.facts" if info["arguments"] else predicate, step) > 0
         rows = {"catom": self.array("id", step)[there]}
         rows.update((argument["name"], self.array(argument["array"], step)[there]) for argument in info["arguments"])
         return rows
 
+    @_reads
     def digest(self, step: int) -> str:
         """Of the whole state, as --digest writes it."""
-        with self._damage():
-            low, high = (int(self._column(f"StateDigest{half}")[step]) & (1 << 64) - 1 for half in ("Low", "High"))
-            return f"{high:016x}{low:016x}"
+        low, high = (int(self._column(f"StateDigest{half}")[step]) & (1 << 64) - 1 for half in ("Low", "High"))
+        return f"{high:016x}{low:016x}"
 
+    @_reads
     def strings(self, name: str, numbers: NDArray[Any]) -> list[Optional[str]]:
         """The strings that an array's numbers stand for; None for -1."""
         known = self._texts.get(name, [])
         if len(known) <= numbers.max(initial=-1):
-            with self._damage():
-                table = self._file["meld/texts"][name]
-                ends, everything = table["ends"][:], table["text"][:].tobytes()
-                known = [everything[begin:end].decode("utf-8", "surrogateescape") for begin, end in zip([0, *ends], ends)]
+            table = self._file["meld/texts"][name]
+            ends, everything = table["ends"][:], table["text"][:].tobytes()
+            known = [everything[begin:end].decode("utf-8", "surrogateescape") for begin, end in zip([0, *ends], ends)]
             self._texts[name] = known
-        with self._damage():
-            return [known[number] if number >= 0 else None for number in numbers]
+        return [known[number] if number >= 0 else None for number in numbers]
 
     def _column(self, name: str) -> NDArray[numpy.int64]:
         """A column of the table of steps, (steps,), which is read once."""

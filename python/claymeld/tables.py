@@ -8,6 +8,7 @@ import h5py
 import pandas
 
 from .errors import RecordingError
+from .hdf5 import LOCK
 from .tool import Path
 from .values import unescaped, value
 
@@ -73,14 +74,14 @@ def _folder(path: str) -> tuple[list[str], Read]:
 
 
 def _hdf5(path: str) -> tuple[list[str], Read]:
-    with h5py.File(path, "r") as file:
+    with LOCK, h5py.File(path, "r") as file:
         kind = file.attrs.get("format")
         if kind != "claymeld facts":
             raise ValueError(f"{path} is no file that meldsim run --facts-out has written: its format is {kind!r}")
         names = list(file)
 
     def read(name: str) -> pandas.DataFrame:
-        with h5py.File(path, "r") as file:
+        with LOCK, h5py.File(path, "r") as file:
             table = file[name]
             types = dict(zip(table.dtype.names, table.attrs["types"]))
             rows = table[:]

@@ -7,6 +7,10 @@ namespace meld::record {
 
 namespace {
 
+// A write takes some microseconds, in which a reader can find a part of the old and a part of the new. The library waits between attempts,
+// at first a nanosecond and then always twice as long: 17 ms in all.
+constexpr unsigned kReadAttempts = 25;
+
 // The innermost entry of HDF5's error stack is where it began; the system's own words are quoted in it.
 herr_t take_innermost(unsigned depth, const H5E_error2_t* entry, void* result) {
     if (depth == 0 && entry->desc != nullptr) *static_cast<std::string*>(result) = entry->desc;
@@ -14,6 +18,13 @@ herr_t take_innermost(unsigned depth, const H5E_error2_t* entry, void* result) {
 }
 
 }  // namespace
+
+hid_t open_to_read(const std::string& path) {
+    set_up_library_once();
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (H5Pset_metadata_read_attempts(access, kReadAttempts) < 0) return -1;
+    return H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
+}
 
 std::string text_of_last_error() {
     std::string text;

@@ -31,6 +31,10 @@ class Handle {
 // Before the first file is made: the library prints nothing, and tries nothing again when the process ends.
 void set_up_library_once();
 
+// Opens a file to read it, also while another process writes it: what that process is just writing is read once more until its checksum
+// fits. Negative on failure; a file that is damaged costs some milliseconds.
+hid_t open_to_read(const std::string& path);
+
 // Why the last call failed, in the system's words where it was the system.
 std::string text_of_last_error();
 

@@ -93,8 +93,7 @@ std::string text_at(hid_t file, const std::string& path) {
 }
 
 Hdf5Kind kind_of_hdf5(const std::string& path) {
-    set_up_library_once();
-    const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    const Handle file(open_to_read(path), H5Fclose);
     if (file < 0) return Hdf5Kind::Other;
     if (attribute(file, "/meld", "format") == kRecordingFormat) return Hdf5Kind::Recording;
     return attribute(file, "/", "format") == kFactsFormat ? Hdf5Kind::Facts : Hdf5Kind::Other;

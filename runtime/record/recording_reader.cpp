@@ -212,14 +212,13 @@ Result<std::int64_t> RecordingReader::State::of_step(const std::string& column, 
 }
 
 Result<RecordingReader> RecordingReader::open(const std::string& path) {
-    set_up_library_once();
     auto state = std::make_unique<State>();
     state->path = path;
     std::error_code error;
     state->size_bytes = std::filesystem::file_size(path, error);
     if (error == std::errc::operation_not_supported) return fail(fmt::format("cannot read {}: it is no regular file", path));
     if (error) return fail(fmt::format("cannot read {}: {}", path, error.message()));
-    state->file = std::make_unique<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    state->file = std::make_unique<Handle>(open_to_read(path), H5Fclose);
     if (*state->file < 0) return state->damaged(text_of_last_error());
     for (const auto& part : {&State::read_about, &State::read_predicates, &State::read_ticks, &State::find_series})
         if (const Result<void> done = (*state.*part)(); !done) return tl::unexpected(done.error());

@@ -6,7 +6,9 @@ import concurrent.futures
 import os
 import pathlib
 import pickle
+import re
 import sys
+import threading
 
 import h5py
 import numpy
@@ -176,6 +178,34 @@ class Reads(Recorded):
         with claymeld.open(self.folder / "live.vtkhdf") as killed:
             self.assertGreaterEqual(killed.ticks[-1], last)
 
+    def test_what_is_half_written_is_read_again(self):
+        whole = bytearray(pathlib.Path(self.recording.path).read_bytes())
+        # Of each header of a group or column.
+        half = bytearray(whole)
+        for found in re.finditer(b"OHDR", whole):
+            half[found.start() + 40] ^= 1
+
+        def frame(then):
+            self.write("half.vtkhdf", bytes(half))
+            timer = threading.Timer(0.004, lambda: (self.folder / "half.vtkhdf").write_bytes(then))
+            timer.start()
+            try:
+                with claymeld.open(self.folder / "half.vtkhdf") as recording:
+                    return recording.frame(4)
+            except claymeld.RecordingError as problem:
+                return str(problem)
+            finally:
+                timer.join()
+
+        self.assertRegex(frame(half), "half.vtkhdf (is damaged|cannot be read)")
+        # On a machine that has other work the other half may come too late.
+        for _ in range(20):
+            found = frame(whole)
+            if not isinstance(found, str):
+                break
+        self.assertNotIsInstance(found, str, found)
+        pandas.testing.assert_frame_equal(found, self.recording.frame(4))
+
     def test_metrics_of_catoms_that_move_and_come(self):
         program = """type linear go(node).
 go(@0).
@@ -208,6 +238,18 @@ create(A, 3) :- id(A, 1), tick(A, 2)."""
 
 
 class Asks(Recorded):
+    def test_text_in_many_threads(self):
+        # h5py alone ends the process here, nearly always.
+        self.addCleanup(sys.setswitchinterval, sys.getswitchinterval())
+        sys.setswitchinterval(1e-5)
+        path = self.folder / "facts.h5"
+        self.write("w.toml", 'lattice = "square"\n[[body]]\nshape = "box(40, 40, 1)"\n[facts]\nsource = "id == 0"\n')
+        self.call("meldsim", "run", self.write("p.meld", PROGRAM), "--world", "w.toml", "--facts-out", path, "--quiet")
+        wanted = claymeld.facts(path, "name")
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            for found in pool.map(lambda _: claymeld.facts(path, "name"), range(200)):
+                pandas.testing.assert_frame_equal(found, wanted)
+
     def test_query(self):
         found = self.recording.query("dist(A, D, B), D > 0, half(A, H), push(A, V), name(A, S), ok(A, F)")
         self.assertEqual({name: str(kind) for name, kind in found.dtypes.items()},

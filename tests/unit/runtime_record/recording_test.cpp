@@ -4,8 +4,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "runtime/record/recording_reader.h"
 
 namespace meld::record {
 namespace {
@@ -134,6 +139,34 @@ TEST_F(RecordingTest, RefusesNamesThatHdf5WouldSplit) {
     auto recording = Recording::create(path("a"), {});
     const RecordedArray array = {"a/b", RecordedArray::Int64, values_.data(), 1};
     EXPECT_EXIT(static_cast<void>(recording->step(0, positions_, ids_, {&array, 1})), testing::ExitedWithCode(70), "array 'a/b'");
+}
+
+// As if another process had written a half of each header, and the other half a moment later.
+TEST_F(RecordingTest, WhatIsHalfWrittenIsReadAgain) {
+    {
+        auto recording = Recording::create(path("a"), {});
+        ASSERT_TRUE(recording->step(7, positions_, ids_, {}));
+        EXPECT_TRUE(recording->close());
+    }
+    std::ifstream file(path("a"), std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(file), {}};
+    std::string half = whole;
+    for (std::size_t at = half.find("OHDR"); at != std::string::npos; at = half.find("OHDR", at + 1)) half[at + 40] ^= 1;
+    const auto write = [&](const std::string& bytes) { std::fstream(path("a"), std::ios::binary | std::ios::in | std::ios::out) << bytes; };
+    write(half);
+    EXPECT_EQ(RecordingReader::open(path("a")).error().code, ExitCode::RecordingRefused);
+    // On a machine that has other work the other half may come too late.
+    bool read = false;
+    for (int trial = 0; trial < 20 && !read; ++trial) {
+        write(half);
+        const std::jthread other_half([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            write(whole);
+        });
+        const auto recording = RecordingReader::open(path("a"));
+        read = recording && recording->ticks() == std::vector<std::int64_t>{7};
+    }
+    EXPECT_TRUE(read);
 }
 
 }  // namespace
