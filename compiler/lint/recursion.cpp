@@ -47,7 +47,7 @@ class Recursion {
         const auto folding =
             std::find_if(c.predicates.begin(), c.predicates.end(), [&](PredicateId q) { return program_.predicates[q].needs_all(); });
         const PredicateId p = *folding;
-        if (led_by_routes(c)) return;
+        if (led_by_routes(c) || counts_up(c)) return;
         switch (count_rounds(program_, c)) {
             case Rounds::Bounded:
                 return;
@@ -65,6 +65,38 @@ class Recursion {
                  fmt::format("the {} `{}` feeds itself over links: it ends only where those links form a tree",
                              aggregate_name(program_, program_.predicates[p]), program_.predicates[p].name))
             .help = "use the links of a spanning tree, as examples/meld/census.meld does";
+    }
+    // Whether the neighbours' values are chosen among, not summed, and each rule tests a value from a neighbour against a bound. Where what
+    // they came from is gone, such values count up to the bound, as the costs of ways do.
+    bool counts_up(const check::Stratum& c) const {
+        const auto chooses = [&](PredicateId q) {
+            const Predicate& p = program_.predicates[q];
+            if (!p.needs_all()) return true;
+            if (p.aggregate != Aggregate::Custom) return false;
+            const Function& f = program_.functions[p.fold];
+            const auto parameter = [&](const Term& t) { return t.is_variable() && t.variable.index() < f.parameter_count; };
+            return f.body.op == Op::If && parameter(f.body.operands[1]) && parameter(f.body.operands[2]);
+        };
+        const auto bounded = [&](const Rule& rule, const Atom& a) {
+            const Predicate& p = program_.predicates[a.predicate];
+            if (p.aggregate == Aggregate::None || !a.arguments[p.aggregate_at].is_variable()) return false;
+            const VariableId value = a.arguments[p.aggregate_at].variable;
+            return std::ranges::any_of(rule.body, [&](const Clause& clause) {
+                if (clause.kind != Clause::Kind::Test || (clause.test.op != Op::Less && clause.test.op != Op::Greater)) return false;
+                const Term& lesser = clause.test.operands[clause.test.op == Op::Less ? 0 : 1];
+                bool constant = true;
+                each_variable(clause.test.operands[clause.test.op == Op::Less ? 1 : 0], [&](VariableId) { constant = false; });
+                return constant && lesser.is_variable() && lesser.variable == value;
+            });
+        };
+        return std::ranges::all_of(c.predicates, chooses) && std::ranges::all_of(c.rules, [&](RuleId id) {
+                   const Rule& rule = program_.rules[id];
+                   bool all = true;
+                   each_atom(rule.body, [&](const Atom& a, bool negated) {
+                       if (c.contains(a.predicate) && a.arguments[0].variable != rule.site) all = all && !negated && bounded(rule, a);
+                   });
+                   return all;
+               });
     }
     // Whether every recursive link is one that the program makes (a parent, a child), not any neighbour: then the program is responsible
     // for its shape.

@@ -59,11 +59,23 @@ struct RowList {
     if (from != rows) __builtin_memcpy(rows, from, u64{count} * size);
 }
 
+// Mostly there is a candidate from each neighbour: these are inserted one by one, where a copy of a row is a few moves.
+constexpr u32 kInsertedRows = 12;
+
 template <class Row, class Less>
 void sort_rows(Eval& e, Row* rows, u32 count, Less) {
-    if (count < 2) return;
-    sort_bytes(e, reinterpret_cast<u8*>(rows), count, sizeof(Row),
-               [](const void* a, const void* b) { return Less{}(*static_cast<const Row*>(a), *static_cast<const Row*>(b)); });
+    bool (*const less)(const void*, const void*) = [](const void* a, const void* b) {
+        return Less{}(*static_cast<const Row*>(a), *static_cast<const Row*>(b));
+    };
+    if (count > kInsertedRows) return sort_bytes(e, reinterpret_cast<u8*>(rows), count, sizeof(Row), less);
+    for (u32 i = 1; i < count; ++i) {
+        if (!less(&rows[i], &rows[i - 1])) continue;
+        const Row row = rows[i];
+        u32 to = i;
+        do rows[to] = rows[to - 1];
+        while (--to > 0 && less(&row, &rows[to - 1]));
+        rows[to] = row;
+    }
 }
 
 // How the candidates of a group become its value: one of them is chosen, or all are combined, either in the order of derivation, which no

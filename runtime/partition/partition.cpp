@@ -95,11 +95,10 @@ std::vector<int> Halo::around(Cell cell) const {
 }
 
 int Halo::owner(Cell cell) const {
-    int owner = process_;
-    each_side(lattice().brick_of(cell), [&](const Side& side) {
-        if (side.dx == 0 && side.dy == 0 && side.dz == 0) owner = side.process;
-    });
-    return owner;
+    if (partition_.processes() == 1) return process_;
+    const Cell brick = lattice().brick_of(cell);
+    const std::optional<world::Slot> slot = ensemble_.find_slot(brick);
+    return slot && inside(*slot) ? process_ : partition_.owner(lattice().brick_key(brick));
 }
 
 std::vector<int> Halo::listeners(Cell cell) const {

@@ -43,10 +43,11 @@ class Halo {
     }
     // Handles the bricks that were made since the last call.
     void prepare();
+    // Cost: a hash lookup, and for a brick at the border one walk along the curve.
+    int owner(Cell cell) const;
     // For the functions below, bricks that are present cost one hash lookup, others 27 walks along the curve.
     // The processes, without this one, that own a brick next to the brick of this cell. Ascending.
     std::vector<int> around(Cell cell) const;
-    int owner(Cell cell) const;
     // All processes that know the cell: its owner and those that read it. Ascending.
     std::vector<int> listeners(Cell cell) const;
 

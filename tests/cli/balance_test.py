@@ -53,6 +53,14 @@ class Balance(Case):
                 self.assertTrue(summary["divisions"])
                 self.assertGreater(sum(each["moved_catoms"] for each in summary["divisions"]), 100)
 
+    def test_memory_does_not_grow(self):
+        # The surroundings of empty bricks were once made at every division, a layer more each time.
+        (self.folder / "w.toml").write_text(WORLD.replace("[record]", '[motion]\nkind = "lattice"\n[record]'))
+        _, kept = self.run_on(2, "never")
+        _, divided = self.run_on(2, "1tick")
+        self.assertGreater(len(divided["divisions"]), 4)
+        self.assertLess(divided["bytes_per_catom"], 1.5 * kept["bytes_per_catom"])
+
     def test_by_itself_where_it_pays(self):
         (_, digest, _), kept = self.run_on(2, "never", "corner.meld", "300")
         self.assertEqual(kept["divisions"], [])

@@ -96,11 +96,13 @@ int Setup::reach(const world::World& world, const tuple::ProgramActions& actions
 // Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
 bool Setup::looks_around(const world::World& world) { return world.motion.kind != "none" || world.target.has_value(); }
 
+// Not around empty bricks, or each division of a running ensemble would add a layer.
 void Setup::surround() {
     Membership& m = subdomain_.members_;
     const bool around = looks_around(subdomain_.world);
     for (world::Slot slot = 1, end = static_cast<world::Slot>(m.ensemble.brick_count()); around && slot <= end; ++slot)
-        if (m.partition->owner(subdomain_.lattice.brick_key(m.ensemble.brick(slot))) == subdomain_.comm.process())
+        if (!m.ensemble.empty(slot, 0, kBrickCells) &&
+            m.partition->owner(subdomain_.lattice.brick_key(m.ensemble.brick(slot))) == subdomain_.comm.process())
             m.ensemble.surround(slot);
 }
 

@@ -161,7 +161,7 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
                     subdomain.next_id() +
                     static_cast<std::uint64_t>(std::lower_bound(creations.begin(), creations.end(), subdomain.ensemble.key(p.to)) -
                                                creations.begin());
-                announce(subdomain, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
+                pass_units(subdomain, mover, p.from, -1);
                 announce(subdomain, {.kind = Change::Kind::Add, .newborn = true, .cell = p.to, .who = {id, {}}});
                 if (known_.created) {
                     Value value{};
@@ -171,12 +171,12 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
                 break;
             }
             case ActionKind::Destroy:
-                if (p.to != p.from) announce(subdomain, {.kind = Change::Kind::Hold, .held = 1 + held_[mover], .cell = p.to});
+                if (p.to != p.from) pass_units(subdomain, p.receiver, p.to, 1 + held_[mover]);
                 announce(subdomain, {.kind = Change::Kind::Remove, .cell = p.from});
                 break;
             case ActionKind::Give:
-                announce(subdomain, {.kind = Change::Kind::Hold, .held = -1, .cell = p.from});
-                announce(subdomain, {.kind = Change::Kind::Hold, .held = 1, .cell = p.to});
+                pass_units(subdomain, mover, p.from, -1);
+                pass_units(subdomain, p.receiver, p.to, 1);
                 break;
             case ActionKind::MoveTo:
             case ActionKind::Slide:
@@ -215,6 +215,16 @@ void LatticeMotion::announce(Subdomain& subdomain, const Change& change) {
     const int me = subdomain.comm.process();
     if (subdomain.alone()) return tell(me, me, change);
     for (const int other : subdomain.halo->listeners(change.cell)) tell(other, me, change);
+}
+
+// Who gives or receives units neither moves nor goes in that tick, so it keeps its index.
+void LatticeMotion::pass_units(Subdomain& subdomain, Catom catom, Cell cell, std::int32_t units) {
+    MELD_EXPECT(subdomain.ensemble.cell(catom) == cell, "catom {} is not in ({}, {}, {})", catom, cell.x, cell.y, cell.z);
+    units_passed_.push_back({catom, units});
+    if (subdomain.alone()) return;
+    const int me = subdomain.comm.process();
+    for (const int other : subdomain.halo->listeners(cell))
+        if (other != me) tell(other, me, {.kind = Change::Kind::Hold, .held = units, .cell = cell});
 }
 
 void LatticeMotion::tell(int process, int me, const Change& change) {
@@ -270,10 +280,7 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
         const std::optional<Catom> catom = subdomain.ensemble.at(cell);
         MELD_CHECK(catom.has_value(), "a change for ({}, {}, {}), where no catom is known", cell.x, cell.y, cell.z);
         if (c.kind == Change::Kind::Hold) {
-            held_[*catom] += c.held;
-            MELD_ASSERT(held_[*catom] >= 0 && held_[*catom] <= world_.motion.capacity, "a catom holds {} units", held_[*catom]);
-            hold(subdomain, *catom, held_[*catom]);
-            if (subdomain.owned(*catom)) units_ += c.held;
+            units_passed_.push_back({*catom, c.held});
             continue;
         }
         account(subdomain, *catom, -1);
@@ -284,6 +291,22 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
         subdomain.move_catom(*catom, c.to);
         account(subdomain, *catom, 1);
     }
+    apply_units(subdomain);
+}
+
+// A catom that receives as many units as it gives away has not changed.
+void LatticeMotion::apply_units(Subdomain& subdomain) {
+    units_due_.resize(subdomain.ensemble.index_count());
+    for (const auto& [catom, units] : units_passed_) units_due_[catom] += units;
+    for (const auto& [catom, units] : units_passed_) {
+        const std::int32_t due = std::exchange(units_due_[catom], 0);
+        if (due == 0) continue;
+        held_[catom] += due;
+        MELD_ASSERT(held_[catom] >= 0 && held_[catom] <= world_.motion.capacity, "a catom holds {} units", held_[catom]);
+        hold(subdomain, catom, held_[catom]);
+        if (subdomain.owned(catom)) units_ += due;
+    }
+    units_passed_.clear();
 }
 
 void LatticeMotion::apply_add(Subdomain& subdomain, const Change& c) {

@@ -47,6 +47,7 @@ class LatticeMotion : public SimModule {
         std::int32_t direction = 0;
         std::uint64_t id = 0;     // The id of the mover.
         Catom mover = 0;          // Its index on its own process.
+        Catom receiver = 0;       // The same of the catom that receives units.
         Cell from = {}, to = {};  // Its cell; the cell of the new position, of the new catom, or of the receiver.
         auto order() const { return std::tuple(kind, id, direction); }
     };
@@ -67,7 +68,8 @@ class LatticeMotion : public SimModule {
     struct Known {  // Predicates of the program, or none.
         std::optional<u32> holds, failed, created;
     };
-    // The effect of the granted proposals on a cell, sent to every process that knows it.
+    // The effect of the granted proposals on a cell, sent to every process that knows it. What a catom of this process or a ghost gets or
+    // gives is in units_passed_ here, since that is most.
     struct Change {
         enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
         bool newborn = false;                                                            // Add
@@ -75,6 +77,11 @@ class LatticeMotion : public SimModule {
         Cell cell = {};                                                                  // Move: the old cell.
         Cell to = {};      // Move: the new cell; only for the process that owns both.
         Migrant who = {};  // Add
+    };
+
+    struct Passed {
+        Catom catom = 0;
+        std::int32_t units = 0;
     };
 
     // proposals.cpp
@@ -99,6 +106,7 @@ class LatticeMotion : public SimModule {
     std::vector<CellKey> number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const;
     void relocate(Subdomain& subdomain, const Proposal& p);
     void announce(Subdomain& subdomain, const Change& change);
+    void pass_units(Subdomain& subdomain, Catom catom, Cell cell, std::int32_t units);
     // Queues a change for a process, which may be this one, `me`.
     void tell(int process, int me, const Change& change);
     // A change on its way to another process.
@@ -107,6 +115,7 @@ class LatticeMotion : public SimModule {
     std::vector<Change> exchange(Subdomain& subdomain);
     void apply(Subdomain& subdomain, std::vector<Change> changes);
     void apply_add(Subdomain& subdomain, const Change& change);
+    void apply_units(Subdomain& subdomain);
     void hold(Subdomain& subdomain, Catom catom, std::int32_t units);
     std::map<world::BrickKey, std::uint32_t> target_nearby(const Subdomain& subdomain) const;
     // Adds a catom of ours to the counts below, or subtracts it.
@@ -117,6 +126,8 @@ class LatticeMotion : public SimModule {
     std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
     std::vector<ByteWriter> packets_;                                 // By destination.
     std::vector<Change> mine_;                                        // Changes for this process.
+    std::vector<Passed> units_passed_;                                // Of this tick, on this process.
+    std::vector<std::int32_t> units_due_;                             // By catom: the sum of those; 0 between ticks.
     std::int64_t outside_ = 0, units_ = 0;                            // Of this process: catoms outside the target, units held.
     std::int64_t all_outside_ = 0, all_units_ = 0, all_missing_ = 0;  // Of all processes, at the end.
     std::int64_t last_change_ = 0;                                    // The tick in which anything moved last.

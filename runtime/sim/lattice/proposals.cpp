@@ -157,6 +157,7 @@ LatticeMotion::Objection LatticeMotion::propose_give(const Subdomain& subdomain,
         if (subdomain.ensemble.id(other) != action.arguments[0].catom) continue;
         if (held_[other] + amount > world_.motion.capacity) return Refusal::NoRoom;
         p.direction = port;
+        p.receiver = other;
         p.to = subdomain.ensemble.cell(other);
         if (p.kind == ActionKind::Destroy) claims.push_back(kBody | subdomain.ensemble.key_of(action.catom));
         claims.push_back(kBody | subdomain.ensemble.key_of(other));
