@@ -10,6 +10,12 @@ namespace meld::emit {
 
 using namespace check;
 
+std::string constant_name(const Program& program, ConstantId id) {
+    return fmt::format("constant_{}_{}", clean(program.constants[id].name), id.index());
+}
+
+bool computed_once(const Constant& c) { return c.computed.valid() && !c.type.compound(); }
+
 std::string function_name(const Program& program, FunctionId id) {
     const Function& f = program.functions[id];
     return fmt::format("{}_{}_{}", f.external ? "extern" : "fun", clean(f.name), id.index());
@@ -200,6 +206,25 @@ void emit_function(const plan::Plan& plan, FunctionId id, Writer& w) {
     w.close();
 }
 
+// The value of a constant that only the run can compute, once for the catoms that are evaluated together. It traps where its function
+// does, and does not count as a call of the catom that happens to come first.
+void emit_constants(const plan::Plan& plan, Writer& w) {
+    for (const ConstantId id : plan.program.constants.ids()) {
+        const Constant& c = plan.program.constants[id];
+        if (!computed_once(c)) continue;
+        const std::string name = constant_name(plan.program, id);
+        w.open(fmt::format("static {} {}_value(Self& s, u32 rule) {{", cpp_type(c.type), name));
+        w.line("if (s.{}.known) return s.{}.value;", name, name);
+        w.raw("const u64 calls = s.calls;");
+        w.raw("s.calls = 0;");
+        w.line("s.{}.value = {}(s, rule);", name, function_name(plan.program, c.computed));
+        w.raw("s.calls = calls;");
+        w.line("s.{}.known = s.e->trap == Trap::None;", name);
+        w.line("return s.{}.value;", name);
+        w.close();
+    }
+}
+
 }  // namespace
 
 void emit_functions(const plan::Plan& plan, Writer& w) {
@@ -207,8 +232,12 @@ void emit_functions(const plan::Plan& plan, Writer& w) {
     if (!functions.empty()) w.raw("");
     for (const FunctionId id : functions.ids())
         if (!functions[id].external) w.raw(signature(plan, id) + ";");
+    for (const ConstantId id : plan.program.constants.ids())
+        if (computed_once(plan.program.constants[id]))
+            w.line("static {} {}_value(Self& s, u32 rule);", cpp_type(plan.program.constants[id].type), constant_name(plan.program, id));
     for (const FunctionId id : functions.ids())
         if (!functions[id].external) emit_function(plan, id, w);
+    emit_constants(plan, w);
 }
 
 void emit_externs(const plan::Plan& plan, Writer& w) {

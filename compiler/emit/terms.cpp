@@ -185,8 +185,10 @@ std::string comparison(const Scope& scope, const Term& t) {
 }
 
 std::string parameter(const Scope& scope, const Term& t) {
-    if (const FunctionId computed = scope.plan.program.constants[t.constant].computed; computed.valid()) return call(scope, computed, {});
-    const Type& type = scope.plan.program.constants[t.constant].type;
+    const Constant& constant = scope.plan.program.constants[t.constant];
+    if (computed_once(constant)) return fmt::format("{}_value(s, {})", constant_name(scope.plan.program, t.constant), scope.site());
+    if (constant.computed.valid()) return call(scope, constant.computed, {});
+    const Type& type = constant.type;
     const std::string text = fmt::format("s.e->subdomain->parameters[{}].{}", t.constant.index(), value_member(type));
     return type == Type::Bool ? "(" + text + " != 0)" : text;
 }

@@ -216,6 +216,14 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         const std::string name = predicate_name(plan.program, id);
         w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
     }
+    for (const ConstantId id : plan.program.constants.ids()) {
+        const Constant& c = plan.program.constants[id];
+        if (!computed_once(c)) continue;
+        w.open("struct {");
+        w.raw("bool known = false;");
+        w.line("{} value;", cpp_type(c.type));
+        w.close(fmt::format("}} {};", constant_name(plan.program, id)));
+    }
     w.raw("bool again;                 // Views have been evaluated before in this evaluation: what changed since is not recorded by row.");
     w.line("bool loaded[{}];", std::max<std::size_t>(1, plan.program.predicates.count()));
     w.line("bool active[{}];", std::max<std::size_t>(1, plan.linear_rules.size()));

@@ -147,6 +147,9 @@ void emit_self(const plan::Plan& plan, Writer& w);
 void emit_load_and_save(const plan::Plan& plan, Writer& w);
 void emit_externs(const plan::Plan& plan, Writer& w);
 void emit_functions(const plan::Plan& plan, Writer& w);
+// Whether the value of the constant is computed by the run and kept in Self, as the member constant_name() and the function NAME_value.
+bool computed_once(const check::Constant& constant);
+std::string constant_name(const check::Program& program, check::ConstantId id);
 void emit_facts(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w);
