@@ -25,14 +25,13 @@ Known BodyOrder::start() const {
 
 std::vector<Step> BodyOrder::order(std::vector<Clause> body, Known& known, Reading reading, const Variables& outside) const {
     std::vector<Step> steps;
-    while (!body.empty()) {
-        if (take_ready(body, known, outside, steps)) continue;
-        const std::size_t next = pick(body, known, reading);
-        MELD_CHECK(next < body.size(), "rule {}: no clause of the {} left can be read next", rule_.name, body.size());
-        const Choice why = choice(body, next, known, reading);
-        const Clause clause = std::move(body[next]);
-        body.erase(body.begin() + static_cast<std::ptrdiff_t>(next));
-        read(clause, why, reading, known, steps);
+    OpenBody open(std::move(body), accesses_, reading, known, outside);
+    while (!open.empty()) {
+        if (take_ready(open, known, steps)) continue;
+        const std::optional<std::size_t> next = open.next_read();
+        MELD_CHECK(next.has_value(), "rule {}: no clause of the {} left can be read next", rule_.name, open.left());
+        read(open.clause(*next), open.choice(*next, known), reading, known, steps);
+        open.close(*next, known);
     }
     return steps;
 }
@@ -46,8 +45,10 @@ std::vector<Step> BodyOrder::start_changed(std::vector<Clause>& body, std::size_
     Match* match = as<Match>(steps.back());
     MELD_CHECK(match != nullptr, "rule {}: {} has no rows to follow", rule_.name, program_.predicates[changed.predicate].name);
     match->changed = true;
-    while (take_ready(body, known, outside, steps)) {
+    OpenBody open(std::move(body), accesses_, Reading::Cheapest, known, outside);
+    while (take_ready(open, known, steps)) {
     }
+    body = std::move(open).rest();
     return steps;
 }
 
@@ -55,14 +56,11 @@ std::vector<Step> BodyOrder::start_changed(std::vector<Clause>& body, std::size_
 
 // One clause that is ready: a test, negation or aggregate all of whose variables are known, or an equality that gives a new one
 // its value.
-bool BodyOrder::take_ready(std::vector<Clause>& body, Known& known, const Variables& outside, std::vector<Step>& steps) const {
-    for (std::size_t i = 0; i < body.size(); ++i) {
-        const Clause& c = body[i];
-        const bool nested = c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate;
-        const bool taken =
-            nested ? take_nested(c, body, known, outside, steps) : c.kind == Clause::Kind::Test && take_test(c.test, known, steps);
-        if (!taken) continue;
-        body.erase(body.begin() + static_cast<std::ptrdiff_t>(i));
+bool BodyOrder::take_ready(OpenBody& body, Known& known, std::vector<Step>& steps) const {
+    while (const std::optional<std::size_t> next = body.next_without_read()) {
+        const Clause& c = body.clause(*next);
+        if (c.kind == Clause::Kind::Test ? !take_test(c.test, known, steps) : !take_nested(c, body, known, steps)) continue;
+        body.close(*next, known);
         return true;
     }
     return false;
@@ -74,22 +72,12 @@ bool BodyOrder::take_test(const Term& condition, Known& known, std::vector<Step>
     return true;
 }
 
-bool BodyOrder::take_nested(const Clause& c, const std::vector<Clause>& body, Known& known, const Variables& outside,
-                            std::vector<Step>& steps) const {
-    // A variable that belongs only to another negation or aggregate is a different one there.
-    Variables others = outside;
-    for (const Clause& other : body) {
-        if (other.kind == Clause::Kind::Aggregate)
-            others.insert(other.variable);
-        else if (other.kind != Clause::Kind::Not)
-            each_variable(other, [&](VariableId v) { others.insert(v); });
-    }
+bool BodyOrder::take_nested(const Clause& c, const OpenBody& body, Known& known, std::vector<Step>& steps) const {
+    const Variables shared = body.shared_by(c);
     const bool aggregates = c.kind == Clause::Kind::Aggregate;
-    bool ready = true;
-    each_variable(c, [&](VariableId v) { ready = ready && (known.has(v) || !others.contains(v) || (aggregates && v == c.variable)); });
-    if (!ready) return false;
+    if (!std::ranges::all_of(shared, [&](VariableId v) { return known.has(v) || (aggregates && v == c.variable); })) return false;
     Known inside = known;
-    std::vector<Step> inner = order(c.inner, inside, Reading::Cheapest, others);
+    std::vector<Step> inner = order(c.inner, inside, Reading::Cheapest, shared);
     if (!aggregates) {
         steps.push_back({Unless{.steps = std::move(inner)}});
         return true;
@@ -147,34 +135,7 @@ bool BodyOrder::take_apart(const Term& equality, Known& known, std::vector<Step>
     return true;
 }
 
-// ---- the next read, and why
-
-std::size_t BodyOrder::pick(const std::vector<Clause>& body, const Known& known, Reading reading) const {
-    std::size_t best = body.size();
-    int least = 0;
-    for (std::size_t i = 0; i < body.size(); ++i) {
-        const std::optional<Access> access = accesses_.access(body[i], known);
-        if (!access) continue;
-        if (reading == Reading::AsWritten) return i;
-        if (best < body.size() && access->cost >= least) continue;
-        least = access->cost;
-        best = i;
-    }
-    return best;
-}
-
-// Why the clause `next` is read now, by what was known before it.
-Choice BodyOrder::choice(const std::vector<Clause>& body, std::size_t next, const Known& known, Reading reading) const {
-    const std::optional<Access> access = accesses_.access(body[next], known);
-    MELD_EXPECT(access.has_value(), "rule {}: clause {} cannot be read yet", rule_.name, next);
-    Choice out{.reason = reading == Reading::AsWritten ? Reason::Written : access->reason, .known = access->known};
-    for (std::size_t i = 0; i < next; ++i) {
-        if (!AccessPlanner::reads(body[i])) continue;
-        (accesses_.access(body[i], known) ? out.dearer : out.waiting)
-            .push_back(body[i].kind == Clause::Kind::Element ? PredicateId() : body[i].atom.predicate);
-    }
-    return out;
-}
+// ---- the steps of a read
 
 // The steps of one clause: the link to its catom, if that is new, the fact there, and the comparison of its change.
 void BodyOrder::read(const Clause& clause, const Choice& why, Reading reading, Known& known, std::vector<Step>& steps) const {
@@ -201,8 +162,6 @@ void BodyOrder::read(const Clause& clause, const Choice& why, Reading reading, K
                                  .compare = clause.compare,
                                  .bound = clause.test}});
 }
-
-// ---- the steps of a read
 
 void BodyOrder::reach(VariableId place, Known& known, std::vector<Step>& steps) const {
     if (known.places.contains(place)) return;

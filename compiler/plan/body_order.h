@@ -4,11 +4,9 @@
 #include <vector>
 
 #include "compiler/plan/access.h"
+#include "compiler/plan/open_body.h"
 
 namespace meld::plan {
-
-// The order in which clauses are read: by access cost, or as written, which is what linear rules mean.
-enum class Reading { Cheapest, AsWritten };
 
 class BodyOrder {
   public:
@@ -26,15 +24,12 @@ class BodyOrder {
     std::vector<Step> start_changed(std::vector<check::Clause>& body, std::size_t first, const Variables& outside, Known& known) const;
 
   private:
-    bool take_ready(std::vector<check::Clause>& body, Known& known, const Variables& outside, std::vector<Step>& steps) const;
+    bool take_ready(OpenBody& body, Known& known, std::vector<Step>& steps) const;
     bool take_test(const Term& test, Known& known, std::vector<Step>& steps) const;
-    bool take_nested(const check::Clause& clause, const std::vector<check::Clause>& body, Known& known, const Variables& outside,
-                     std::vector<Step>& steps) const;
+    bool take_nested(const check::Clause& clause, const OpenBody& body, Known& known, std::vector<Step>& steps) const;
     bool bind_equal(const Term& test, Known& known, std::vector<Step>& steps) const;
     bool take_apart(const Term& equality, Known& known, std::vector<Step>& steps) const;
 
-    std::size_t pick(const std::vector<check::Clause>& body, const Known& known, Reading reading) const;
-    Choice choice(const std::vector<check::Clause>& body, std::size_t next, const Known& known, Reading reading) const;
     void read(const check::Clause& clause, const Choice& why, Reading reading, Known& known, std::vector<Step>& steps) const;
 
     void reach(VariableId place, Known& known, std::vector<Step>& steps) const;

@@ -1,4 +1,6 @@
 // The plan as text, as --emit=plan prints it.
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "compiler/plan/plan.h"
@@ -135,7 +137,11 @@ class Printer {
         steps(r.steps, 2);
     }
 
-    void indented(std::size_t depth, const std::string& text) { out_ += std::string(depth * 2, ' ') + text + "\n"; }
+    // Each step stands below the one before it; in a long body most of the text would be spaces.
+    void indented(std::size_t depth, const std::string& text) {
+        static constexpr std::size_t kDeepest = 50;
+        out_ += std::string(std::min(depth, kDeepest) * 2, ' ') + text + "\n";
+    }
 
     void steps(const std::vector<Step>& all, std::size_t depth) {
         for (const Step& s : all) {

@@ -36,7 +36,8 @@ void hold(std::initializer_list<int> signals);
 // From now on an end at once is by the signal itself, not by an exit code: a shell then ends the loop in which the command stands.
 void end_by_signal();
 
-// Written to standard error when the process is ended; a string that is never freed, or nullptr (the default) for silence.
+// Written to standard error when the process is ended; a string that is never freed, or nullptr (the default) for silence. The supervisor
+// learns from the table of runtime/base/pulse.h that they have been written, or that nullptr has been set: all has been said.
 void set_last_words(const char* words);
 
 // What is done then, too, before the words: a function that may be called in handlers of signals; nullptr (the default) for nothing.

@@ -21,6 +21,7 @@ struct alignas(64) Place {
     std::atomic<std::int32_t> writes;   // How many of its threads write to a stream, whose reader may take any time.
     std::atomic<std::int32_t> here;     // How many processes of the run are on its machine.
     std::atomic<bool> left;             // It has come to its own end: nothing that it had to do is lost.
+    std::atomic<bool> told;             // If it speaks for the run, it has said how that ended.
 };
 
 // The variable by which a supervisor tells its processes where the table is.
@@ -49,6 +50,10 @@ inline void enter(Phase phase) {
 inline void begin_tick(std::int64_t tick) {
     if (detail::own != nullptr) detail::own->tick.store(tick, std::memory_order_relaxed);
     enter(Phase::Modules);
+}
+// Also in handlers of signals.
+inline void note_told() {
+    if (detail::own != nullptr) detail::own->told.store(true, std::memory_order_relaxed);
 }
 inline void wait(bool waits) {
     if (detail::own != nullptr) detail::own->waits.store(waits, std::memory_order_relaxed);

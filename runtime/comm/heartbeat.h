@@ -36,6 +36,8 @@ class Heartbeat {
         bool stopped = false;  // By a signal, or a debugger.
     };
     Standing standing() const;
+    // Process 0, which speaks for the run, has said how it ended.
+    bool told() const { return table_ != nullptr && table_[0].told.load(); }
 
   private:
     using Clock = std::chrono::steady_clock;

@@ -147,7 +147,7 @@ Trouble look(Heartbeat& heartbeat, Losses& losses) {
 // What becomes of the outcome of mpirun when the processes have been told to end, or have been killed.
 LaunchOutcome complete(LaunchOutcome outcome, Ending& ending, int interrupted_by, const Trouble& trouble, const Heartbeat* heartbeat) {
     outcome.interrupted_by = interrupted_by;
-    outcome.heard = ending.heard();
+    outcome.told = heartbeat != nullptr && heartbeat->told();
     const bool killed = ending.killed();
     if (killed || outcome.exit_code > 128) ending.clean_up();
     if (heartbeat != nullptr) outcome.standing = heartbeat->standing();
@@ -159,7 +159,7 @@ LaunchOutcome complete(LaunchOutcome outcome, Ending& ending, int interrupted_by
         outcome.launcher_signal = trouble.kind == Trouble::Kind::MpirunHung ? SIGKILL : 0;
         return outcome;
     }
-    if (killed) outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .heard = ending.heard()};
+    if (killed) outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .told = outcome.told};
     // Whatever mpirun makes of processes that it had to end.
     if (ending.insisted() && outcome.exit_code != 0) outcome.exit_code = 128 + SIGTERM;
     return outcome;

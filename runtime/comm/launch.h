@@ -26,8 +26,8 @@ struct LaunchOutcome {
     int exit_code = 0;
     // The first signal by which the user asked for the end, or 0. The processes may still have finished, with code 0.
     int interrupted_by = 0;
-    // A process has been told to end, and has said what came of it; otherwise none had come so far.
-    bool heard = false;
+    // Process 0 has said how the run ended; it may not have come so far.
+    bool told = false;
     // The signal that ended mpirun itself, or 0; one that ends a process makes it an exit code. Open MPI 4.1 crashes at its own end now
     // and then, when the processes are through.
     int launcher_signal = 0;

@@ -88,8 +88,7 @@ class Child {
     LaunchOutcome outcome(int status) const {
         LaunchOutcome out{.interrupted_by = interrupted_by_, .hung = hung_, .standing = hung_ ? hung_at_ : heartbeat_.standing()};
         out.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-        // It says itself that it was interrupted.
-        out.heard = WIFEXITED(status);
+        out.told = heartbeat_.told();
         if (WIFSIGNALED(status) && interrupted_by_ != 0) out.exit_code = 128 + SIGINT;
         return out;
     }

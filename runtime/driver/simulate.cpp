@@ -31,6 +31,7 @@
 #include "runtime/driver/outputs.h"
 #include "runtime/driver/replay.h"
 #include "runtime/driver/report.h"
+#include "runtime/driver/room_to_grow.h"
 #include "runtime/driver/watching.h"
 #include "runtime/profile/file/profile_file.h"
 #include "runtime/profile/report.h"
@@ -165,6 +166,7 @@ Result<void> Run::add_recorder() {
 }
 
 Result<void> Run::add_watchers() {
+    simulation_->add(std::make_unique<RoomToGrow>(inputs_->processes_here), "room to grow");
     if (!options_.record.empty())
         if (auto added = add_recorder(); !added) return added;
     if (again_) {

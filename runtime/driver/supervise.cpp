@@ -35,7 +35,7 @@ bool is_interrupted(int exit_code) { return exit_code == kInterrupted || exit_co
 
 // The processes report themselves that they were interrupted, unless they had not got that far.
 int after_interrupt(const LaunchOutcome& outcome) {
-    if (!outcome.heard || !is_interrupted(outcome.exit_code)) tell({"interrupted before its end"});
+    if (!outcome.told) tell({"interrupted before its end"});
     return outcome.interrupted_by == SIGTERM ? kTerminated : kInterrupted;
 }
 
@@ -59,7 +59,7 @@ int after_launch(const LaunchOutcome& outcome, bool alone) {
         return tell({fmt::format("{} and the others were ended {}", kLost, place_of(outcome.standing)), "Start the run again",
                      static_cast<ExitCode>(outcome.exit_code)});
     // It was the process itself that somebody asked to end, and it has said so.
-    if (outcome.heard && is_interrupted(outcome.exit_code)) return outcome.exit_code;
+    if (outcome.told && is_interrupted(outcome.exit_code)) return outcome.exit_code;
     if (alone && outcome.exit_code == comm::kCannotStart)
         return tell({"the process that computes cannot be started",
                      "There may be too many processes, or meldsim has been removed or replaced since this one began",

@@ -4,17 +4,21 @@
 #include <metis.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstdio>
 #include <limits>
+#include <string_view>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/log.h"
 
 namespace meld::graph {
 namespace {
 
 constexpr idx_t kSeed = 1;
 
-// Where there are more links than METIS can count: nodes in order, with about the same work in each part.
+// Where there are more links than METIS can count, or it fails: nodes in order, with about the same work in each part.
 std::vector<std::int32_t> in_order(const Graph& graph, int parts) {
     std::vector<std::int32_t> out(graph.nodes());
     const double all = static_cast<double>(graph.nodes() + graph.to.size());
@@ -24,6 +28,36 @@ std::vector<std::int32_t> in_order(const Graph& graph, int parts) {
     }
     return out;
 }
+
+// What METIS says on stderr while this lives. It leaves by SIGTERM where it fails, and says why before that; so a SIGTERM of somebody
+// else is one without a word. Nobody else may write to stderr then.
+class Complaint {
+  public:
+    Complaint() : stream_(fmemopen(text_.data(), text_.size() - 1, "w")) {
+        if (stream_ == nullptr) return;
+        // Then nothing is allocated while it speaks, be it because memory is short.
+        std::setvbuf(stream_, nullptr, _IONBF, 0);
+        stderr = stream_;
+    }
+    ~Complaint() {
+        if (stream_ == nullptr) return;
+        stderr = before_;
+        std::fclose(stream_);
+    }
+    Complaint(const Complaint&) = delete;
+    Complaint& operator=(const Complaint&) = delete;
+
+    // Its first line.
+    std::string_view text() const {
+        const std::string_view all = text_.data();
+        return all.substr(0, all.find('\n'));
+    }
+
+  private:
+    std::array<char, 512> text_{};
+    std::FILE* before_ = stderr;
+    std::FILE* stream_;
+};
 
 }  // namespace
 
@@ -39,12 +73,17 @@ std::vector<std::int32_t> divide(const Graph& graph, int parts) {
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = kSeed;
     options[METIS_OPTION_NUMBERING] = 0;
+    const Complaint complaint;
     const int done = METIS_PartGraphKway(&n, &constraints, first.data(), to.data(), weights.data(), nullptr, nullptr, &wanted, nullptr,
                                          nullptr, options, &links_cut, part.data());
+    if (done == METIS_OK) return {part.begin(), part.end()};
     // While it runs, METIS takes SIGTERM for an error of its own. Who has sent it meant the process.
-    if (done == METIS_ERROR) std::raise(SIGTERM);
-    if (done != METIS_OK) return in_order(graph, parts);
-    return {part.begin(), part.end()};
+    if (done == METIS_ERROR && complaint.text().empty())
+        std::raise(SIGTERM);
+    else
+        log::warning("METIS cannot divide the graph ({}): its nodes are divided in order, by which more links may lead to other processes",
+                     complaint.text().empty() ? "it does not say why" : complaint.text());
+    return in_order(graph, parts);
 }
 
 std::uint64_t cut(const Graph& graph, const std::vector<std::int32_t>& part) {

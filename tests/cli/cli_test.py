@@ -437,9 +437,12 @@ class Hostile(Case):
         chain = "".join(f"type p{i}(node, int).\n" for i in range(count))
         chain += "".join(f"p{i}(A, X + 1) :- p{i - 1}(A, X), X < 5.\n" for i in range(1, count)) + "p0(A, 1).\n"
         body = "type p(node, int).\ntype q(node).\nq(A) :- " + ", ".join(f"p(A, {i})" for i in range(count)) + ".\n"
-        for text in (chain, body):
+        joined = "type p(node, int, int).\ntype q(node).\nq(A) :- " + ", ".join(f"p(A, X{i}, X{i + 1})" for i in range(2 * count)) + ".\n"
+        for text in (chain, body, joined):
             self.write("h.meld", text)
             self.call("meldc", "check", "h.meld", seconds=25)
+        plan, _ = self.call("meldc", "compile", "h.meld", "--emit=plan")
+        self.assertLess(len(plan), 400 * count)
 
     def test_facts_in_turn_are_one_table_for_each_predicate(self):
         facts = "".join(f"{'pq'[i % 2]}(@{i % 4}, {i}).\n" for i in range(2_000))

@@ -40,7 +40,10 @@ class Runs(Case):
         """Returns the expected range and the peak, in MiB."""
         self.write("p.meld", program)
         self.write("w.toml", world)
-        summary = json.loads(self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--json", *options)[0])
+        return self.run_files("p.meld", "w.toml", *options)
+
+    def run_files(self, program, world, *options):
+        summary = json.loads(self.call("meldsim", "run", program, "--world", world, "--json", *options)[0])
         least, most = (bytes / 2**20 for bytes in summary["expected_peak_bytes"])
         peak = summary["peak_bytes"] / 2**20
         if peak == 0:
@@ -93,6 +96,19 @@ class Estimates(Runs):
     def test_recordings_and_checkpoints(self):
         self.expect_estimate(NOTHING, cube(50), "--record", "r.vtkhdf", "--ticks", "2")
         self.expect_estimate(NOTHING, cube(50), "--checkpoint", "kept", "--ticks", "2")
+
+
+class Examples(Runs):
+    def test_each_takes_what_was_expected(self):
+        for program in sorted(EXAMPLES.glob("*.meld")):
+            world = program.with_suffix(".toml")
+            # The others are parts of programs.
+            if not world.exists():
+                continue
+            with self.subTest(program.stem):
+                least, most, peak = self.run_files(program, world, "--ticks", "100")
+                self.assertLessEqual(least / NEAR, peak)
+                self.assertLessEqual(peak, most * NEAR)
 
 
 class Ranges(Runs):

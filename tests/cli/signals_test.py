@@ -129,6 +129,25 @@ class Launcher(Running):
         run.send_signal(signal.SIGTERM)
         self.ended(run, [143])
 
+    # Starts the first process only when it is to end the run, and hands that on as soon as the process answers by itself.
+    IS_LATE = """trap 'end=1' TERM
+touch begun
+until [ -n "$end" ]; do sleep 0.02; done
+OMPI_COMM_WORLD_SIZE=1 OMPI_COMM_WORLD_LOCAL_SIZE=1 OMPI_COMM_WORLD_RANK=0 "${@:6}" &
+until [[ $(readlink /proc/$!/exe) == */meldsim ]] && (( 0x$(awk '/SigCgt/ { print $2 }' /proc/$!/status) & 0x4000 )); do :; done
+kill -TERM $!
+wait $!
+exit"""
+
+    def test_that_is_late_with_the_processes(self):
+        """They say that they were interrupted, although they were never told by the launcher itself."""
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS, environment=self.put_in_place_of_mpirun(self.IS_LATE))
+        self.wait_for((self.folder / "begun").exists, run)
+        (self.folder / "begun").unlink()
+        run.send_signal(signal.SIGTERM)
+        _, err = self.ended(run, [143])
+        self.assertEqual(err.count("interrupted"), 1, err)
+
     def test_that_does_not_end_when_the_processes_have(self):
         run = self.start("forever.meld", "-n", 2, *self.OUTPUTS,
                          environment=self.put_in_place_of_mpirun('trap "" USR1 TERM\n$real "$@"\nsleep 1000'))
@@ -216,7 +235,8 @@ class Random(Running):
                 begin = time.monotonic()
                 (os.killpg if group else os.kill)(run.pid, sent)
                 # Before it has come to handle them, a signal ends it as the system does.
-                self.ended(run, [130 if sent == signal.SIGINT else 143, -sent])
+                _, err = self.ended(run, [130 if sent == signal.SIGINT else 143, -sent])
+                self.assertLessEqual(err.count("interrupted"), 1, err)
                 longest = max(longest, (time.monotonic() - begin, f"{n} processes, {sent.name} after {delay:.3f} s, group: {group}"))
                 whole += self.check_outputs() is not None
         print(f"{TOOLS.runs} runs, {whole} of them had begun and wrote their facts; "

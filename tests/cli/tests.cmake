@@ -28,7 +28,7 @@ foreach(class Digests Facts Recordings Checkpoints)
 endforeach()
 # The memory that runs are expected to take. Sanitizers take their own.
 if(NOT CLAYMELD_SANITIZE)
-  foreach(class Estimates Ranges)
+  foreach(class Estimates Examples Ranges)
     string(TOLOWER ${class} name)
     add_test(NAME cli_memory_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/memory_test.py
       --meldsim $<TARGET_FILE:meldsim> ${class})

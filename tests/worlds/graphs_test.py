@@ -217,6 +217,18 @@ sum(A, L) :- neighbor(A, B), level(B, L).
                 less = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_DATA, (kept, kept))} if kept else {}
                 self.refused("meldsim", "world", "w.toml", code=4, says=[says, says_limit], **less)
 
+    def test_nodes_that_make_ever_more_end_the_run_while_there_is_memory(self):
+        self.write("p.meld", "type linear grow(node).\ngrow(@0).\ngrow(A) -o exists X, Y. (grow(X), grow(Y)).\n")
+        self.write("w.toml", world('graph = "ring(6)"', '[limits]\nmemory = "200MiB"\n'))
+        for n in ("1", "2"):
+            # Should it fail, the machine is to go on.
+            self.refused("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "-n", n, code=4, says=" catoms came in tick ",
+                         lines=None, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (2 << 30, 2 << 30)))
+        # A burst is none of that, and neither are nodes of which few come in a tick.
+        self.write("p.meld", "type linear go(node, int).\ngo(@0, 3000).\ngo(A, N), N > 0 -o exists X. (go(A, N - 1), go(X, 0)).\n")
+        self.write("w.toml", world('graph = "ring(6)"', '[limits]\nmemory = "80MiB"\n'))
+        self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet")
+
     def test_programs_that_cannot_run_on_a_graph_are_refused(self):
         for program, says in (("type p(node, int).\np(A, P) :- vacant(A, P).\n", "the nodes of a graph have no cells"),
                               ("type p(node, sum int [<- neighbor]).\ntype q(node, int).\nq(A, 1) :- id(A, _).\n"
