@@ -179,9 +179,10 @@ class Declarer {
         const bool same =
             same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
         // The runtime's names are common words: a program may mean its own predicate by `at(node, int, int, int)` or by `linear
-        // watch(node)`. But an action without the keyword is more likely an oversight. A program that means a predicate or action of bodies
-        // writes `sensed` or `action`.
-        const bool other_words = (!same && (!same_types || p.linear())) || of_bodies(p.name);
+        // watch(node)`, and one that also states facts of it, `neighbor(@0, @1).`, brings a world of its own. But an action without the
+        // keyword is more likely an oversight. A program that means a predicate or action of bodies writes `sensed` or `action`.
+        const bool other_words =
+            (!same && (!same_types || p.linear())) || of_bodies(p.name) || (same && before.sensed && is_stated(d, p.arguments.size()));
         if (other_words && !p.sensed && p.kind != PredicateKind::Action) {
             before = std::move(p);
             return;
@@ -194,6 +195,17 @@ class Declarer {
         before.repeats = before.repeats || p.repeats;
         before.route = before.route || p.route;
         before.repeated = true;
+    }
+
+    // Whether the text states a fact of a declared predicate, as an axiom.
+    bool is_stated(const syntax::Declaration& d, std::size_t arguments) const {
+        return std::ranges::any_of(tree_.items, [&](const syntax::Item& item) {
+            const auto* rule = std::get_if<syntax::Rule>(&item);
+            return rule != nullptr && rule->body.empty() && std::ranges::any_of(rule->head, [&](const syntax::HeadItem& head) {
+                       const auto* fact = std::get_if<syntax::HeadFact>(&head.node);
+                       return fact != nullptr && fact->atom.name.text == d.name.text && fact->atom.arguments.size() == arguments;
+                   });
+        });
     }
 
     // A predicate of the prelude declared with another number of arguments is a mistake, not a new predicate.

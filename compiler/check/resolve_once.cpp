@@ -3,6 +3,11 @@
 //     !a(A, X) -o b(A, X).     b@due4(A, X) :- a(A, X).
 //                              b@due4(A, X), not b@done4(A, X) -o b(A, X), b@done4(A, X).
 //                              b@done4(A, X), not b@due4(A, X) -o 1.
+// It is remembered at the catom of the head. In a graph that may be one to which no link of the body leads; then it is remembered where the
+// first fact of the body is, and the head finds its way from there.
+//     !a(A, B, X) -o b(B, X).  b@due4(A, B, X) :- a(A, B, X).
+//                              b@due4(A, B, X), not b@done4(A, B, X) -o b(B, X), b@done4(A, B, X).
+#include <algorithm>
 #include <set>
 
 #include "compiler/check/resolver.h"
@@ -32,6 +37,24 @@ std::set<VariableId> name_ways(std::vector<Clause>& body, Rule& rule) {
     return ways;
 }
 
+// Where it is remembered what has been made at `goal`: there, if the links of the body join it to a fact of the body.
+VariableId remembered_at(const Program& program, const std::vector<Clause>& body, VariableId goal) {
+    std::set<VariableId> seen{goal};
+    for (std::size_t before = 0; before != seen.size();) {
+        before = seen.size();
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            const std::vector<Term>& arguments = c.atom.arguments;
+            const VariableId at = arguments[0].variable;
+            if (!program.predicates[c.atom.predicate].route || arguments.size() < 2 || !arguments[1].is_variable()) continue;
+            if (seen.contains(at) || seen.contains(arguments[1].variable)) seen.insert({at, arguments[1].variable});
+        }
+    }
+    const auto read = [&](const Clause& c) { return c.kind == Clause::Kind::Atom && seen.contains(c.atom.arguments[0].variable); };
+    const auto fact = std::ranges::find(body, Clause::Kind::Atom, &Clause::kind);
+    return fact == body.end() || std::ranges::any_of(body, read) ? goal : fact->atom.arguments[0].variable;
+}
+
 }  // namespace
 
 void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
@@ -40,7 +63,8 @@ void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Hea
     if (refused_ || report_.error_count() > errors_before_) return;
     Rule due = rule;
     due.body = body;
-    const Term place = head.atom.arguments[0];
+    Term place = head.atom.arguments[0];
+    if (program_.worlds != Worlds::Any) place.variable = remembered_at(program_, body, place.variable);
     std::set<VariableId> ways = name_ways(due.body, due);
     ways.erase(place.variable);
 

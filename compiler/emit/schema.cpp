@@ -257,9 +257,14 @@ void emit_link_table(const plan::Plan& plan, Writer& w) {
                     link(r, h.atom.predicate, static_cast<std::uint64_t>(f.catom), f.arguments[0], f.line);
         if (const auto from = named_catom(plan.program, r, body)) link(r, h.atom.predicate, *from, h.atom.arguments[1], r.line);
     };
+    const auto names_catom = [](const Clause& c) {
+        return c.kind == Clause::Kind::Test && c.test.op == Op::Equal &&
+               std::ranges::any_of(c.test.operands, [](const Term& side) { return side.op == Op::Node; });
+    };
     for (const Rule& r : plan.program.rules)
         for (const Head& h : r.heads) {
-            if (r.body.size() <= 1) visit(r, h, r.body);
+            // Facts that stand together, separated by commas, name the catoms of all of them.
+            if (r.body.size() <= 1 || std::ranges::all_of(r.body, names_catom)) visit(r, h, r.body);
             // Linear facts in a row are one comprehension (gather.cpp).
             if (r.initial_fact && h.kind == Head::Kind::Comprehension && h.heads.size() == 1) visit(r, h.heads[0], h.body);
         }

@@ -65,7 +65,10 @@ void separate_base(Program& program) {
         if (!needs) continue;
         Predicate base = program.predicates[p];
         base.name = base.name + "'";
-        if (!base.sensed) base.aggregate = Aggregate::None;
+        if (!base.sensed) {
+            base.aggregate = Aggregate::None;
+            base.fold = {};
+        }
         base.auxiliary = true;
         base.route = base.prelude = false;
         const PredicateId to = program.predicates.add(base);
