@@ -2,6 +2,8 @@
 // catom comes to an end in every tick.
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "blocks.h"
 
 namespace meld::reference {
@@ -169,10 +171,25 @@ class LinearRules {
                                    yes, no);
             }
             case 8:
-                return fmt::format("exists V, W. ({0}({1}, V), {0}({1}, W))", ticket_.name, there);
+                return far_ ? node(body, there) : fmt::format("exists V, W. ({0}({1}, V), {0}({1}, W))", ticket_.name, there);
             default:
                 return "setColor(A, 1, 2, 3)" + delay(30);
         }
+    }
+
+    // A node with facts, or a number of none; with a second one now and then. Others learn where they are.
+    std::string node(Body& body, const std::string& there) {
+        std::string facts = fmt::format("{}({}, V)", ticket_.name, there);
+        // What counts down would go on there, and make ever more nodes.
+        const bool guarded = std::exchange(guarded_, false);
+        for (const char* at : {"V", "V", "W"}) {
+            const std::string fact = chance(random_, 60) ? token(at) : mark(body, at);
+            if (!fact.empty() && chance(random_, 60)) facts += ", " + fact;
+        }
+        guarded_ = guarded;
+        if (chance(random_, 60)) facts += fmt::format(", {}(A, V)", road_);
+        if (chance(random_, 40)) facts += fmt::format(", {}(V, A)", road_);
+        return fmt::format("exists V, W. ({}, {}({}, W))", facts, ticket_.name, there);
     }
 
     // Of tokens, which are consumed, or of what neighbours have.
