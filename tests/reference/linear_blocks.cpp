@@ -42,12 +42,27 @@ class LinearRules {
         block_.known.push_back(mark_);
         block_.declarations.push_back({ticket_.name, fmt::format("type {}(node, node).", ticket_.name)});
         for (std::int64_t n = 1 + below(random_, 4); n > 0; --n) rule();
+        if (far_ && chance(random_, 70)) node_rule();
         for (const Token& t : tokens_)
             if (chance(random_, road_.empty() ? 25 : 70)) undelivered(t);
         return std::move(block_);
     }
 
   private:
+    // What no other rule consumes makes nodes.
+    void node_rule() {
+        Body body(random_, known_);
+        body.for_linear = true;
+        first_ = latest_ = 0;
+        counted_ = tokens_[0].counts;
+        guarded_ = false;
+        lists_.clear();
+        places_ = {"A"};
+        body.clause(atom(tokens_[0], "A", "L", "K"));
+        const std::string made = node(body, "A");
+        block_.rules.push_back({.heads = {made}, .body = body.clauses(), .linear = true});
+    }
+
     // What cannot be delivered comes back.
     void undelivered(const Token& t) {
         block_.declarations.push_back({"undelivered-" + t.name, fmt::format("type linear undelivered-{}(node, node To{}{}).", t.name,
