@@ -32,6 +32,7 @@ std::string emit_module(const plan::Plan& plan) {
     for (const RulePlan& r : plan.initial_facts) emit_linear_rule(plan, r, w);
     for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
     emit_strata(plan, w);
+    emit_concerned(plan, w);
     emit_stops(plan, w);
     emit_evaluate(plan, w);
     emit_schema(plan, w);

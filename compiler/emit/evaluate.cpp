@@ -102,10 +102,38 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
+// The columns that a look ahead asks for: more are rarely read by one evaluation.
+constexpr std::size_t kFetched = 4;
+
+// In the links form, what is read of a catom and then of its neighbours is asked for some catoms ahead.
+void emit_links_ahead(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    w.raw("// Asks the processor for the links of a catom that is evaluated soon, and for what has changed at their ends.");
+    w.open("inline void look_ahead(const Self& s, const u32* catoms, const u64* dirty, u32 left) {");
+    w.raw("const Geometry& g = *s.g;");
+    w.open("if (left > 8) {");
+    w.raw("__builtin_prefetch(g.link_first + catoms[8]);");
+    w.raw("__builtin_prefetch(g.link_ports + catoms[8]);");
+    w.close();
+    w.raw("if (left > 4) __builtin_prefetch(g.link_read + g.link_first[catoms[4]]);");
+    w.raw("if (left <= 2) return;");
+    w.raw("[[maybe_unused]] const i32* const ends = g.link_read + g.link_first[catoms[2]];");
+    w.raw("[[maybe_unused]] const u32 ports = g.link_ports[catoms[2]];");
+    std::size_t fetched = 0;
+    for (const plan::ColumnId column : plan.columns.ids()) {
+        const plan::Column& c = plan.columns[column];
+        if (!c.exported || fetched == kFetched) continue;
+        ++fetched;
+        w.open(fmt::format("if ((dirty[2] & {}) != 0) {{", hex(c.reader_dirty)));
+        w.line("const u8* const entries = s.e->subdomain->columns[{}];", column.index());
+        w.line("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(entries + i64{{ends[port]}} * {});", c.stride);
+        w.close();
+    }
+    w.close();
+}
+
 // On a lattice neighbours are found some catoms ahead, so that what is read there has come from memory by then.
 void emit_look_ahead(const plan::Plan& plan, Writer& w) {
-    // More columns are rarely read by one evaluation.
-    constexpr std::size_t kFetched = 4;
     w.raw("");
     w.raw("// Finds the neighbours of a catom that is evaluated soon, and asks the processor for what has changed there.");
     w.open("inline void look_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo, i32* neighbour) {");
@@ -145,7 +173,10 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     }
     emit_catom(plan, w);
     const bool ahead = !plan.program.by_links;
-    if (ahead) emit_look_ahead(plan, w);
+    if (ahead)
+        emit_look_ahead(plan, w);
+    else
+        emit_links_ahead(plan, w);
     w.raw("");
     w.open("static void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {");
     w.raw("Self s;");
@@ -166,6 +197,7 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         w.raw("if (e->subdomain->undefined) [[unlikely]] e->host->undefined(e);");
     }
     if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
+    if (!ahead) w.raw("look_ahead(s, catoms + i, dirty + i, count - i);");
     if (ahead) w.raw("s.neighbour = ahead[i % kAhead];");
     w.raw("evaluate_catom(s, dirty[i]);");
     if (ahead) w.raw("if (i + kAhead < count) look_ahead(s, catoms[i + kAhead], dirty[i + kAhead], ahead[i % kAhead]);");

@@ -28,6 +28,8 @@ class RuleEmitter {
     }
     void view();
     void linear();
+    // What a rule derives from the fact of one neighbour alone (concerned.cpp).
+    void offer();
     // A delta rule: the groups of the head that changed rows of one input can affect.
     void affected(std::size_t number);
     // The rule for one group of the head.

@@ -149,11 +149,12 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
         const plan::Column& c = plan.columns[id];
         const std::size_t lists = lists_of(plan, id, types).count;
         const bool linear = c.rows && plan.program.predicates[c.predicates[0]].linear();
-        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes,
+        w.line("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}{}}},", quoted(c.name), c.rows, c.exported, c.stride, c.row_bytes,
                hex(c.own_dirty), hex(c.reader_dirty), has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr", lists,
                lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr",
                c.follows_rows ? compare_groups(c) : "nullptr", linear ? compare_groups(c) : "nullptr",
-               linear ? fmt::format("arrange_rows<{}_t>", predicate_name(plan.program, c.predicates[0])) : "nullptr");
+               linear ? fmt::format("arrange_rows<{}_t>", predicate_name(plan.program, c.predicates[0])) : "nullptr",
+               offers_of(plan, id).empty() ? "" : ", " + concerned_function(id));
     }
     if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr, nullptr, nullptr},");
     w.close("};");

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "compiler/plan/may_fail.h"
 #include "compiler/plan/plan.h"
@@ -159,6 +160,11 @@ void emit_strata(const plan::Plan& plan, Writer& w);
 void emit_stops(const plan::Plan& plan, Writer& w);
 void emit_evaluate(const plan::Plan& plan, Writer& w);
 void emit_schema(const plan::Plan& plan, Writer& w);
+
+// The rules by which neighbours read a column, if the column can say whom a change concerns (ColumnInfo::concerned); else none.
+std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId column);
+std::string concerned_function(plan::ColumnId column);
+void emit_concerned(const plan::Plan& plan, Writer& w);
 
 // Whether some stratum has delta rules or is evaluated semi-naively.
 bool has_deltas(const plan::Plan& plan);

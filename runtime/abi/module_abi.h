@@ -31,7 +31,8 @@
 //           (a list that is too long) ends the run with some of its columns stored.
 //      After a trap evaluate returns; the rest of its block is not evaluated, but other blocks are.
 //   6. When all blocks are done: the exported records, rows and changes become visible, each marking the neighbours with the
-//      column's reader_dirty. Then losses are stored, timers set, and messages sorted by receiver, sender and number.
+//      column's reader_dirty; or only those that ColumnInfo::concerned names, once all records are visible. Then losses are stored,
+//      timers set, and messages sorted by receiver, sender and number.
 //   7. Rows that were sent are put in order with arrange and compare_rows, and messages are delivered as given facts; messages for
 //      other processes and changed exports are exchanged; receivers are marked and see these facts in the next tick. Actions are
 //      carried out at the start of the next tick, in order of catom id.
@@ -44,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 18;
+inline constexpr u32 kAbiVersion = 19;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -107,6 +108,8 @@ struct PredicateInfo {
     bool route = false;  // Its first field is the catom it leads to.
 };
 
+struct Eval;
+
 struct ColumnInfo {
     const char* name;
     bool rows;          // Each entry is a RowsHead; otherwise a record.
@@ -126,6 +129,10 @@ struct ColumnInfo {
     // `rows + held_count` on, `count` of them, and merges them with the sorted rows `held`, which are elsewhere.
     int (*compare_rows)(const void* a, const void* b);
     void (*arrange)(void* rows, const void* held, u32 held_count, u32 count);
+    // Of these neighbours of a catom whose record has changed, with -1 for none: writes to `out` those whose evaluation can come to another
+    // result because of it, and returns how many there are. The column is up to date. Null: any of them may be. Only in the links form, and
+    // only for records without lists.
+    u32 (*concerned)(Eval*, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) = nullptr;
 };
 
 // One entry of a rows column. Rows are sorted, each row_bytes long.

@@ -199,10 +199,10 @@ class Counting {
 
     // Of a graph: process and catom of a node; a node and an end of a link in the ensemble; and of METIS, measured, an end of a link in a
     // geometric graph and in a random one.
-    static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 12, kDividedWell = 14, kDividedBadly = 42;
-    // Of the table of links: a catom, and an end of a link. A mailbox, with its index among the catoms and the note of a new link. What is
-    // on its way for all links that it takes, and its place in the queue of each.
-    static constexpr double kLinkRow = 8, kLinkEnd = 12, kMailbox = 78, kParcel = 64, kUnderWay = 8;
+    static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 8, kDividedWell = 14, kDividedBadly = 42;
+    // Of the table of links: a catom, and an end of a link. A mailbox, with its index among the catoms and in the table, and the note of a
+    // new link. What is on its way for all links that it takes, and its place in the queue of each.
+    static constexpr double kLinkRow = 8, kLinkEnd = 8, kMailbox = 82, kParcel = 64, kUnderWay = 8;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
     // A linear fact as its sender writes it, and the receivers' rows of this delivery and the last one. Where a network delays it: in the

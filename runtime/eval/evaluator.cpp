@@ -9,12 +9,9 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/interrupt.h"
 #include "runtime/base/random.h"
-#include "runtime/eval/kept.h"
-#include "runtime/eval/pending.h"
-#include "runtime/eval/repeated.h"
 #include "runtime/eval/rotation.h"
+#include "runtime/eval/worker.h"
 #include "runtime/kernel/values.h"
-#include "runtime/tuple/field.h"
 
 namespace meld::eval {
 
@@ -45,121 +42,6 @@ void copy_record(u8* to, const u8* from, u32 bytes) {
 }
 
 }  // namespace
-
-// A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
-struct Evaluator::Thread : Eval {
-    explicit Thread(const ModuleInfo& module) : outbox(module), repeated(module) { outgoing = outbox.places(); }
-    Evaluator* owner = nullptr;
-    int number = 0;
-    std::vector<std::unique_ptr<u8[]>> chunks;
-    // Until the next evaluation, but their bytes are used up before.
-    std::vector<PendingRecord> records;
-    std::vector<PendingRows> rows;
-    std::vector<PendingChanges> row_changes;
-    // Records and rows of this tick; the arguments of messages and actions stay until the next evaluation.
-    Kept<u8> bytes;
-    std::vector<Message> messages;
-    Outbox outbox;  // Until the next evaluation.
-    std::vector<FarMessage> far_messages, births;
-    // Of the catom that last made one, and of all.
-    u32 nodes_made = 0, nodes_made_of = kNone32;
-    u64 greatest_new_node = 0;
-    std::vector<Action> actions;
-    Repeated repeated;  // Of the first worker only: one thread puts them together.
-    Kept<Value> values;
-    std::vector<Value> arguments;  // Of a row, on its way to a network.
-    // The lists among them and in rows that were sent, which messages, actions and rows own until the next evaluation.
-    std::vector<const List*> owned;
-    u32 dropped_of = kNone32;
-    std::vector<Loss> losses;
-    std::vector<Wake> wakes;
-    std::vector<GroupWake> group_wakes;
-    std::vector<Firing> firings;  // Until the next evaluation.
-    std::size_t awake = 0;        // Catoms that it has evaluated.
-    u32 sequence = 0;
-    u32 sequence_of = kNone32;
-    u32 failed_column = kNone32;  // Of a trap at the end of an evaluation.
-    bool cut = false;             // It has skipped catoms.
-    Failure failure;
-    // Undefined derivations of the catom that last asked for them or noted one, and those that earlier catoms have left.
-    u32 undefined_of = kNone32;
-    Undefined::Entries undefined_here;
-    std::vector<std::pair<u32, Undefined::Entries>> undefined_left;
-
-    // The failure that Eval::trap describes, with its catom.
-    Failure failure_here() const {
-        Failure f{trap, trap_rule, failed_column, id_of(subdomain->geometry, catom), subdomain->now, trap_left, trap_right, trap_real, {}};
-        if (trap == Trap::NotAnInt || trap == Trap::NotAFloat) std::copy(std::begin(trap_text), std::end(trap_text), f.text);
-        return f;
-    }
-    Undefined::Entries& undefined_entries() {
-        if (undefined_of != catom) {
-            put_undefined_aside();
-            undefined_of = catom;
-            if (const Undefined::Entries* before = owner->undefined_.of(catom)) undefined_here = *before;
-        }
-        return undefined_here;
-    }
-    void put_undefined_aside() {
-        if (undefined_of != kNone32) undefined_left.emplace_back(undefined_of, std::move(undefined_here));
-        undefined_here.clear();
-        undefined_of = kNone32;
-    }
-    u32 next_sequence() {
-        if (sequence_of != catom) sequence = 0;
-        sequence_of = catom;
-        return sequence++;
-    }
-    u8* keep(const void* from, std::size_t size) { return bytes.copy(static_cast<const u8*>(from), size); }
-    // Adds what the group has lost earlier in this evaluation of the catom; linear rules bring views to their fixpoint several times.
-    bool lost_now(u16 predicate, u64 key, bool remembered, Tombstone& memory) const {
-        bool any = false;
-        for (std::size_t i = losses.size(); i-- > 0 && losses[i].catom == catom;) {
-            if (losses[i].predicate != predicate || losses[i].key != key) continue;
-            memory = {remembered || any ? std::min(memory.least_rank, losses[i].rank) : losses[i].rank, subdomain->now};
-            any = true;
-        }
-        return any;
-    }
-    const Value* keep_values(const Value* from, const PredicateInfo& predicate) {
-        Value* const copy = values.copy(from, predicate.arity);
-        for (u32 i = 0; i < predicate.arity; ++i) {
-            if (predicate.fields[i].type < ValueType::String) continue;
-            const List* kept = owner->columns_.lists().keep(tuple::type_of(owner->module_, predicate.fields[i]), from[i].list, number);
-            copy[i].list = kept;
-            if (kept != nullptr) owned.push_back(kept);
-            check_length(predicate.column);
-        }
-        return copy;
-    }
-    void release_owned() {
-        for (const List* list : owned) owner->columns_.lists().release(list, number);
-        owned.clear();
-    }
-    // Called after lists were kept for facts of this column.
-    void check_length(u16 column) {
-        const auto [items, text] = owner->columns_.lists().too_long(number);
-        if (items == 0) return;
-        if (trap == Trap::None) failed_column = column;
-        meld::trap(*this, text ? Trap::TextTooLong : Trap::TooLong, rule, static_cast<i64>(items), static_cast<i64>(subdomain->max_list));
-    }
-    // Called before a private column is written: lists that rows of the catom have lost stay alive until all its columns are written,
-    // because it may move them from one column to the next.
-    void begin_write(const ColumnInfo& column) {
-        if (column.list_count == 0 || dropped_of == catom) return;
-        owner->columns_.release_dropped(number);
-        dropped_of = catom;
-    }
-    void new_chunk(std::size_t size) {
-        chunks.push_back(std::make_unique_for_overwrite<u8[]>(size));
-        arena = arena_start = chunks.back().get();
-        arena_end = arena + size;
-    }
-    // Only the last, largest chunk outlives a block.
-    void trim_chunks() {
-        if (chunks.size() > 1) chunks.erase(chunks.begin(), chunks.end() - 1);
-    }
-};
 
 Evaluator::Thread& Evaluator::of(Eval* e) { return *static_cast<Thread*>(e); }
 
@@ -324,6 +206,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         e->trap_real = f.real;
         std::copy(std::begin(f.text), std::end(f.text), e->trap_text);
     };
+    for (u32 c = 0; c < module.column_count; ++c) concerns_ = concerns_ || module.columns[c].concerned != nullptr;
     for (u32 p = 0; p < module.predicate_count; ++p)
         if (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16)
             linear_predicates_.push_back(static_cast<u16>(p));
@@ -397,7 +280,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->greatest_rank = 0;
         t->sequence_of = t->nodes_made_of = kNone32;
         t->greatest_new_node = 0;
-        t->cut = false;
+        t->cut = t->passed_over = false;
         t->release_owned();
         t->values.clear();
         t->outbox.clear();
@@ -425,6 +308,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         !acts_ ? acts_ : [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !acts_(catom); });
     enter(log_, TickLog::Stage::Commit);
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
+    if (concerns_ && !apart_) workers_.run(threads_.size(), [&](int, std::size_t i) { mark_concerned(subdomain.geometry, *threads_[i]); });
     gather(subdomain);
     Failure first;
     for (const auto& t : threads_)
@@ -487,6 +371,13 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
     t.dropped_of = kNone32;
     for (const PendingRecord& r : t.records) {
         const ColumnInfo& column = module_.columns[r.column];
+        if (asks_concerned(r.column)) {
+            // What the record was is kept in its place until mark_concerned().
+            u8* const entry = columns_.entry(r.column, r.catom);
+            std::swap_ranges(entry, entry + column.stride, r.record);
+            if (on_export) on_export(thread, r.catom, r.column);
+            continue;
+        }
         if (column.list_count == 0)
             copy_record(columns_.entry(r.column, r.catom), r.record, column.stride);
         else
@@ -506,6 +397,7 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
 
 void Evaluator::gather(const SubdomainView& subdomain) {
     statistics_ = {};
+    passed_over_ = false;
     unsorted_ = requests_.messages();
     actions_ = requests_.actions();
     far_messages_.clear(), births_.clear();
@@ -518,6 +410,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         statistics_.far_facts += t->far_facts;
         statistics_.far_hops += t->far_hops;
         statistics_.cut = statistics_.cut || t->cut;
+        passed_over_ = passed_over_ || t->passed_over;
         statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
         statistics_.messages += t->messages.size() + t->outbox.count() + t->far_messages.size();
         far_messages_.insert(far_messages_.end(), t->far_messages.begin(), t->far_messages.end());

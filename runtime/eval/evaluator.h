@@ -87,6 +87,12 @@ class Evaluator {
     // For a program that makes nodes: the number of a catom's n-th one of a tick, from several threads at once.
     void make_nodes(std::function<u64(u32 catom, u32 n)> number) { new_node_ = std::move(number); }
 
+    // A record of a ghost was `before` and has changed: marks those of its neighbours that this concerns.
+    void mark_concerned(const Geometry& geometry, u32 catom, u16 column, const u8* before);
+    // Some record has changed in the last tick, and a neighbour is not looked at again because of it, as it is not concerned. The change
+    // has been on its way to that neighbour all the same, and so the run takes another tick.
+    bool passed_over() const { return passed_over_; }
+
     // Called for every exported change while it is committed, from several threads; `thread` says which. May be empty.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
 
@@ -158,6 +164,9 @@ class Evaluator {
     void evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups);
     void evaluate_block(Thread& t, int worker, std::span<const u32> catoms, std::span<const u64> dirty);
     void commit(SubdomainView& subdomain, int thread, const OnExport& on_export);
+    bool asks_concerned(u16 column) const { return concerns_ && !apart_ && module_.columns[column].concerned != nullptr; }
+    void mark_concerned(const Geometry& geometry, Thread& t);
+    void mark_concerned(const Geometry& geometry, Thread& t, u32 catom, u16 column, const u8* before);
     void gather(const SubdomainView& subdomain);
     // Takes the catoms that are not evaluated in this tick out of the agenda, and puts those that only do not act in it back.
     void leave_out_or_postpone(const Geometry& geometry);
@@ -197,6 +206,8 @@ class Evaluator {
     std::optional<Periodic> sampler_;
     Statistics statistics_;
     u32 greatest_rank_ = 0;
+    bool concerns_ = false;  // Some column has ColumnInfo::concerned.
+    bool passed_over_ = false;
 };
 
 }  // namespace meld::eval

@@ -18,7 +18,8 @@ Links::Links(bool apart) : apart_(apart) { reserve(1, 1); }
 
 void Links::reserve(std::size_t catoms, std::size_t ports) {
     first_.reserve(catoms), ports_.reserve(catoms);
-    catom_.reserve(ports), read_.reserve(ports), there_.reserve(ports);
+    catom_.reserve(ports), there_.reserve(ports);
+    if (apart_) read_.reserve(ports);
 }
 
 void Links::room(Catom catom, Port ports) {
@@ -34,13 +35,14 @@ void Links::room(Catom catom, Port ports) {
     const std::size_t from = first_[catom], to = last ? from : catom_.size();
     MELD_CHECK(to + ports <= std::numeric_limits<std::uint32_t>::max(), "{} entries of links", to + ports);
     catom_.resize(to + ports, kNobody);
-    read_.resize(to + ports, kNobody);
+    if (apart_) read_.resize(to + ports, kNobody);
     there_.resize(to + ports, 0);
     if (!last) {
         const auto carry = [&](auto& column, auto empty) {
             for (Port port = 0; port < had; ++port) column[to + port] = std::exchange(column[from + port], empty);
         };
-        carry(catom_, kNobody), carry(read_, kNobody), carry(there_, 0u);
+        carry(catom_, kNobody), carry(there_, 0u);
+        if (apart_) carry(read_, kNobody);
         left_behind_ += had;
         first_[catom] = static_cast<std::uint32_t>(to);
     }
@@ -52,14 +54,16 @@ void Links::compact() {
     std::vector<std::int32_t> catom, read;
     std::vector<std::uint32_t> there;
     const std::size_t kept = catom_.size() - left_behind_;
-    catom.reserve(kept), read.reserve(kept), there.reserve(kept);
+    catom.reserve(kept), there.reserve(kept);
+    if (apart_) read.reserve(kept);
     for (std::size_t c = 0; c < first_.size(); ++c) {
         const std::size_t from = first_[c], to = from + ports_[c];
         first_[c] = static_cast<std::uint32_t>(catom.size());
         const auto copy = [&](auto& out, const auto& in) {
             out.insert(out.end(), in.begin() + static_cast<std::ptrdiff_t>(from), in.begin() + static_cast<std::ptrdiff_t>(to));
         };
-        copy(catom, catom_), copy(read, read_), copy(there, there_);
+        copy(catom, catom_), copy(there, there_);
+        if (apart_) copy(read, read_);
     }
     catom_ = std::move(catom), read_ = std::move(read), there_ = std::move(there);
     left_behind_ = 0;
@@ -71,15 +75,17 @@ void Links::set(Catom catom, Port port, Catom other, Port there) {
     ++version_;
     catom_[here] = static_cast<std::int32_t>(other);
     there_[here] = there;
-    read_[here] = apart_ ? kNobody : static_cast<std::int32_t>(other);
-    if (apart_) changes_.push_back({catom, port, other, kNobody, true});
+    if (apart_) {
+        read_[here] = kNobody;
+        changes_.push_back({catom, port, other, kNobody, true});
+    }
 }
 
 void Links::unset(Catom catom, Port port) {
     const std::size_t here = entry(catom, port);
     ++version_;
-    if (apart_) changes_.push_back({catom, port, static_cast<Catom>(catom_[here]), read_[here], false});
-    catom_[here] = read_[here] = kNobody;
+    if (apart_) changes_.push_back({catom, port, static_cast<Catom>(catom_[here]), std::exchange(read_[here], kNobody), false});
+    catom_[here] = kNobody;
 }
 
 void Links::connect(Catom a, Port port_of_a, Catom b, Port port_of_b) {
@@ -128,7 +134,7 @@ void Links::add_to(Geometry& g) const {
     g.link_first = first_.data();
     g.link_ports = ports_.data();
     g.link_catom = catom_.data();
-    g.link_read = read_.data();
+    g.link_read = (apart_ ? read_ : catom_).data();
     g.link_there = there_.data();
     g.most_ports = most_;
 }

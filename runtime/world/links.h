@@ -80,7 +80,8 @@ class Links {
     bool apart_;
     std::vector<std::uint32_t> first_, ports_;  // By catom.
     // By entry; rows that have grown leave theirs behind.
-    std::vector<std::int32_t> catom_, read_;
+    std::vector<std::int32_t> catom_;
+    std::vector<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
     std::vector<std::uint32_t> there_;
     std::size_t left_behind_ = 0;
     std::uint64_t version_ = 0;

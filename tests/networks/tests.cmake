@@ -22,3 +22,6 @@ meld_sizes_test(networks_far ${CMAKE_CURRENT_LIST_DIR}/far_test.py
 # Nodes that rules make.
 meld_sizes_test(networks_births ${CMAKE_CURRENT_LIST_DIR}/births_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+# Changes for which a neighbour is not evaluated.
+meld_sizes_test(networks_concerned ${CMAKE_CURRENT_LIST_DIR}/concerned_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)

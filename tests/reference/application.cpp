@@ -90,11 +90,28 @@ void Application::heads(const std::vector<Head>& all, const Environment& env, co
             }
             case Head::Kind::Set: {
                 Environment inner = env;
-                inner[h.variable.index()] = evaluate(sight_.scene, h.term, env);
+                if (makes_node(h)) {
+                    born.push_back(static_cast<std::int64_t>(sight_.scene.chance->next_node()));
+                    inner[h.variable.index()] = value_of(born.back());
+                    born_at_.insert(h.variable);
+                } else {
+                    inner[h.variable.index()] = evaluate(sight_.scene, h.term, env);
+                }
                 heads(h.heads, inner, bodies);
             }
         }
     }
+}
+
+// Whether some head, also one that is not reached, is at the new value.
+bool Application::makes_node(const Head& h) const {
+    if (h.term.op != Op::Fresh || rule_.initial_fact || program_.worlds != check::Worlds::Graphs) return false;
+    bool any = false;
+    const auto note = [&](const Head& inner) {
+        any = any || (inner.kind == Head::Kind::Fact && inner.atom.arguments[0].variable == h.variable);
+    };
+    check::each_head(h.heads, note);
+    return any;
 }
 
 void Application::fact(const Head& h, const Environment& env, const Bodies& bodies) {
@@ -104,7 +121,8 @@ void Application::fact(const Head& h, const Environment& env, const Bodies& bodi
     if (failed) return;
     bool far = false;
     std::vector<std::int64_t> catoms = way(h.atom.arguments[0].variable, env, bodies, far);
-    made.push_back({h.atom.predicate, std::move(*row), std::move(catoms), delay->integer(), far});
+    made.push_back(
+        {h.atom.predicate, std::move(*row), std::move(catoms), delay->integer(), far, born_at_.contains(h.atom.arguments[0].variable)});
 }
 
 template <class Visit>

@@ -1,6 +1,8 @@
 // One application of a linear rule at a catom: what it consumes, and what it makes.
 #pragma once
 
+#include <set>
+
 #include "solver.h"
 
 namespace meld::reference {
@@ -12,6 +14,7 @@ struct Made {
     std::vector<std::int64_t> way = {};  // The catoms it goes through, with where it goes; none: it is made where the rule runs.
     std::int64_t delay = 0;              // In ticks from now.
     bool far = false;                    // No link of the bodies leads to the last of them.
+    bool begins = false;                 // It is at a node that the rule makes.
 };
 
 class Application {
@@ -24,6 +27,7 @@ class Application {
     bool run(std::int64_t site);
 
     std::vector<Made> made;
+    std::vector<std::int64_t> born;  // Numbers of nodes that it makes, if it makes facts there.
     bool failed = false;
 
   private:
@@ -40,6 +44,7 @@ class Application {
     void consume(const std::vector<Taken>& taken);
 
     void heads(const std::vector<check::Head>& all, const Environment& env, const Bodies& bodies);
+    bool makes_node(const check::Head& h) const;
     void fact(const check::Head& h, const Environment& env, const Bodies& bodies);
     void aggregate(const check::Head& h, const Environment& env, const Bodies& bodies);
     // Calls visit(env) for every match of the head's body, in which it has been consumed. Where it consumes, it goes on as
@@ -54,6 +59,7 @@ class Application {
     const check::Rule& rule_;
     const Sight sight_;
     std::vector<Bag>& linear_;
+    std::set<check::VariableId> born_at_;  // The variables of nodes that it makes.
 };
 
 }  // namespace meld::reference

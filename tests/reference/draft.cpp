@@ -23,7 +23,9 @@ std::string joined(const std::vector<std::string>& parts) {
 }
 
 constexpr const char* kNames[] = {"give", "take", "remove", "add", "move", "cut", "heal", "join", "hang", "restart"};
-constexpr std::string_view kFar = "// Facts go to nodes that are known by value.";
+// By Reach.
+constexpr std::string_view kReach[] = {"", "// Facts go to nodes that are known by value.",
+                                       "// Facts go over links to nodes that are known by value."};
 // Lines of a trial after the program begin so.
 constexpr std::string_view kMark = "//: ";
 
@@ -38,11 +40,15 @@ std::string print(const DraftRule& rule) {
     return rule.linear ? body + " -o " + head + "." : head + " :- " + body + ".";
 }
 
-bool goes_far(const std::string& text) { return text.starts_with(kFar); }
+Reach reach_of(const std::string& text) {
+    for (const Reach reach : {Reach::OneHop, Reach::Routes})
+        if (text.starts_with(kReach[static_cast<int>(reach)])) return reach;
+    return Reach::None;
+}
 
 std::string print(const Draft& draft) {
     if (!draft.text.empty()) return draft.text;
-    std::string text = draft.far ? std::string(kFar) + "\n" : "";
+    std::string text = draft.reach != Reach::None ? std::string(kReach[static_cast<int>(draft.reach)]) + "\n" : "";
     for (const Declaration& d : draft.declarations) text += d.text + "\n";
     text += "\n";
     for (const DraftRule& rule : draft.rules) text += print(rule) + "\n";
@@ -137,8 +143,8 @@ Result<Trial> parse_trial(const std::string& text) {
         else if (!parse_line(line.substr(kMark.size()), trial))
             return fail("this line says nothing that happens: " + line);
     }
-    trial.draft.far = goes_far(trial.draft.text);
-    if (trial.draft.far && !trial.world.graph) return fail("facts go to nodes, and the world is no graph");
+    trial.draft.reach = reach_of(trial.draft.text);
+    if (trial.draft.reach != Reach::None && !trial.world.graph) return fail("facts go to nodes, and the world is no graph");
     if (trial.world.cells.empty() || trial.world.bursts.empty()) return fail("no catoms, or no burst of changes");
     if (trial.world.graph)
         std::ranges::sort(trial.world.cells);

@@ -21,9 +21,12 @@ struct DraftRule {
     std::string select = {};  // desc => X
 };
 
+// How linear facts go to nodes that rules know by value: not at all, in one hop, or over links; the latter two only in graphs.
+enum class Reach { None, OneHop, Routes };
+
 struct Draft {
-    // Linear facts go to nodes that rules know by value, each in one hop; only in graphs. The text says so in its first line.
-    bool far = false;
+    // The text says so in its first line.
+    Reach reach = Reach::None;
     std::vector<Declaration> declarations;
     std::vector<DraftRule> rules;
     // Of a program that was read from a file, instead of the pieces.
@@ -33,8 +36,9 @@ struct Draft {
 };
 
 std::string print(const DraftRule& rule);
-// Whether a text is of such a draft.
-bool goes_far(const std::string& text);
+// What a text says of it.
+Reach reach_of(const std::string& text);
+inline bool goes_far(const std::string& text) { return reach_of(text) != Reach::None; }
 // As a .meld file.
 std::string print(const Draft& draft);
 

@@ -86,13 +86,14 @@ class Generator {
         for (std::int64_t n = 2 + below(random_, 3); n > 0; --n) accept(given_block(random_, known_, names()));
         if (chance(random_, 40)) constant();
         const bool linear = chance(random_, 45), errs = chance(random_, 8);
-        out_.draft.far = linear && suits_ == Suits::Graphs && chance(random_, 50);
+        if (linear && suits_ == Suits::Graphs && chance(random_, 50))
+            out_.draft.reach = chance(random_, 50) ? Reach::Routes : Reach::OneHop;
         const std::int64_t blocks = 2 + below(random_, 5);
         for (std::int64_t n = 0; n < blocks && out_.refused.empty(); ++n) add(any_block());
         if (errs && out_.refused.empty()) add(error_block);
         if (linear && out_.refused.empty()) {
             if (chance(random_, 40)) add(sweep_block);
-            if (out_.refused.empty()) add(out_.draft.far ? far_block : linear_block);
+            if (out_.refused.empty()) add(out_.draft.reach != Reach::None ? far_block : linear_block);
             if (chance(random_, 50)) add(any_block());
         }
         return std::move(out_);

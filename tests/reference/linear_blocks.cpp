@@ -2,6 +2,8 @@
 // catom comes to an end in every tick.
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "blocks.h"
 
 namespace meld::reference {
@@ -40,12 +42,27 @@ class LinearRules {
         block_.known.push_back(mark_);
         block_.declarations.push_back({ticket_.name, fmt::format("type {}(node, node).", ticket_.name)});
         for (std::int64_t n = 1 + below(random_, 4); n > 0; --n) rule();
+        if (far_ && chance(random_, 70)) node_rule();
         for (const Token& t : tokens_)
             if (chance(random_, road_.empty() ? 25 : 70)) undelivered(t);
         return std::move(block_);
     }
 
   private:
+    // What no other rule consumes makes nodes.
+    void node_rule() {
+        Body body(random_, known_);
+        body.for_linear = true;
+        first_ = latest_ = 0;
+        counted_ = tokens_[0].counts;
+        guarded_ = false;
+        lists_.clear();
+        places_ = {"A"};
+        body.clause(atom(tokens_[0], "A", "L", "K"));
+        const std::string made = node(body, "A");
+        block_.rules.push_back({.heads = {made}, .body = body.clauses(), .linear = true});
+    }
+
     // What cannot be delivered comes back.
     void undelivered(const Token& t) {
         block_.declarations.push_back({"undelivered-" + t.name, fmt::format("type linear undelivered-{}(node, node To{}{}).", t.name,
@@ -169,10 +186,25 @@ class LinearRules {
                                    yes, no);
             }
             case 8:
-                return fmt::format("exists V, W. ({0}({1}, V), {0}({1}, W))", ticket_.name, there);
+                return far_ ? node(body, there) : fmt::format("exists V, W. ({0}({1}, V), {0}({1}, W))", ticket_.name, there);
             default:
                 return "setColor(A, 1, 2, 3)" + delay(30);
         }
+    }
+
+    // A node with facts, or a number of none; with a second one now and then. Others learn where they are.
+    std::string node(Body& body, const std::string& there) {
+        std::string facts = fmt::format("{}({}, V)", ticket_.name, there);
+        // What counts down would go on there, and make ever more nodes.
+        const bool guarded = std::exchange(guarded_, false);
+        for (const char* at : {"V", "V", "W"}) {
+            const std::string fact = chance(random_, 60) ? token(at) : mark(body, at);
+            if (!fact.empty() && chance(random_, 60)) facts += ", " + fact;
+        }
+        guarded_ = guarded;
+        if (chance(random_, 60)) facts += fmt::format(", {}(A, V)", road_);
+        if (chance(random_, 40)) facts += fmt::format(", {}(V, A)", road_);
+        return fmt::format("exists V, W. ({}, {}({}, W))", facts, ticket_.name, there);
     }
 
     // Of tokens, which are consumed, or of what neighbours have.

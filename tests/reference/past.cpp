@@ -39,6 +39,15 @@ Moment moment_of(const check::Program& program, sim::Subdomain& subdomain, const
     return out;
 }
 
+// Nodes that rules have made are not among the changes.
+void note_born(const sim::Subdomain& subdomain, retraction::Mirror& mirror) {
+    if (!subdomain.module.makes_nodes) return;
+    for (const sim::Nodes::Made& node : subdomain.nodes().made()) {
+        mirror.at[retraction::node(node.id)] = node.id;
+        mirror.made[node.id] = node.place;
+    }
+}
+
 }  // namespace
 
 Past::Past(const Trial& trial, const check::Program& program, sim::Simulation& simulation, std::int64_t last)
@@ -51,6 +60,7 @@ Past::Past(const Trial& trial, const check::Program& program, sim::Simulation& s
     while (!simulation.ended(limits) && simulation.step(limits)) {
         const std::int64_t tick = simulation.subdomain().tick();
         for (; next < changes.size() && changes[next].tick < tick; ++next) apply(changes[next], mirror);
+        note_born(simulation.subdomain(), mirror);
         moments_.push_back(moment_of(program, simulation.subdomain(), mirror, trial));
     }
     quiet_ = simulation.ended(limits) == sim::Ending::Quiet;

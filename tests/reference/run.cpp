@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "disturbance.h"
@@ -62,6 +64,8 @@ class Watcher {
         : trial_(trial), program_(program), ticks_(program, trial.world.seed), mirror_(trial.world, trial.draft.given) {
         for (const check::Rule& rule : program.rules) linear_ = linear_ || rule.linear;
         for (const auto& [cell, id] : mirror_.at) ticks_.know(static_cast<std::int64_t>(id));
+        if (linear_) ticks_.know(scene(0).links);
+        if (trial.draft.reach == Reach::Routes) ticks_.find_ways(Ticks::Ways::Routes);
     }
 
     bool linear() const { return linear_; }
@@ -100,6 +104,7 @@ class Watcher {
     std::string compare_tick(std::int64_t now, sim::Subdomain& subdomain, bool trapped) {
         if (!linear_) return "";
         ticks_.step(scene(now));
+        for (const auto& [node, maker] : ticks_.born()) add_node(static_cast<std::uint64_t>(node), static_cast<std::uint64_t>(maker));
         if (ticks_.ran_away()) return "";
         if (ticks_.failed()) return trapped ? "" : fmt::format("no trap: in tick {} the reference met an error", now);
         if (trapped) return "";
@@ -185,6 +190,16 @@ class Watcher {
         scene_is_old_ = false;
         return scene_;
     }
+    // As the runtime places nodes: on a spiral around their makers.
+    void add_node(std::uint64_t node, std::uint64_t maker) {
+        const auto known = mirror_.made.find(maker);
+        const auto graph = make_graph(trial_.world);
+        const graph::Point& at = known == mirror_.made.end() ? graph->places[*graph->find(maker)] : known->second;
+        const double k = ++children_[maker], turn = std::numbers::pi * (3 - std::sqrt(5.0)), r = 1.5 * std::sqrt(k);
+        mirror_.made[node] = {at[0] + r * std::cos(k * turn), at[1] + r * std::sin(k * turn)};
+        mirror_.at[retraction::node(node)] = node;
+        scene_is_old_ = true;
+    }
     void count_losses(const Facts& now) {
         for (std::size_t p = 0; p < before_.size(); ++p)
             for (const Row& row : before_[p]) tally.lost += !now[p].contains(row);
@@ -196,6 +211,7 @@ class Watcher {
     Ticks ticks_;
     Mirror mirror_;
     Scene scene_ = {};
+    std::map<std::uint64_t, int> children_;  // How many nodes each has made.
     bool scene_is_old_ = true;
     bool linear_ = false;
     std::size_t burst_ = 0, next_ = 0;
@@ -390,7 +406,8 @@ Facts given_facts(const check::Program& program, const Mirror& mirror) {
 
 Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo& module, const Setting& setting, Watch watch) {
     world::World world = make_world(trial.world);
-    if (trial.draft.far) world.network.reach = world::Reach::Any;
+    if (trial.draft.reach == Reach::OneHop) world.network.reach = world::Reach::Any;
+    if (trial.draft.reach == Reach::Routes) world.network.reach = world::Reach::Links;
     set_conditions(world, setting.conditions);
     const bool fails = retraction::has_failures(trial.world);
     if (fails) set_jams(world, trial.world.seed);

@@ -27,7 +27,9 @@ struct Place {
 
     world::Vec3 position() const {
         if (graph == nullptr) return lattice_of(world.lattice).position(cell);
-        const graph::Point& at = graph->places[*graph->find(static_cast<std::uint64_t>(id))];
+        const auto number = static_cast<std::uint64_t>(id);
+        const auto born = mirror.made.find(number);
+        const graph::Point& at = born == mirror.made.end() ? graph->places[*graph->find(number)] : born->second;
         return {at[0], at[1], 0};
     }
 };

@@ -12,6 +12,9 @@ namespace meld::reference {
 struct Chance {
     std::uint64_t seed = 0, catom = 0, tick = 0, draws = 0;
     std::uint64_t next();
+    // The numbers of nodes that rules make: the first of this catom in this tick, how far they are apart, and how many it has taken.
+    std::uint64_t first_node = 0, nodes_apart = 0, nodes = 0;
+    std::uint64_t next_node() { return first_node + nodes_apart * nodes++; }
 };
 
 struct Link {

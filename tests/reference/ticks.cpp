@@ -119,6 +119,12 @@ void Ticks::give(PredicateId p, Row row) {
         catom.given[p.index()].insert(std::move(row));
 }
 
+void Ticks::know(std::int64_t id) {
+    known_.insert(id);
+    nodes_.insert(std::ranges::lower_bound(nodes_, id), id);
+    next_node_ = nodes_.back() + 1;
+}
+
 void Ticks::take(PredicateId p, const Row& row) { catoms_.at(row[0].integer()).given[p.index()].erase(row); }
 
 // ---- the tick
@@ -126,9 +132,13 @@ void Ticks::take(PredicateId p, const Row& row) { catoms_.at(row[0].integer()).g
 void Ticks::step(const Scene& now) {
     std::erase_if(catoms_, [&](const auto& entry) { return !now.links.contains(entry.first); });
     messages_.clear();
+    born_.clear();
     Scene scene = now;
     for (const auto& [id, links] : now.links) {
         Chance chance{.seed = seed_, .catom = static_cast<std::uint64_t>(id), .tick = static_cast<std::uint64_t>(now.tick)};
+        const auto place = std::ranges::lower_bound(nodes_, id) - nodes_.begin();
+        chance.first_node = static_cast<std::uint64_t>(next_node_ + place);
+        chance.nodes_apart = nodes_.size();
         scene.chance = &chance;
         // A newborn shows nothing yet, and has its axioms once, in the order of the text.
         const bool born = !shown_.contains(id);
@@ -141,13 +151,31 @@ void Ticks::step(const Scene& now) {
     shown_.clear();
     for (const auto& [id, catom] : catoms_) shown_[id] = catom.views;
     links_before_ = now.links;
+    if (ways_ == Ways::Routes) ways_before_ = now.links;
     known_.clear();
     for (const auto& [id, links] : now.links) known_.insert(id);
     for (Message& m : messages_) deliver(Message(m));
+    bear();
+}
+
+// A node is there from the next tick on, and all others know it then. Numbers that were taken for a node without facts stay unused.
+void Ticks::bear() {
+    for (const auto& [id, maker] : born_) {
+        Catom& catom = catoms_.try_emplace(id, empty()).first->second;
+        for (Later& fact : first_facts_[id]) catom.waiting.insert(std::move(fact));
+        nodes_.push_back(id);
+        known_.insert(id);
+    }
+    next_node_ = std::max(next_node_, greatest_node_ + 1);
+    first_facts_.clear();
 }
 
 void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
-    for (Message& m : std::exchange(catom.passing, {})) send(scene, id, std::move(m));
+    for (Message& m : std::exchange(catom.passing, {}))
+        if (m.far)
+            send_far(scene, id, catom, std::move(m));
+        else
+            send(scene, id, std::move(m));
     for (int firings = 0; !failed_; ++firings) {
         if (firings > kMaxFirings) ran_away_ = true;
         settle(scene, id, catom);
@@ -166,6 +194,11 @@ void Ticks::evaluate(const Scene& scene, std::int64_t id, Catom& catom) {
 void Ticks::put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made) {
     if (program_.predicates[made.predicate].kind == check::PredicateKind::Action) return;
     Later fact{made.delay > 0 ? scene.tick + made.delay : 0, made.predicate, std::move(made.row)};
+    if (made.begins) {
+        const std::int64_t node = made.way[0];
+        born_[node] = id;
+        return first_facts_.at(node).push_back(std::move(fact));
+    }
     if (made.far && program_.worlds == check::Worlds::Graphs)
         send_far(scene, id, catom, {std::move(made.way), std::move(fact), true});
     else if (!made.way.empty())
@@ -189,24 +222,50 @@ void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
     }
 }
 
-// In one hop. A sender knows which catoms there were at the end of the last tick: to one that has gone since, the fact is dropped.
+// To the goal in one hop, or to the neighbour that is nearest to it. A sender knows which catoms there were at the end of the last tick: to
+// one that has gone since, the fact is dropped.
 void Ticks::send_far(const Scene& scene, std::int64_t from, Catom& catom, Message&& message) {
-    const std::int64_t goal = message.way[0];
+    const std::int64_t goal = message.way.back();
+    const std::int64_t next = ways_ == Ways::Hop && known_.contains(goal) ? goal : next_hop(scene, from, goal);
     if (goal == from) {
         catom.waiting.insert(std::move(message.fact));
-    } else if (known_.contains(goal)) {
-        if (scene.links.contains(goal)) messages_.push_back(std::move(message));
+    } else if (next != from) {
+        message.way = next == goal ? std::vector{goal} : std::vector{next, goal};
+        if (scene.links.contains(next)) messages_.push_back(std::move(message));
     } else if (const auto back = returned_.find(message.fact.predicate); back != returned_.end()) {
         message.fact.row.insert(message.fact.row.begin(), value_of(from));
         give(back->second, std::move(message.fact.row));
     }
 }
 
+// The neighbour from which the goal is nearest, of equals the least, or the catom itself. Ways are those of the last tick; the first link
+// is there now.
+std::int64_t Ticks::next_hop(const Scene& scene, std::int64_t from, std::int64_t goal) const {
+    if (ways_ == Ways::Hop || !known_.contains(goal)) return from;
+    std::map<std::int64_t, int> distance{{goal, 0}};
+    std::vector<std::int64_t> todo{goal};
+    for (std::size_t i = 0; i < todo.size(); ++i) {
+        const auto links = ways_before_.find(todo[i]);
+        if (links == ways_before_.end()) continue;
+        for (const Link& link : links->second)
+            if (distance.emplace(link.other, distance[todo[i]] + 1).second) todo.push_back(link.other);
+    }
+    std::int64_t next = from;
+    std::optional<std::pair<int, std::int64_t>> least;
+    for (const Link& link : scene.links.at(from)) {
+        const auto its = distance.find(link.other);
+        if (its == distance.end() || (least && *least <= std::pair(its->second, link.other))) continue;
+        least = {its->second, link.other};
+        next = link.other;
+    }
+    return next;
+}
+
 void Ticks::deliver(Message&& message) {
     Catom& to = catoms_.at(message.way[0]);
     message.way.erase(message.way.begin());
     // Before any rule looks, but after the views have been derived.
-    if (message.far) return void(to.waiting.insert(std::move(message.fact)));
+    if (message.far && message.way.empty()) return void(to.waiting.insert(std::move(message.fact)));
     if (!message.way.empty())
         to.passing.push_back(std::move(message));
     else if (message.fact.due > 0)
@@ -321,6 +380,10 @@ bool Ticks::fire(const Rule& rule, const Scene& scene, const Facts& seen, std::i
     Application application(rule, {scene, seen, nullptr, &catom.before, &links_before_, rule.site}, catom.linear);
     const bool fired = application.run(id);
     failed_ = failed_ || application.failed;
+    for (const std::int64_t node : application.born) {
+        first_facts_.try_emplace(node);
+        greatest_node_ = std::max(greatest_node_, node);
+    }
     for (Made& m : application.made) put(scene, id, catom, std::move(m));
     return fired;
 }

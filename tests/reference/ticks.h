@@ -25,8 +25,15 @@ class Ticks {
     void take(PredicateId p, const Row& row);
     // One tick; the scene says which catoms there are.
     void step(const Scene& scene);
-    // A catom is there before the first tick.
-    void know(std::int64_t id) { known_.insert(id); }
+    // A catom is there before the first tick. Those of a graph in the order of their numbers.
+    void know(std::int64_t id);
+    // The links that there are then, by which facts find their ways in it.
+    void know(const Links& links) { ways_before_ = links; }
+    // How facts of a graph go to nodes that no link need lead to: in one hop, or over shortest ways of links.
+    enum class Ways { Hop, Routes };
+    void find_ways(Ways ways) { ways_ = ways; }
+    // Nodes that rules have made in the last tick, by their numbers, and which node made each.
+    const std::map<std::int64_t, std::int64_t>& born() const { return born_; }
 
     // As of the end of the last tick.
     Facts views() const;  // Certain ones.
@@ -71,6 +78,8 @@ class Ticks {
     void put(const Scene& scene, std::int64_t id, Catom& catom, Made&& made);
     void send(const Scene& scene, std::int64_t from, Message&& message);
     void send_far(const Scene& scene, std::int64_t from, Catom& catom, Message&& message);
+    std::int64_t next_hop(const Scene& scene, std::int64_t from, std::int64_t goal) const;
+    void bear();
     void deliver(Message&& message);
     bool receive_one(std::int64_t now, Catom& catom);
     // Returns whether all derivations had values.
@@ -90,6 +99,13 @@ class Ticks {
     std::map<std::int64_t, Facts> shown_;  // The views at the end of the last tick,
     Links links_before_;                   // and the links in it.
     std::set<std::int64_t> known_;         // The catoms that there were.
+    Ways ways_ = Ways::Hop;
+    Links ways_before_;  // As links_before_, but known before the first tick.
+    // All nodes that there ever were, in order, and a number above those of all that were made.
+    std::vector<std::int64_t> nodes_;
+    std::int64_t next_node_ = 0, greatest_node_ = -1;
+    std::map<std::int64_t, std::int64_t> born_;
+    std::map<std::int64_t, std::vector<Later>> first_facts_;  // Of nodes that are made in this tick.
     std::vector<Message> messages_;
     bool failed_ = false, ran_away_ = false;
 };

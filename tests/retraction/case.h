@@ -2,6 +2,7 @@
 // can be read, and applied to a mirror that knows what the runtime should have been told.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <random>
@@ -75,6 +76,8 @@ struct Mirror {
     std::map<std::uint64_t, std::int64_t> hung = {};
     // In a graph: what is at the ports of each node.
     std::map<std::uint64_t, std::map<int, std::uint64_t>> ports = {};
+    // Where nodes are that rules have made, in diameters. Whoever knows of them adds them here and to `at`.
+    std::map<std::uint64_t, std::array<double, 2>> made = {};
     bool linked(std::uint64_t a, std::uint64_t b) const;
 
   private:

@@ -237,12 +237,19 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
         MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,
                     packet.process);
         MELD_ASSERT(number < module.column_count, "catom {}, column {}", catom, number);
+        const bool asks = module.columns[number].concerned != nullptr && !subdomain_.network_;
+        if (asks) {
+            const u8* const entry = subdomain_.columns.entry(number, catom);
+            before_.assign(entry, entry + module.columns[number].stride);
+        }
         if (record == Record::Rows)
             unpack_rows(number, catom, in);
         else
             subdomain_.facts_.columns.unpack_column(number, catom, in, 0);
         if (subdomain_.network_)
             subdomain_.network_->changed(subdomain_.tick(), catom, number);
+        else if (asks)
+            subdomain_.facts_.evaluator.mark_concerned(subdomain_.geometry(), catom, number, before_.data());
         else
             subdomain_.mark_neighbours(catom, module.columns[number].reader_dirty);
     }

@@ -83,6 +83,7 @@ class Exchange {
     std::vector<Arrival> arrivals_, sorted_;
     std::vector<Keyed> order_, spare_;
     std::vector<const Value*> together_;
+    std::vector<u8> before_;  // A record of a ghost, until it has been replaced.
 };
 
 }  // namespace meld::sim

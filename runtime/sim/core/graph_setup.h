@@ -19,8 +19,8 @@ struct JoinedNodes {
 // Places the nodes of members.nodes that this process owns, and a ghost for each neighbour that another one owns. Collective: the first
 // process decides who owns what, and tells the others. `left`: only these nodes; the others have been killed, and the ports that led to
 // them are vacant. Links that are `joined` are made too; links of nodes that are not there, or at ports that are taken, are not. Cost:
-// linear in the links of the whole graph, with several processes some microseconds each; 12 bytes for each end of a link that a process
-// knows.
+// linear in the links of the whole graph, with several processes some microseconds each; 8 bytes for each end of a link that a process
+// knows, 12 where links are read apart.
 void populate_graph(Membership& members, const graph::Graph& graph, comm::Communicator& comm, const std::vector<bool>* left = nullptr,
                     std::span<const JoinedNodes> joined = {});
 

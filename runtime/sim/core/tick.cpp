@@ -112,7 +112,8 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
     mine.links_cut = std::exchange(s.status_.links_cut, 0);
     mine.links_made = std::exchange(s.status_.links_made, 0);
     mine.nodes_made = std::exchange(s.status_.nodes_made, 0);
-    mine.awake = !s.agenda().empty() || mine.actions > 0 || s.status_.moving || (s.network_ && s.network_->busy());
+    mine.awake = !s.agenda().empty() || s.facts_.evaluator.passed_over() || mine.actions > 0 || s.status_.moving ||
+                 (s.network_ && s.network_->busy());
     mine.timers = !s.timers().empty();
     mine.waiting = mine.timers || s.world.expects_after(s.tick()) || !s.status_.dying.empty();
     mine.undefined = !s.facts_.evaluator.undefined().empty();
