@@ -166,7 +166,7 @@ Result<void> Run::add_recorder() {
 }
 
 Result<void> Run::add_watchers() {
-    simulation_->add(std::make_unique<RoomToGrow>(inputs_->processes_here), "room to grow");
+    simulation_->add(std::make_unique<RoomToGrow>(inputs_->processes_here), "(room to grow)");
     if (!options_.record.empty())
         if (auto added = add_recorder(); !added) return added;
     if (again_) {

@@ -22,6 +22,8 @@ namespace meld::sim {
 
 namespace {
 
+bool is_in_snapshots(const std::string& module) { return !module.starts_with('('); }
+
 double cpu_seconds() {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -139,8 +141,16 @@ Modules Simulation::chosen_modules() const {
 
 Modules Simulation::all_modules() const {
     Modules all = chosen_modules();
-    for (std::size_t i = 0; i < extra_.size(); ++i) all.push_back({extra_names_[i], extra_[i].get()});
+    for (std::size_t i = 0; i < extra_.size(); ++i)
+        if (is_in_snapshots(extra_names_[i])) all.push_back({extra_names_[i], extra_[i].get()});
     return all;
+}
+
+Result<void> Simulation::resume_others() {
+    for (std::size_t i = 0; i < extra_.size(); ++i)
+        if (!is_in_snapshots(extra_names_[i]))
+            if (auto done = extra_[i]->resume(subdomain_); !done) return done;
+    return {};
 }
 
 Result<void> Simulation::saveable() const {
@@ -178,6 +188,7 @@ Result<void> Simulation::resume(const Registry& registry, const Shares& shares) 
     if (auto made = make_modules(registry); !made) return made;
     const Result<Block> counters = Loader(subdomain_, shares).run(all_modules(), codes_);
     if (!counters) return tl::unexpected<Error>(counters.error());
+    if (auto done = resume_others(); !done) return done;
     if (auto done = load_counters(*counters); !done) return done;
     subdomain_.share_routes();
     goes_on_ = true;
@@ -201,6 +212,7 @@ Result<TakenOver> Simulation::fork(const Registry& registry, const Shares& share
     if (auto made = make_modules(registry); !made) return tl::unexpected<Error>(made.error());
     Loader loader(subdomain_, shares, how);
     if (auto done = loader.run(all_modules(), codes_); !done) return tl::unexpected<Error>(done.error());
+    if (auto done = resume_others(); !done) return tl::unexpected<Error>(done.error());
     subdomain_.share_routes();
     // What has been counted is the other run's.
     summary_.ticks = subdomain_.tick();

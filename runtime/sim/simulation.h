@@ -91,7 +91,8 @@ class Simulation {
     Result<void> save(std::span<const std::byte> counters, ShareSink& sink, const Names& leaves_out = {}) const;
     // What the run has written is on the disk, as a checkpoint there will say. Every process calls it. Errors: those of the modules.
     Result<void> secure();
-    // Adds a module that runs after those of the world (recorder, digests). A run that branches off finds by its name what it had kept.
+    // Adds a module that runs after those of the world (recorder, digests). A run that branches off finds by its name what it had kept. A
+    // module whose name begins with a parenthesis is in no snapshot, so a run goes on with it or without.
     void add(std::unique_ptr<SimModule> module, std::string name = "") {
         extra_.push_back(std::move(module));
         extra_names_.push_back(std::move(name));
@@ -120,7 +121,10 @@ class Simulation {
     Result<void> make_modules(const Registry& registry);
     // Those of the world alone, and with those that were added.
     Modules chosen_modules() const;
+    // Those that a snapshot speaks of.
     Modules all_modules() const;
+    // The others, when a run goes on.
+    Result<void> resume_others();
     Result<void> make(const std::string& interface, const std::string& name, const Registry& registry);
     // The counts of all processes at a snapshot.
     Result<void> load_counters(std::span<const std::byte> counters);
