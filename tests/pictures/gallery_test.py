@@ -32,7 +32,8 @@ def main():
     arguments.add_argument("names", nargs="*")
     options = arguments.parse_args()
     page = PAGE.read_text()
-    examples = sorted(path.stem for path in (ROOT / "examples" / "meld").glob("*.toml"))
+    # A program's own world; others are for other programs too.
+    examples = sorted(path.stem for path in (ROOT / "examples" / "meld").glob("*.toml") if path.with_suffix(".meld").exists())
     for what, names in (("pictures are shown", re.findall(r"^!\[.+\]\(pictures/gallery/(\w+)\.webp\)$", page, re.M)),
                         ("commands stand there", re.findall(r"^meldsim shot examples/meld/\w+\.meld -o (\w+)\.png ", page, re.M)),
                         ("programs are run", re.findall(r"^meldsim shot examples/meld/(\w+)\.meld ", page, re.M)),
