@@ -139,6 +139,7 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
                            concerned_function(id)));
         w.raw("Self s;");
         w.raw("s.e = e;");
+        if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
         w.line("const {0}& was = *static_cast<const {0}*>(before);", record);
         w.line("const {0}& is = *static_cast<const {0}*>(after);", record);
         w.line("Offer<{}_t> offers[{}];", name, offers.size());

@@ -73,6 +73,7 @@ class Recursion {
             const Predicate& p = program_.predicates[q];
             if (!p.needs_all()) return true;
             if (p.aggregate != Aggregate::Custom) return false;
+            if (!p.fold.valid()) return true;  // It was reported.
             const Function& f = program_.functions[p.fold];
             const auto parameter = [&](const Term& t) { return t.is_variable() && t.variable.index() < f.parameter_count; };
             return f.body.op == Op::If && parameter(f.body.operands[1]) && parameter(f.body.operands[2]);

@@ -23,44 +23,41 @@ WAITS = (0.001, 0.002, 0.004, 0.008, 0.016)
 RECENT = 2.0
 
 Method = TypeVar("Method", bound=Callable[..., Any])
+# What the library reports of a file that does not hold what it should, and what that leads to here.
+UNREAD = (KeyError, OSError, RuntimeError, TypeError, ValueError, IndexError, AttributeError)
 
 
 def _reads(method: Method) -> Method:
-    """For methods that read the file, and only read: threads come one after the other, what the library reports of a file that does not
-    hold what it should becomes a RecordingError, and what was read while it was being written is read again."""
+    """For methods that read the file, and only read: what is wrong with it becomes a RecordingError."""
 
     @functools.wraps(method)
     def reading(self: Steps, *words: Any) -> Any:
-        for wait in (*WAITS, None):
-            try:
-                with LOCK:
-                    return method(self, *words)
-            except RecordingError:
-                raise
-            except (KeyError, OSError, RuntimeError, TypeError, ValueError, IndexError, AttributeError) as problem:
-                if not self._file:
-                    raise ValueError(f"the recording {self.path} is closed") from None
-                if wait is None or not _is_being_written(self.path):
-                    raise RecordingError(f"{self.path} is damaged: {problem}. `meldsim replay` cannot mend it; run again", 6) from problem
-                time.sleep(wait)
+        try:
+            return _read(self.path, lambda: method(self, *words))
+        except RecordingError:
+            raise
+        except UNREAD as problem:
+            if not self._file:
+                raise ValueError(f"the recording {self.path} is closed") from None
+            raise RecordingError(f"{self.path} is damaged: {problem}. `meldsim replay` cannot mend it; run again", 6) from problem
 
     return reading  # type: ignore[return-value]
 
 
-def _opened(path: str) -> Any:
-    """The file; one that is being written is opened as _reads() reads."""
+def _read(path: str, action: Callable[[], Any]) -> Any:
+    """The action's result: threads come one after the other, and what was read while the file was being written is read again."""
     for wait in WAITS:
         try:
             with LOCK:
-                return h5py.File(path, "r")
-        except FileNotFoundError:
+                return action()
+        except RecordingError:
             raise
-        except OSError:
+        except UNREAD:
             if not _is_being_written(path):
                 raise
-            time.sleep(wait)
+        time.sleep(wait)
     with LOCK:
-        return h5py.File(path, "r")
+        return action()
 
 
 def _is_being_written(path: str) -> bool:
@@ -80,7 +77,7 @@ class Steps:
         self._columns: dict[str, NDArray[numpy.int64]] = {}
         self._counts: dict[str, tuple[tuple[int, int], int]] = {}
         try:
-            self._file = _opened(self.path)
+            self._file = _read(self.path, lambda: h5py.File(self.path, "r"))
         except FileNotFoundError:
             raise FileNotFoundError(f"there is no file {self.path}") from None
         except OSError as problem:

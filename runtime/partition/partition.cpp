@@ -95,10 +95,7 @@ std::vector<int> Halo::around(Cell cell) const {
 }
 
 int Halo::owner(Cell cell) const {
-    if (partition_.processes() == 1) return process_;
-    const Cell brick = lattice().brick_of(cell);
-    const std::optional<world::Slot> slot = ensemble_.find_slot(brick);
-    return slot && inside(*slot) ? process_ : partition_.owner(lattice().brick_key(brick));
+    return partition_.processes() == 1 ? process_ : partition_.owner(ensemble_.key(cell) >> kBrickCellBits);
 }
 
 std::vector<int> Halo::listeners(Cell cell) const {

@@ -43,7 +43,7 @@ class Halo {
     }
     // Handles the bricks that were made since the last call.
     void prepare();
-    // Cost: a hash lookup, and for a brick at the border one walk along the curve.
+    // Cost: a hash lookup, and for a brick that is absent one walk along the curve.
     int owner(Cell cell) const;
     // For the functions below, bricks that are present cost one hash lookup, others 27 walks along the curve.
     // The processes, without this one, that own a brick next to the brick of this cell. Ascending.

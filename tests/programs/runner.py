@@ -85,10 +85,10 @@ class Runner:
             sys.exit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout}{done.stderr}")
         return facts.read_text(), digest.read_text(), json.loads(done.stdout)
 
-    def run_plainly(self, world, processes, threads):
+    def run_plainly(self, world, processes, threads, options=()):
         """The facts at the end and what came of the run, of the program as it is and without a digest a tick."""
         command = [self.meldsim, "run", self.program, "--world", world, "--facts-out", self.folder / "out.facts", "--json",
-                   "-n", str(processes), "--threads", str(threads)]
+                   "-n", str(processes), "--threads", str(threads), *options]
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
         return (self.folder / "out.facts").read_text(), json.loads(done.stdout)["outcomes"][0]
 

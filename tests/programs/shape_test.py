@@ -19,6 +19,8 @@ given-seed = ["cell == (0, 0, 0)"]
 kind = "lattice"
 capacity = 1
 """
+# The way along it is longer than `reach` allows at first.
+THIN = WORLD.replace("box(8, 8, 8)", "box(5, 5, 5)").replace("box(4, 4, 32)", "box(1, 1, 125)")
 BAR = {(x, y, z) for x in range(-2, 2) for y in range(-2, 2) for z in range(-16, 16)}
 
 
@@ -53,6 +55,10 @@ def main():
         outcome = runner.run_sizes(world)
         check_bar(outcome)
         print(f"cube to bar: {outcome.summary['outcomes'][0]} on {len(SIZES)} sizes")
+        world.write_text(THIN)
+        for options, result in (((), "target not reached"), (("--set", "reach=60.0"), "target reached")):
+            ended = runner.run_plainly(world, 1, 1, options)
+            assert ended[1].startswith(result), f"a thin bar {options}: {ended[1]}"
         own = None
         sizes = ((1, 1), (1, 2), (2, 1), (3, 1), (4, 2)) if CAMPAIGN else ((1, 1), (3, 1))
         for processes, threads in sizes:
