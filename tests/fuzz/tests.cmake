@@ -19,7 +19,8 @@ fuzz_target(share DEPENDS runtime_sim)
 fuzz_target(dap DEPENDS runtime_dap runtime_debug)
 set(fuzz_seeds ${CMAKE_SOURCE_DIR}/tests/fuzz/found ${CMAKE_SOURCE_DIR}/tests/meld ${CMAKE_SOURCE_DIR}/examples/meld
                ${CMAKE_SOURCE_DIR}/tests/retraction)
-add_test(NAME fuzz_front_end_replay COMMAND fuzz_front_end_replay --mutations 40 ${fuzz_seeds})
+add_test(NAME fuzz_front_end_replay COMMAND fuzz_front_end_replay --mutations 10 ${fuzz_seeds})
+add_test(NAME fuzz_front_end_mutations COMMAND fuzz_front_end_replay --mutations 60 ${fuzz_seeds})
 add_test(NAME fuzz_world_replay COMMAND fuzz_world_replay --mutations 3000 ${CMAKE_SOURCE_DIR}/tests/fuzz/worlds
   ${CMAKE_SOURCE_DIR}/tests/fuzz/found_worlds)
 add_test(NAME fuzz_dap_replay COMMAND fuzz_dap_replay --mutations 4000 ${CMAKE_SOURCE_DIR}/tests/fuzz/commands)
