@@ -182,6 +182,9 @@ void RuleEmitter::match_bag(const Match& s) {
         if (c.predicate == s.predicate) taken += fmt::format("{}{} == {}", taken.empty() ? "" : " || ", i, c.position);
     if (!taken.empty()) w_.line("if ({}) continue;", taken);
     w_.line("[[maybe_unused]] const {} {} = s.{}.list.rows[{}];", row_type(s.predicate), f, name, i);
+    const std::vector<Argument>& arguments = plan_.program.predicates[s.predicate].arguments;
+    for (std::size_t k = 1; k < arguments.size(); ++k)
+        if (arguments[k].type.compound()) w_.line("fetch_ahead(s.{}.list, {}, &{}::{});", name, i, row_type(s.predicate), field_name(k));
     if (!s.read_only) consumed_.push_back({s.predicate, i});
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }

@@ -106,14 +106,11 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             tuple::read_row(p, static_cast<const u8*>(row), t.arguments);
             return e->host->send(e, to, predicate, t.arguments.data());
         }
+        const ColumnInfo& column = all.columns[p.column];
         u8* const kept = t.outbox.add(p.column, {to, e->catom});
-        std::memcpy(kept, row, all.columns[p.column].row_bytes);
-        if (all.columns[p.column].list_count == 0) return;
-        t.owner->columns_.keep_lists(p.column, kept, 1, t.number);
-        for (u32 i = 0; i < p.arity; ++i)
-            if (p.fields[i].type >= ValueType::String)
-                if (const List* list = tuple::load_field(p.fields[i], kept).list; list != nullptr) t.owned.push_back(list);
-        t.check_length(p.column);
+        std::memcpy(kept, row, column.row_bytes);
+        for (u32 i = 0; i < column.list_count; ++i) t.send_list({all.types, column.list_types[i]}, p.column, kept + column.list_offsets[i]);
+        if (column.list_count > 0) t.check_length(p.column);
     };
     host_.next_hop = [](Eval* e, u64 target) { return of(e).owner->next_hop_(e->catom, target); };
     host_.send_far = [](Eval* e, u64 to, u16 predicate, const Value* arguments) {

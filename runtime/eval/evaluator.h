@@ -116,6 +116,12 @@ class Evaluator {
     void each_sent(u16 column, const Visit& visit) const {
         for (const Outbox* outbox : outboxes_) outbox->each(column, visit);
     }
+    // Whether a sent row of the column points to a stored list. The others are in arenas, one a thread, which go with the rows: hands them
+    // over in exchange for others, which end.
+    bool shares_lists(u16 column) const {
+        return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->shares(column); });
+    }
+    void hand_over_lists(u16 column, std::vector<tuple::Arena>& with);
     // The linear predicates that are stored.
     const std::vector<u16>& linear_predicates() const { return linear_predicates_; }
     // Both together, for whoever looks at a tick: ordered by receiver and sender, and of one sender by predicate.
@@ -191,7 +197,7 @@ class Evaluator {
     bool anywhere_ = false;
     std::function<u64(u32, u32)> new_node_;
     std::vector<std::unique_ptr<Thread>> threads_;
-    std::vector<const Outbox*> outboxes_;  // Of the threads.
+    std::vector<Outbox*> outboxes_;  // Of the threads.
     std::vector<u16> linear_predicates_;
     std::vector<u32> groups_;  // Of the agenda that is evaluated, ascending.
     std::vector<Message> messages_, unsorted_;

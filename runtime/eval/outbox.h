@@ -1,4 +1,5 @@
-// The linear facts that the catoms of one thread send in a tick, as rows: compiled modules write them here.
+// The linear facts that the catoms of one thread send in a tick, as rows: compiled modules write them here. Lists of rows are copied to an
+// arena of their column, and go with it to the receivers.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "runtime/abi/module_abi.h"
+#include "runtime/tuple/values.h"
 
 namespace meld::eval {
 
@@ -31,6 +33,11 @@ class Outbox {
         places_[column].next += columns_[column].entry_bytes;
         return at + sizeof(SentRow);
     }
+
+    tuple::Arena& lists(u16 column) { return columns_[column].lists; }
+    // Whether a row of the column points to a stored list.
+    bool shares(u16 column) const { return columns_[column].shares; }
+    void share(u16 column) { columns_[column].shares = true; }
 
     // Calls visit(SentRow, const u8* row) for each entry of a column, in the order of sending.
     template <class Visit>
@@ -59,6 +66,8 @@ class Outbox {
     void clear() {
         for (std::size_t c = 0; c < columns_.size(); ++c) {
             columns_[c].used = 0;
+            columns_[c].lists.clear();
+            columns_[c].shares = false;
             places_[c] = {};
         }
     }
@@ -72,6 +81,8 @@ class Outbox {
         std::size_t entry_bytes = 0;
         std::vector<Chunk> chunks;
         std::size_t used = 0;  // Chunks; the last of them is being filled.
+        tuple::Arena lists;
+        bool shares = false;
     };
     static constexpr std::size_t kFirstChunk = 1 << 10, kLargestChunk = 1 << 16;
 

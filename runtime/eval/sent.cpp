@@ -14,6 +14,11 @@ bool Evaluator::sent_rows(u16 column) const {
     return std::ranges::any_of(outboxes_, [&](const Outbox* outbox) { return outbox->count(column) > 0; });
 }
 
+void Evaluator::hand_over_lists(u16 column, std::vector<tuple::Arena>& with) {
+    with.resize(outboxes_.size());
+    for (std::size_t i = 0; i < outboxes_.size(); ++i) std::swap(outboxes_[i]->lists(column), with[i]);
+}
+
 Sent Evaluator::all_sent(const Geometry& geometry) const {
     Sent all{.messages = messages_, .values = {}};
     std::vector<Value> arguments;

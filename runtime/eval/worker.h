@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -37,7 +38,7 @@ struct Evaluator::Thread : Eval {
     Repeated repeated;  // Of the first worker only: one thread puts them together.
     Kept<Value> values;
     std::vector<Value> arguments;  // Of a row, on its way to a network.
-    // The lists among them and in rows that were sent, which messages, actions and rows own until the next evaluation.
+    // The lists among them and the stored ones in rows that were sent, which messages, actions and rows own until the next evaluation.
     std::vector<const List*> owned;
     u32 dropped_of = kNone32;
     std::vector<Loss> losses;
@@ -102,6 +103,20 @@ struct Evaluator::Thread : Eval {
             check_length(predicate.column);
         }
         return copy;
+    }
+    // Copies a list of a row that is sent; one that is stored is shared.
+    void send_list(tuple::Type type, u16 column, u8* field) {
+        const List* list = nullptr;
+        std::memcpy(&list, field, sizeof list);
+        tuple::ListStore& lists = owner->columns_.lists();
+        if (list != nullptr && list->stored != 0) {
+            lists.share(list);
+            owned.push_back(list);
+            outbox.share(column);
+        } else {
+            list = lists.copy(type, list, outbox.lists(column), number);
+            std::memcpy(field, &list, sizeof list);
+        }
     }
     void release_owned() {
         for (const List* list : owned) owner->columns_.lists().release(list, number);

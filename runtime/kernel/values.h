@@ -170,27 +170,33 @@ class OpenCall {
     OpenCall(Eval& eval, u32 rule, const void* base, u64& calls) : e(eval), calls_(calls) {
         const i64 used = reinterpret_cast<i64>(base) - reinterpret_cast<i64>(__builtin_frame_address(0));
         if (++e.depth > kMaxOpenCalls || used > kMaxStack_bytes || used < -kMaxStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
-        count_call(rule);
+        const u64 most = e.subdomain->max_derivations;
+        const u64 most_calls = most > ~u64{0} / kCallsPerDerivation - 1 ? ~u64{0} : (most + 1) * kCallsPerDerivation - 1;
+        if (++calls_ > most_calls) trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(most));
         refused = e.trap != Trap::None;
+        left_ = kMaxOpenCalls - e.depth;
+        if (most_calls - calls_ < left_) left_ = static_cast<u32>(most_calls - calls_);
     }
-    ~OpenCall() { e.depth -= 1 + repeats_; }
+    ~OpenCall() {
+        e.depth -= 1 + repeats_;
+        calls_ += repeats_;
+    }
 
     // A function that ends by calling itself starts again instead, which counts as a call. False: there were too many.
     bool again(u32 rule) {
-        ++repeats_;
-        if (++e.depth > kMaxOpenCalls) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
-        count_call(rule);
+        ++e.depth;
+        if (++repeats_ > left_) [[unlikely]] {
+            if (e.depth > kMaxOpenCalls)
+                trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
+            else
+                trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(e.subdomain->max_derivations));
+        }
         return e.trap == Trap::None;
     }
 
   private:
-    void count_call(u32 rule) {
-        const u64 most = e.subdomain->max_derivations;
-        if (++calls_ / kCallsPerDerivation > most) trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(most));
-    }
-
     u64& calls_;
-    u32 repeats_ = 0;
+    u32 repeats_ = 0, left_;
 };
 
 // A call that returns a single word: nothing can refer to what it made in scratch memory, which is free again when it ends.

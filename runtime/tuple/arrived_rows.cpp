@@ -1,6 +1,7 @@
 #include "runtime/tuple/arrived_rows.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/tuple/columns.h"
@@ -17,9 +18,10 @@ constexpr std::size_t kReceivers = 1024;
 
 }  // namespace
 
-void ArrivedRows::open(u16 column) {
+void ArrivedRows::open(u16 column, bool shares) {
     MELD_EXPECT(module_.columns[column].arrange != nullptr && receivers_.empty(), "column {}", column);
     column_ = column;
+    filling_.owns_lists = shares;
     row_bytes_ = module_.columns[column].row_bytes;
     // A program that sends nothing needs no counts.
     if (counts_.size() < columns_.count()) counts_.resize(columns_.count(), 0);
@@ -43,25 +45,43 @@ void ArrivedRows::make_room() {
 }
 
 void ArrivedRows::end(Workers& workers) {
+    workers_.resize(std::max(workers_.size(), static_cast<std::size_t>(workers.threads())));
     const std::size_t blocks = (receivers_.size() + kReceivers - 1) / kReceivers;
     workers.run(blocks, [&](int worker, std::size_t block) {
         const std::size_t to = std::min(receivers_.size(), (block + 1) * kReceivers);
         for (std::size_t i = block * kReceivers; i < to; ++i) leave(i, worker);
     });
-    // What is left of an earlier delivery moves, since its block will be filled again.
-    Block& before = blocks_[column_];
-    for (const u32 catom : before.receivers) {
-        const RowsHead& head = columns_.rows(column_, catom);
-        if (head.capacity == 0 && head.data >= before.bytes.get() && head.data < before.bytes.get() + before.size)
-            columns_.set_rows(column_, catom, head.data, head.count, 0);
-    }
-    columns_.release_dropped(0);
-    before.receivers.clear();
+    for (Worker& worker : workers_) filling_.owns_lists |= std::exchange(worker.owns_lists, false);
+    move_what_is_left(column_);
     filling_.receivers.swap(receivers_);
-    std::swap(before, filling_);
+    std::swap(blocks_[column_], filling_);
+    quiet_ticks_ = 0;
 }
 
-// The lists of rows that the catom holds already come along.
+// Its block will be filled again, or freed.
+void ArrivedRows::move_what_is_left(u16 column) {
+    Block& block = blocks_[column];
+    for (const u32 catom : block.receivers) {
+        const RowsHead& head = columns_.rows(column, catom);
+        if (head.capacity == 0 && head.data >= block.bytes.get() && head.data < block.bytes.get() + block.size)
+            columns_.set_rows(column, catom, head.data, head.count, 0);
+    }
+    columns_.release_dropped(0);
+    block.receivers.clear();
+}
+
+void ArrivedRows::rest() {
+    if (++quiet_ticks_ != 2) return;
+    for (std::size_t column = 0; column < blocks_.size(); ++column) {
+        move_what_is_left(static_cast<u16>(column));
+        blocks_[column] = {};
+    }
+    filling_ = {};
+    counts_ = std::vector<u32>(), receivers_ = std::vector<u32>(), starts_ = std::vector<u32>();
+    workers_.clear();
+}
+
+// The lists of rows that the catom holds already come along; those of an earlier delivery end.
 void ArrivedRows::leave(std::size_t receiver, int pool) {
     const ColumnInfo& column = module_.columns[column_];
     const u32 catom = receivers_[receiver], count = starts_[receiver + 1] - starts_[receiver];
@@ -70,20 +90,21 @@ void ArrivedRows::leave(std::size_t receiver, int pool) {
                 i64{counts_[catom]} - i64{starts_[receiver + 1]});
     counts_[catom] = 0;
     u8* const rows = filling_.bytes.get() + std::size_t{starts_[receiver]} * row_bytes_;
+    Worker& worker = workers_[static_cast<std::size_t>(pool)];
     const bool many = count - head.count > kFew;
-    if (many) sort_many(rows + std::size_t{head.count} * row_bytes_, count - head.count);
+    if (many) sort_many(rows + std::size_t{head.count} * row_bytes_, count - head.count, worker);
+    if (head.count > 0 && column.list_count > 0) {
+        if (head.capacity == 0) columns_.take_over_lists(column_, head.data, head.count, pool);
+        worker.owns_lists = true;
+    }
     if (!many || head.count > 0) column.arrange(rows, head.data, head.count, count - head.count);
     columns_.lie_at(column_, catom, rows, count, pool);
 }
 
 // A word of the first field decides most comparisons; rows with the same word are often in order already, because their sender went through
 // its own facts in order.
-void ArrivedRows::sort_many(u8* rows, u32 count) const {
+void ArrivedRows::sort_many(u8* rows, u32 count, Worker& room) const {
     const ColumnInfo& column = module_.columns[column_];
-    struct Prefixed {
-        u64 prefix;
-        const u8* row;
-    };
     const PredicateInfo& p = *std::find_if(module_.predicates, module_.predicates + module_.predicate_count,
                                            [&](const PredicateInfo& one) { return one.column == column_; });
     // The runtime compares lists of ints by words, the module one element after the other.
@@ -94,11 +115,11 @@ void ArrivedRows::sort_many(u8* rows, u32 count) const {
                 return c < 0;
         return false;
     };
-    const std::vector<u8> unsorted(rows, rows + std::size_t{count} * row_bytes_);
-    std::vector<Prefixed> order;
-    order.reserve(count);
+    room.unsorted.assign(rows, rows + std::size_t{count} * row_bytes_);
+    std::vector<Prefixed>& order = room.order;
+    order.clear();
     for (u32 i = 0; i < count; ++i) {
-        const u8* const row = unsorted.data() + std::size_t{i} * row_bytes_;
+        const u8* const row = room.unsorted.data() + std::size_t{i} * row_bytes_;
         order.push_back({p.arity == 0 ? 0 : order_prefix(type_of(module_, p.fields[0]), load_field(p.fields[0], row)), row});
     }
     std::stable_sort(order.begin(), order.end(), [](const Prefixed& a, const Prefixed& b) { return a.prefix < b.prefix; });
@@ -111,8 +132,14 @@ void ArrivedRows::sort_many(u8* rows, u32 count) const {
 }
 
 std::size_t ArrivedRows::bytes() const {
-    std::size_t total = filling_.size + counts_.capacity() * sizeof(u32);
-    for (const Block& block : blocks_) total += block.size + block.receivers.capacity() * sizeof(u32);
+    std::size_t total = counts_.capacity() * sizeof(u32);
+    const auto add = [&](const Block& block) {
+        total += block.size + block.receivers.capacity() * sizeof(u32);
+        for (const Arena& arena : block.lists) total += arena.bytes();
+    };
+    add(filling_);
+    for (const Block& block : blocks_) add(block);
+    for (const Worker& one : workers_) total += one.unsorted.capacity() + one.order.capacity() * sizeof(Prefixed);
     return total;
 }
 

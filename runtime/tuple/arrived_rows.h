@@ -12,6 +12,7 @@
 
 #include "runtime/abi/module_abi.h"
 #include "runtime/base/parallel_for.h"
+#include "runtime/tuple/values.h"
 
 namespace meld::tuple {
 
@@ -22,12 +23,13 @@ class ArrivedRows {
     ArrivedRows(const ModuleInfo& module, Columns& columns) : module_(module), columns_(columns), blocks_(module.column_count) {}
 
     // ---- one delivery, in this order
-    void open(u16 column);
+    // shares: some rows point to stored lists.
+    void open(u16 column, bool shares);
     void count(u32 catom) {
         if (counts_[catom]++ == 0) receivers_.push_back(catom);
     }
     void make_room();
-    // The same rows again; Bytes: of a row, or 0. The row is copied; its lists, if it has any, are the caller's.
+    // The same rows again; Bytes: of a row, or 0. The row is copied; its lists are in lists(), or stored and the caller's.
     template <u32 Bytes = 0>
     u8* place(u32 catom, const u8* row) {
         const std::size_t size = Bytes == 0 ? row_bytes_ : Bytes;
@@ -35,10 +37,16 @@ class ArrivedRows {
         std::memcpy(at, row, size);
         return at;
     }
+    // Where lists of these rows are; what is there when a delivery is opened may be used again.
+    std::vector<Arena>& lists() { return filling_.lists; }
     // Puts the rows of each receiver in order, with those that it holds, and leaves them to it.
     void end(Workers& workers);
     // Of the last delivery.
     const std::vector<u32>& receivers() const { return blocks_[column_].receivers; }
+    // In a tick without deliveries. When it is the second in turn, what is left of earlier ones moves, and their memory is freed.
+    void rest();
+    // Whether rows of the last delivery of the column may point to stored lists.
+    bool owns_lists(u16 column) const { return blocks_[column].owns_lists; }
 
     std::size_t bytes() const;
 
@@ -47,9 +55,22 @@ class ArrivedRows {
         std::unique_ptr<u8[]> bytes;
         std::size_t size = 0;
         std::vector<u32> receivers;
+        std::vector<Arena> lists;
+        bool owns_lists = false;
+    };
+    struct Prefixed {
+        u64 prefix;
+        const u8* row;
+    };
+    struct Worker {
+        // Memory to sort the rows of a receiver.
+        std::vector<u8> unsorted;
+        std::vector<Prefixed> order;
+        bool owns_lists = false;  // Of rows that a receiver held.
     };
     void leave(std::size_t receiver, int pool);
-    void sort_many(u8* rows, u32 count) const;
+    void sort_many(u8* rows, u32 count, Worker& room) const;
+    void move_what_is_left(u16 column);
 
     const ModuleInfo& module_;
     Columns& columns_;
@@ -60,6 +81,8 @@ class ArrivedRows {
     std::vector<u32> counts_;     // By catom: the rows that come, then where the next one goes; 0 between deliveries.
     std::vector<u32> receivers_;  // In the order of their first rows.
     std::vector<u32> starts_;     // Of their rows in the block; one more than there are receivers.
+    std::vector<Worker> workers_;
+    int quiet_ticks_ = 0;
 };
 
 }  // namespace meld::tuple

@@ -65,11 +65,29 @@ void Columns::keep_lists(u32 column, u8* rows, u32 count, int pool) {
         }
 }
 
+void Columns::share_lists(u32 column, const u8* rows, u32 count) {
+    each_list(column, rows, count, [&](const List* list, u16) {
+        if (list != nullptr && list->stored != 0) lists_.share(list);
+    });
+}
+
+void Columns::take_over_lists(u32 column, u8* rows, u32 count, int pool) {
+    const ColumnInfo& info = module_.columns[column];
+    for (u32 r = 0; r < count; ++r, rows += info.row_bytes)
+        for (u32 i = 0; i < info.list_count; ++i) {
+            u8* place = rows + info.list_offsets[i];
+            const List* list = list_at(place);
+            if (list == nullptr || list->stored != 0) continue;
+            list = lists_.keep({module_.types, info.list_types[i]}, list, pool);
+            std::memcpy(place, &list, sizeof list);
+        }
+}
+
 void Columns::drop_lists(u32 column, const u8* rows, u32 count, int pool) {
     if (module_.columns[column].list_count == 0) return;
     std::vector<const List*>& dropped = dropped_[static_cast<std::size_t>(pool)];
     each_list(column, rows, count, [&](const List* list, u16) {
-        if (list != nullptr) dropped.push_back(list);
+        if (list != nullptr && list->stored != 0) dropped.push_back(list);
     });
 }
 
@@ -118,7 +136,8 @@ void Columns::set_rows(u32 column, u32 catom, const void* rows, u32 count, int p
     MELD_EXPECT(module_.columns[column].rows && (rows != nullptr || count == 0), "column {}", column);
     const ColumnInfo& info = module_.columns[column];
     RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
-    drop_lists(column, head.data, head.count, pool);
+    if (info.list_count > 0 && (head.capacity > 0 || arrived_->owns_lists(static_cast<u16>(column))))
+        drop_lists(column, head.data, head.count, pool);
     RowPool& mine = pools_[static_cast<std::size_t>(pool)];
     const std::size_t bytes = std::size_t{count} * info.row_bytes;
     u8* old = head.data;
@@ -159,7 +178,10 @@ void Columns::insert_row(u32 column, u32 catom, u32 at, const void* row, int poo
         u8* block = mine.take(bytes);
         if (head.data != nullptr) {
             std::memcpy(block, head.data, before + behind);
-            if (head.capacity > 0) mine.give(head.data, head.capacity * size);
+            if (head.capacity > 0)
+                mine.give(head.data, head.capacity * size);
+            else
+                take_over_lists(column, block, head.count, pool);
         }
         head.data = block;
         head.capacity = block_capacity(bytes, size);

@@ -41,8 +41,9 @@ class Columns {
         return *reinterpret_cast<const RowsHead*>(entry(column, catom));
     }
 
-    // A column owns the lists that its records and rows point to. Lists that are written to it are copied or counted, unless the caller has
-    // done so and hands them over. Earlier values stay alive until release_dropped(), so that rows made of them can be written to several
+    // A column owns the stored lists that its records and rows point to. Lists that are written to it are copied or counted, unless the
+    // caller has done so and hands them over. Rows that lie where they arrived (lie_at) may also point to lists that came with them, which
+    // nobody owns and which end with the next delivery. Earlier values stay alive until release_dropped(), so that rows made of them can be written to several
     // columns in turn.
     enum class Lists { Keep, HandOver };
     // Replaces the record or the rows of a catom, using this thread's pool. Rows may be the catom's own.
@@ -50,7 +51,7 @@ class Columns {
     // Inserts a row before the one at `at`, and keeps its lists too. Cost: the rows behind it are moved.
     void insert_row(u32 column, u32 catom, u32 at, const void* row, int pool);
     void set_rows(u32 column, u32 catom, const void* rows, u32 count, int pool, Lists lists = Lists::Keep);
-    // The catom's rows are these from now on, which stay where they are and own their lists; those of its rows until now are among them.
+    // The catom's rows are these from now on, which stay where they are; its rows until now are among them, with their stored lists.
     void lie_at(u32 column, u32 catom, u8* rows, u32 count, int pool);
     // Rows on their way to the columns of many catoms.
     ArrivedRows& arrived() { return *arrived_; }
@@ -76,6 +77,10 @@ class Columns {
     void release_dropped(int pool);
     // Makes rows (or a record, count 1) of a column own their lists.
     void keep_lists(u32 column, u8* rows, u32 count, int pool);
+    // The same, but only of lists that are stored already: what comes with a delivery stays nobody's.
+    void share_lists(u32 column, const u8* rows, u32 count);
+    // Makes rows own lists that came with them; the others they own already.
+    void take_over_lists(u32 column, u8* rows, u32 count, int pool);
     ListStore& lists() { return lists_; }
 
     // The catom no longer holds anything.

@@ -58,8 +58,28 @@ int compare(Type type, Value a, Value b) {
     return compare_words(left, right);
 }
 
+namespace {
+
+constexpr u64 sign = u64{1} << 63;
+
+// A byte for each of the first eight items: 0 at the end, and 2 and more for a number. A number for which a byte is too small is the last:
+// 1 or 255, and if it is the first, the rest of the word is its own.
+u64 prefix_of_ints(const List* list) {
+    constexpr i64 kLeast = 0, kMost = 252;
+    u64 prefix = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(8, length(list)); ++i) {
+        const i64 v = item(list, i).integer;
+        const bool fits = v >= kLeast && v <= kMost;
+        prefix |= (fits ? static_cast<u64>(v) + 2 : v < kLeast ? 1u : 255u) << (56 - 8 * i);
+        if (fits) continue;
+        return i == 0 ? prefix | (std::bit_cast<u64>(v) ^ sign) >> 8 : prefix;
+    }
+    return prefix;
+}
+
+}  // namespace
+
 u64 order_prefix(Type type, Value v) {
-    constexpr u64 sign = u64{1} << 63;
     switch (type.kind()) {
         case ValueType::Int:
             return std::bit_cast<u64>(v.integer) ^ sign;
@@ -77,7 +97,9 @@ u64 order_prefix(Type type, Value v) {
             return prefix;
         }
         default:
-            return length(v.list) == 0 ? 0 : order_prefix(type.item(0), item(v.list, 0));
+            if (length(v.list) == 0) return 0;
+            if (!type.has_fields() && type.item(0).kind() == ValueType::Int) return prefix_of_ints(v.list);
+            return order_prefix(type.item(0), item(v.list, 0));
     }
 }
 
@@ -93,28 +115,42 @@ u64 hash(Type type, Value v) {
 
 namespace {
 
-// Most values that are read are a few lists of a few words.
-constexpr std::size_t kChunkWords = 512, kListWords = sizeof(List) / sizeof(u64);
+// Most values that are read are a few lists of a few words; those that a tick sends may be millions.
+constexpr std::size_t kFirstChunk = 512, kLargestChunk = 1 << 16, kListWords = sizeof(List) / sizeof(u64);
 static_assert(sizeof(List) % sizeof(u64) == 0 && alignof(List) <= alignof(u64));
 
 }  // namespace
 
 u64* Arena::words(std::size_t count) {
-    if (count > left_) {
-        left_ = std::max(count, kChunkWords);
-        next_ = 0;
-        chunks_.push_back(std::make_unique_for_overwrite<u64[]>(left_));
-    }
-    u64* const words = chunks_.back().get() + next_;
+    if (count > left_) next_chunk(count);
+    u64* const words = next_;
     next_ += count, left_ -= count;
     return words;
 }
 
+void Arena::next_chunk(std::size_t count) {
+    const auto too_small = [&](const Chunk& chunk) { return chunk.count < count; };
+    chunks_.erase(chunks_.begin() + static_cast<std::ptrdiff_t>(used_),
+                  std::find_if_not(chunks_.begin() + static_cast<std::ptrdiff_t>(used_), chunks_.end(), too_small));
+    if (used_ == chunks_.size()) {
+        const std::size_t size = chunks_.empty() ? kFirstChunk : std::min(kLargestChunk, 2 * chunks_.back().count);
+        chunks_.push_back({nullptr, std::max(size, count)});
+        chunks_.back().words = std::make_unique_for_overwrite<u64[]>(chunks_.back().count);
+    }
+    next_ = chunks_[used_].words.get();
+    left_ = chunks_[used_++].count;
+}
+
 void Arena::clear() {
-    if (chunks_.empty()) return;
-    // The first is never smaller than a chunk is.
-    chunks_.resize(1);
-    next_ = 0, left_ = kChunkWords;
+    chunks_.resize(used_);
+    used_ = left_ = 0;
+    next_ = nullptr;
+}
+
+std::size_t Arena::bytes() const {
+    std::size_t total = 0;
+    for (const Chunk& chunk : chunks_) total += chunk.count * sizeof(u64);
+    return total;
 }
 
 // The items follow the list.
@@ -220,6 +256,10 @@ u64* copy_items(Type type, const List& from, List& into, u64* to) {
         std::memcpy(items, from.items, from.count);
         return to;
     }
+    if (!type.has_fields() && !type.item(0).compound() && type.item(0).kind() != ValueType::Float) {
+        std::memcpy(items, from.items, std::size_t{from.count} * sizeof(u64));
+        return to;
+    }
     for (std::size_t i = 0; i < from.count; ++i) {
         const Type inner = type.item(i);
         const Value v = item(&from, i);
@@ -243,23 +283,38 @@ ListStore::~ListStore() { MELD_ENSURE(bytes() == 0, "{} bytes of lists are nobod
 const List* ListStore::keep(Type type, const List* list, int pool) {
     if (length(list) == 0) return nullptr;
     if (list->stored != 0) {
-        block_of(list)->owners.fetch_add(1, std::memory_order_relaxed);
+        share(list);
         return list;
     }
-    Pool& mine = pools_[static_cast<std::size_t>(pool)];
-    Measure measure;
-    measure.add(type, list);
-    const std::size_t bytes = sizeof(Block) + measure.words * sizeof(u64);
-    if (measure.longest > most_items_ || bytes > 0xffffffff) {
-        if (mine.too_long.items == 0) mine.too_long = {measure.longest, measure.longest_is_text};
-        return nullptr;
-    }
+    const std::size_t words = words_for(type, list, sizeof(Block), pool), bytes = sizeof(Block) + words * sizeof(u64);
+    if (words == 0) return nullptr;
     void* memory = std::malloc(bytes);
     if (memory == nullptr) memory_has_run_out();
     Block* block = new (memory) Block{1, static_cast<u32>(bytes), {nullptr, 0, 1}};
     copy_items(type, *list, block->list, reinterpret_cast<u64*>(block + 1));
-    mine.bytes += static_cast<std::ptrdiff_t>(bytes);
+    pools_[static_cast<std::size_t>(pool)].bytes += static_cast<std::ptrdiff_t>(bytes);
     return &block->list;
+}
+
+void ListStore::share(const List* list) { block_of(list)->owners.fetch_add(1, std::memory_order_relaxed); }
+
+const List* ListStore::copy(Type type, const List* list, Arena& arena, int pool) {
+    if (length(list) == 0) return nullptr;
+    const std::size_t words = words_for(type, list, sizeof(List), pool);
+    if (words == 0) return nullptr;
+    u64* const at = arena.words(kListWords + words);
+    List* const copied = new (at) List{nullptr, 0, 0};
+    copy_items(type, *list, *copied, at + kListWords);
+    return copied;
+}
+
+std::size_t ListStore::words_for(Type type, const List* list, std::size_t before, int pool) {
+    Measure measure;
+    measure.add(type, list);
+    if (measure.longest <= most_items_ && before + measure.words * sizeof(u64) <= 0xffffffff) return measure.words;
+    Refused& refused = pools_[static_cast<std::size_t>(pool)].too_long;
+    if (refused.items == 0) refused = {measure.longest, measure.longest_is_text};
+    return 0;
 }
 
 void ListStore::release(const List* list, int pool) {

@@ -43,7 +43,8 @@ inline std::size_t length(const List* list) { return list == nullptr ? 0 : list-
 
 // Three-way: numbers as numbers, strings by bytes, everything else by elements in order, a prefix before the longer value.
 int compare(Type type, Value a, Value b);
-// A word in the same order, as far as possible: if a's is less than b's, a is less than b.
+// A word in the same order, as far as possible: if a's is less than b's, a is less than b. Of a list of small numbers it has the first
+// eight.
 u64 order_prefix(Type type, Value v);
 // By content; equal values hash equal. The hash of a single word is the word.
 u64 hash(Type type, Value v);
@@ -53,7 +54,7 @@ inline Value normal(ValueType kind, Value v) {
     return v;
 }
 
-// Memory for lists that live as long as it does: for values that were read, until a fact keeps them.
+// Memory for lists that live as long as it does: for values that were read, until a fact keeps them, and for those that are sent.
 class Arena {
   public:
     u64* words(std::size_t count);
@@ -62,13 +63,21 @@ class Arena {
     const List* text(std::string_view bytes);
     // A list of so many items, more than none, which are to be written to the words that it returns too.
     std::pair<const List*, u64*> make_list(std::size_t count);
-    // All lists end; the memory of some is used again.
+    // All lists end. Their memory is used again; what was not needed since the last call is freed.
     void clear();
+    std::size_t bytes() const;
 
   private:
+    struct Chunk {
+        std::unique_ptr<u64[]> words;
+        std::size_t count = 0;
+    };
+    void next_chunk(std::size_t count);
     const List* place(u64* at, std::size_t count);
-    std::vector<std::unique_ptr<u64[]>> chunks_;
-    std::size_t next_ = 0, left_ = 0;  // In words, of the last chunk.
+    std::vector<Chunk> chunks_;
+    std::size_t used_ = 0;  // Chunks; the last of them is being filled.
+    u64* next_ = nullptr;
+    std::size_t left_ = 0;  // In words.
 };
 
 // To bytes, without addresses, and back: into an arena, for the same types. A single word is packed unchanged.
@@ -87,6 +96,10 @@ class ListStore {
     // The same value with one more owner; empty lists are null. If a list has more items than the limit, returns null, and too_long()
     // reports it.
     const List* keep(Type type, const List* list, int pool);
+    // One owner more of a stored list.
+    void share(const List* list);
+    // A copy of a list outside of blocks, which nobody owns, under the same limit; empty lists are null.
+    const List* copy(Type type, const List* list, Arena& arena, int pool);
     // One owner less. The last one frees the block.
     void release(const List* list, int pool);
     // The same for any value; single words have no owner.
@@ -113,6 +126,8 @@ class ListStore {
     std::size_t bytes() const;
 
   private:
+    // The words of a copy of a list; none if it is refused.
+    std::size_t words_for(Type type, const List* list, std::size_t before, int pool);
     // Each on its own cache line. Blocks move between pools, so a pool's bytes may be negative; the sum is correct.
     struct alignas(64) Pool {
         std::ptrdiff_t bytes = 0;

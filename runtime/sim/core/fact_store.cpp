@@ -59,17 +59,22 @@ void FactStore::give_all(u32 predicate, u32 catom, std::vector<const Value*>& fa
 }
 
 void FactStore::deliver_sent(const Geometry& geometry) {
+    bool any = false;
     for (const u16 predicate : evaluator.linear_predicates()) {
         const u16 column = module_.predicates[predicate].column;
-        if (evaluator.sent_rows(column)) deliver_rows(column, geometry);
+        if (!evaluator.sent_rows(column)) continue;
+        deliver_rows(column, geometry);
+        any = true;
     }
+    if (!any) columns.arrived().rest();
 }
 
 void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
     tuple::ArrivedRows& arrived = columns.arrived();
     const ColumnInfo& info = module_.columns[column];
     const auto here = [&](SentRow sent) { return geometry.catom_state[sent.to] == kCatomOwned; };
-    arrived.open(column);
+    const bool shares = info.list_count > 0 && evaluator.shares_lists(column);
+    arrived.open(column, shares);
     evaluator.each_sent(column, [&](SentRow sent, const u8*) {
         if (here(sent)) arrived.count(sent.to);
     });
@@ -78,7 +83,7 @@ void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
         evaluator.each_sent(column, [&](SentRow sent, const u8* row) {
             if (!here(sent)) return;
             u8* const placed = arrived.place<bytes>(sent.to, row);
-            if (info.list_count > 0) columns.keep_lists(column, placed, 1, 0);
+            if (shares) columns.share_lists(column, placed, 1);
         });
     };
     // A copy of a length known at compile time is a few instructions.
@@ -95,6 +100,7 @@ void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
         default:
             place(std::integral_constant<u32, 0>{});
     }
+    if (info.list_count > 0) evaluator.hand_over_lists(column, arrived.lists());
     arrived.end(workers_);
     for (const u32 catom : arrived.receivers()) mark(catom, info.own_dirty);
 }

@@ -53,7 +53,7 @@ class Arrivals : public testing::Test {
     void resize(std::size_t catoms) { columns_->resize(catoms); }
     void arrive(const std::vector<std::pair<u32, i64>>& rows) {
         ArrivedRows& arrived = columns_->arrived();
-        arrived.open(0);
+        arrived.open(0, false);
         for (const auto& [to, n] : rows) arrived.count(to);
         arrived.make_room();
         for (const auto& [to, n] : rows) {
@@ -105,6 +105,24 @@ TEST_F(Arrivals, StayWhenOthersArrive) {
     EXPECT_EQ(held(0), (std::vector<i64>{7}));
     EXPECT_EQ(held(1), (std::vector<i64>{8}));
     EXPECT_EQ(held(2), (std::vector<i64>{0, 1}));
+}
+
+TEST_F(Arrivals, StayInLessMemoryWhenNothingArrives) {
+    resize(3000);
+    std::vector<std::pair<u32, i64>> rows;
+    for (u32 i = 0; i < 100000; ++i) rows.push_back({i % 3000, i});
+    arrive(rows);
+    const std::vector<i64> before = held(7);
+    for (u32 catom = 8; catom < 3000; ++catom) columns_->clear(catom, 0);
+    const std::size_t bytes = columns_->arrived().bytes();
+    columns_->arrived().rest();
+    EXPECT_EQ(columns_->arrived().bytes(), bytes);
+    columns_->arrived().rest();
+    EXPECT_EQ(columns_->arrived().bytes(), 0u);
+    EXPECT_EQ(held(7), before);
+    arrive({{7, -1}});
+    EXPECT_EQ(held(7).front(), -1);
+    EXPECT_EQ(held(7).size(), before.size() + 1);
 }
 
 TEST_F(Arrivals, CanBeChangedLikeOtherRows) {

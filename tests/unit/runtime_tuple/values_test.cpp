@@ -160,6 +160,80 @@ TEST(Values, ThereIsOneZero) {
     store.release(list, kept, 0);
 }
 
+TEST(Values, PrefixesAreInTheOrderOfTheValues) {
+    Random random(11);
+    const auto sign = [](u64 a, u64 b) { return a < b ? -1 : b < a ? 1 : 0; };
+    for (int round = 0; round < 20000; ++round) {
+        Types types;
+        Arena arena;
+        const Type type = types[random_type(types, random, 2)];
+        const Value a = random_value(type, random, arena), b = random_value(type, random, arena);
+        const int prefixes = sign(order_prefix(type, a), order_prefix(type, b));
+        EXPECT_EQ(prefixes, prefixes == 0 ? 0 : compare(type, a, b));
+    }
+    // Where a byte is just enough, and as many items as a word has bytes, and more.
+    Types types;
+    Arena arena;
+    const Type list = types[types.add(ValueType::List, {Types::kInt})];
+    static constexpr i64 edges[] = {-1, 0, 1, 251, 252, 253, 254, 1000, -1000};
+    const auto any = [&] {
+        std::vector<u64> items(below(random, 11));
+        for (u64& item : items) item = std::bit_cast<u64>(edges[below(random, below(random, 4) == 0 ? 9 : 2)]);
+        return Value{.list = arena.list(items)};
+    };
+    for (int round = 0; round < 50000; ++round) {
+        const Value a = any(), b = any();
+        const int prefixes = sign(order_prefix(list, a), order_prefix(list, b));
+        EXPECT_EQ(prefixes, prefixes == 0 ? 0 : compare(list, a, b));
+    }
+}
+
+TEST(Values, AnArenaIsUsedAgainAndFreesWhatWasNotNeeded) {
+    Arena arena;
+    const auto fill = [&](std::size_t lists) {
+        std::vector<const List*> all;
+        for (std::size_t i = 0; i < lists; ++i) all.push_back(arena.list({i, i + 1, i + 2}));
+        all.push_back(arena.list(std::vector<u64>(lists, 7)));
+        for (std::size_t i = 0; i < lists; ++i) EXPECT_EQ(all[i]->items[2], i + 2);
+        EXPECT_EQ(length(all.back()), lists);
+    };
+    fill(100000);
+    const std::size_t bytes = arena.bytes();
+    EXPECT_GT(bytes, 100000 * 5 * sizeof(u64));
+    arena.clear();
+    fill(100000);
+    EXPECT_EQ(arena.bytes(), bytes);
+    arena.clear();
+    fill(10);
+    EXPECT_EQ(arena.bytes(), bytes);
+    arena.clear();
+    EXPECT_LT(arena.bytes(), bytes / 10);
+    fill(10);
+    arena.clear(), arena.clear();
+    EXPECT_EQ(arena.bytes(), 0u);
+    fill(1000);
+}
+
+TEST(Values, ACopyInAnArenaIsNobodysAndUnderTheSameLimit) {
+    Types types;
+    const u16 inner = types.add(ValueType::List, {Types::kFloat});
+    const Type outer = types[types.add(ValueType::List, {inner})];
+    Arena before, after;
+    ListStore store(1);
+    const Value value = *parse_value(outer, "[[1.5, -0.0], [], [2.5]]", before);
+    const List* copy = store.copy(outer, value.list, after, 0);
+    before.clear();
+    before.list(std::vector<u64>(20, 0));
+    EXPECT_EQ(print_value(outer, {.list = copy}), "[[1.5, 0.0], [], [2.5]]");
+    EXPECT_EQ(copy->stored, 0u);
+    EXPECT_EQ(store.bytes(), 0u);
+    const List empty{nullptr, 0, 0};
+    EXPECT_EQ(store.copy(outer, &empty, after, 0), nullptr);
+    store.limit(2);
+    EXPECT_EQ(store.copy(outer, copy, after, 0), nullptr);
+    EXPECT_EQ(store.too_long(0).items, 3u);
+}
+
 TEST(Values, KeepingCountsOwnersAndCopiesWhatIsInside) {
     Types types;
     const Type inner = types[types.add(ValueType::List, {Types::kInt})];
