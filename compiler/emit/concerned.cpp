@@ -46,7 +46,8 @@ bool follows_from(const Term& t, const std::set<plan::VariableId>& known) {
     }
 }
 
-// Whether a rule derives a fact of a predicate from each fact of the same predicate at a neighbour, and reads nothing else.
+}  // namespace
+
 bool is_offer(const plan::Plan& plan, const RulePlan& r, PredicateId predicate) {
     if (!r.branches.empty() || r.steps.size() < 2) return false;
     const auto* each = as<plan::EachNeighbour>(r.steps[0]);
@@ -69,6 +70,13 @@ bool is_offer(const plan::Plan& plan, const RulePlan& r, PredicateId predicate) 
            std::ranges::all_of(head.arguments, [&](const Term& t) { return follows_from(t, known); });
 }
 
+bool keeps_best(const plan::Plan& plan, const plan::StratumPlan& s) {
+    const std::string_view reduction = info(plan.program.predicates[s.predicates[0]].aggregate).reduction_name;
+    return s.recursion == plan::Recursion::Ranked && !plan.of(s.predicates[0]).waits && (reduction == "Best" || reduction == "Set");
+}
+
+namespace {
+
 bool holds_lists(const Stored& s) {
     return std::ranges::any_of(s.fields, [](const plan::Field& f) { return f.type.compound(); });
 }
@@ -90,9 +98,7 @@ std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId id
         if ((s.inputs & column.reader_dirty) == 0) continue;
         const PredicateId p = s.predicates[0];
         const Stored& stored = plan.of(p);
-        const bool decides = s.recursion == plan::Recursion::Ranked && stored.storage == Storage::Single && stored.column == id &&
-                             !stored.waits && std::string_view(info(plan.program.predicates[p].aggregate).reduction_name) == "Best";
-        if (!decides || !offers.empty()) return {};
+        if (!keeps_best(plan, s) || stored.storage != Storage::Single || stored.column != id || !offers.empty()) return {};
         for (const RulePlan& r : s.rules) {
             if ((r.inputs & column.reader_dirty) == 0) continue;
             if (!is_offer(plan, r, p)) return {};

@@ -95,7 +95,7 @@ void RuleEmitter::match_remote(const Match& s) {
         w_.line("const auto* {} = reinterpret_cast<const {}*>({}.data);", rows, row_type(s.predicate), head);
         if (whole_key(s)) {
             const std::string group = group_row(s);
-            w_.line("const u32 {} = find_row<{}_t>({}, {}.count, {});", i, name, rows, head, group);
+            w_.line("const u32 {} = find_row<{}_t>({}, {}.count, {}{});", i, name, rows, head, group, s.predicate == near_ ? ", near" : "");
             w_.open(fmt::format("if ({} < {}.count{}) {{", i, head, fits_));
         } else {
             w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}.count; ++{0}) {{", i, head));
@@ -125,6 +125,7 @@ void RuleEmitter::match_changed(const Match& s) {
                                 : fmt::format("s.e->subdomain->changes[{}][{}]", stored.column.index(), scope_.at(s.place))));
     w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->removed + {1}->added; ++{0}) {{", i, changes));
     w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row_type(s.predicate), f, changes, i);
+    last_changed_ = {f, fmt::format("{} < {}->removed", i, changes)};
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 

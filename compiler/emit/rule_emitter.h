@@ -30,8 +30,9 @@ class RuleEmitter {
     void linear();
     // What a rule derives from the fact of one neighbour alone (concerned.cpp).
     void offer();
-    // A delta rule: the groups of the head that changed rows of one input can affect.
-    void affected(std::size_t number);
+    // A delta rule: the groups of the head that changed rows of one input can affect. `offer`: the rule itself, if what it derives from the
+    // row alone tells whether the group is affected; or null.
+    void affected(std::size_t number, const RulePlan* offer);
     // The rule for one group of the head.
     void group();
     // A semi-naive rule: derives from rows that the last round has derived.
@@ -187,8 +188,13 @@ class RuleEmitter {
     // Derivations that fail are left out: in views, except where all matches are read at once, and except in rules for single rows, where a
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
-    bool sweeping_ = false;                   // Within sweep().
-    std::string last_fact_;                   // The C++ name of the row that was matched last.
+    bool sweeping_ = false;  // Within sweep().
+    std::string last_fact_;  // The C++ name of the row that was matched last.
+    struct Changed {
+        std::string row, gone;  // C++: the row, and whether it holds no longer.
+    };
+    Changed last_changed_;
+    PredicateId near_;  // That of the group which is derived, if the function knows where it is: a parameter `near`.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
 };
 

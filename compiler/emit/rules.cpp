@@ -48,7 +48,7 @@ void RuleEmitter::branches() {
     scope_.rule_index = before.rule_index;
 }
 
-void RuleEmitter::affected(std::size_t number) {
+void RuleEmitter::affected(std::size_t number, const RulePlan* offer) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.inputs != 0, "rule {} is no delta rule", scope_.rule.name);
     const MakeFact& head = rule_plan_.derived();
     w_.raw("");
@@ -56,10 +56,18 @@ void RuleEmitter::affected(std::size_t number) {
                         rule_function(plan_.program, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
-    w_.line("{} row{{}};", row_type(head.predicate));
-    for (std::size_t i = 1; i <= plan::group_arguments(plan_.program.predicates[head.predicate]); ++i)
-        w_.line("row.{} = {};", field_name(i), head_value(head.predicate, i, head.arguments[i - 1]));
-    w_.raw("affected.add(*s.e, row);");
+    if (offer != nullptr) {
+        steps({offer->steps.begin() + 2, offer->steps.end()});
+        make_row(head);
+        w_.line("row.rank = rank_above({}.rank);", last_changed_.row);
+        w_.line("if (affected.concerns(s.{}, row, {})) affected.add(*s.e, row);", predicate_name(plan_.program, head.predicate),
+                last_changed_.gone);
+    } else {
+        w_.line("{} row{{}};", row_type(head.predicate));
+        for (std::size_t i = 1; i <= plan::group_arguments(plan_.program.predicates[head.predicate]); ++i)
+            w_.line("row.{} = {};", field_name(i), head_value(head.predicate, i, head.arguments[i - 1]));
+        w_.raw("affected.add(*s.e, row);");
+    }
     close_to(outside);
     w_.close();
 }
@@ -83,9 +91,10 @@ void RuleEmitter::group() {
     MELD_EXPECT(rule_plan_.given.size() == plan::group_arguments(plan_.program.predicates[head.predicate]),
                 "rule {} is given {} of a group", scope_.rule.name, rule_plan_.given.size());
     w_.raw("");
-    w_.open(fmt::format("{} void {}_group(Self& s, const {}& group) {{", linkage(plan_.program.rules.count()),
+    w_.open(fmt::format("{} void {}_group(Self& s, const {}& group, [[maybe_unused]] Near near) {{", linkage(plan_.program.rules.count()),
                         rule_function(plan_.program, rule_plan_.rule), row_type(head.predicate)));
     const std::size_t outside = w_.depth();
+    near_ = head.predicate;
     count(rule_plan_.rule, Part::Whole);
     for (std::size_t i = 0; i < rule_plan_.given.size(); ++i) bind(rule_plan_.given[i], fmt::format("group.{}", field_name(i + 1)));
     steps(rule_plan_.steps);
@@ -296,7 +305,14 @@ void RuleEmitter::port_use(const plan::PortUse& use, const std::string& port) {
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }
 void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w) {
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) RuleEmitter(plan, stratum.semi_naive[i], w).semi_naive(i);
-    for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) RuleEmitter(plan, stratum.deltas.affected[i], w).affected(i);
+    for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) {
+        const RulePlan& affected = stratum.deltas.affected[i];
+        const auto whole = std::ranges::find_if(stratum.rules, [&](const RulePlan& r) {
+            return r.rule == affected.rule && affected.steps.size() == 2 && is_offer(plan, r, stratum.predicates[0]);
+        });
+        const bool offers = keeps_best(plan, stratum) && whole != stratum.rules.end();
+        RuleEmitter(plan, affected, w).affected(i, offers ? &*whole : nullptr);
+    }
     for (const RulePlan& r : stratum.deltas.regroup) RuleEmitter(plan, r, w).group();
 }
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(); }

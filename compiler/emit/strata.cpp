@@ -263,9 +263,10 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
     w.raw("}");
     w.open("for (u32 i = 0; i < affected.groups.count; ++i) {");
     w.line("affected.first[i] = s.{}.proposed.count;", name);
+    w.line("const Near near = s.{}.near(affected.groups.rows[i]);", name);
     for (const RulePlan& r : stratum.deltas.regroup) {
         if (plan.places) w.line("note_place(*s.e, {});", r.rule.index());
-        w.line("{}_group(s, affected.groups.rows[i]);", rule_function(plan.program, r.rule));
+        w.line("{}_group(s, affected.groups.rows[i], near);", rule_function(plan.program, r.rule));
     }
     w.close();
     decides(plan, stratum.predicates[0], w);

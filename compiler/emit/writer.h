@@ -162,6 +162,10 @@ void emit_evaluate(const plan::Plan& plan, Writer& w);
 void emit_schema(const plan::Plan& plan, Writer& w);
 
 // The rules by which neighbours read a column, if the column can say whom a change concerns (ColumnInfo::concerned); else none.
+// Whether a rule derives a fact of a predicate from each fact of the same predicate at a neighbour, and reads nothing else.
+bool is_offer(const plan::Plan& plan, const plan::RulePlan& rule, PredicateId predicate);
+// Whether a group of a stratum keeps its value unless what supports it goes or something better comes.
+bool keeps_best(const plan::Plan& plan, const plan::StratumPlan& stratum);
 std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId column);
 std::string concerned_function(plan::ColumnId column);
 void emit_concerned(const plan::Plan& plan, Writer& w);

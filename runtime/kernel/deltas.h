@@ -81,6 +81,14 @@ struct AffectedGroups {
     AffectedGroups() { groups.reset(); }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
 
+    // Whether a row that a rule derives at a neighbour (now, or no longer: gone) can decide its group otherwise: decide_group() keeps a value
+    // unless what supports it goes or something better comes. One without a value may wait for another candidate from now on.
+    bool concerns(const Relation<T>& r, const Row& offer, bool gone) const {
+        const u32 at = r.find(offer);
+        if (at == r.count) return true;
+        const Row& held = r.rows[at];
+        return gone ? offer.rank <= held.rank && T::same(offer, held) : T::better(offer, held);
+    }
     // Groups whose quarantine has ended; groups that changed in the last tick come with them, which is harmless.
     void add_woken(Eval& e, const RowChanges* changes) {
         for (; changes != nullptr; changes = changes->next)

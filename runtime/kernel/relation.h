@@ -100,6 +100,7 @@ struct Relation {
     }
     // Position of the group of this row, or count.
     u32 find(const Row& group) const { return find_row<T>(rows, count, group); }
+    Near near(const Row& group) const { return {lower_row<T>(rows, 0, count, group), count}; }
     void replace(const Row* with, u32 n) {
         rows = with;
         count = n;

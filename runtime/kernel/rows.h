@@ -82,10 +82,9 @@ void sort_rows(Eval& e, Row* rows, u32 count, Less) {
 // partition changes, or in the order of their values.
 enum class Reduce : u8 { Set, Best, First, Since, Combine, CombineInOrder };
 
-// The row of a group among sorted rows, or count.
+// The first of sorted rows from `low` to before `high` that is not before the group, or high.
 template <class T>
-u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group) {
-    u32 low = 0, high = count;
+u32 lower_row(const typename T::Row* rows, u32 low, u32 high, const typename T::Row& group) {
     while (low < high) {
         const u32 middle = low + (high - low) / 2;
         if (T::key(rows[middle], group) < 0)
@@ -93,7 +92,40 @@ u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& grou
         else
             high = middle;
     }
-    return low < count && T::key(rows[low], group) == 0 ? low : count;
+    return low;
+}
+
+// The row of a group among sorted rows, or count.
+template <class T>
+u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group) {
+    const u32 at = lower_row<T>(rows, 0, count, group);
+    return at < count && T::key(rows[at], group) == 0 ? at : count;
+}
+
+// Where a group is among the rows of a catom: before the row `at` of so many. Neighbours hold mostly the same groups.
+struct Near {
+    u32 at, of;
+};
+
+// The same among a neighbour's rows. The search begins where the catom itself has the group and moves away in growing steps: rows of many
+// catoms are not in the cache, and this touches fewer lines of it.
+template <class T>
+u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group, Near near) {
+    if (count == 0) return 0;
+    u32 at = near.of == 0 ? 0 : static_cast<u32>(u64{near.at} * count / near.of);
+    if (at >= count) at = count - 1;
+    u32 low = 0, high = count;
+    if (T::key(rows[at], group) < 0) {
+        u32 step = 1;
+        for (low = at + 1; low + step < count && T::key(rows[low + step - 1], group) < 0; step *= 2) low += step;
+        if (low + step < count) high = low + step;
+    } else {
+        u32 step = 1;
+        for (high = at + 1; high > step && T::key(rows[high - 1 - step], group) >= 0; step *= 2) high -= step;
+        if (high > step) low = high - step;
+    }
+    at = lower_row<T>(rows, low, high, group);
+    return at < count && T::key(rows[at], group) == 0 ? at : count;
 }
 
 // The first fact of a catom in a table of facts by catom, or the number of facts.
