@@ -267,8 +267,10 @@ std::string RuleEmitter::send_to(const MakeFact& h, const std::string& to) const
     const std::size_t predicate = h.predicate.index();
     if (!sent_as_row(h)) return fmt::format("s.e->host->send(s.e, {}, {}, values)", to, predicate);
     const bool lists = std::ranges::any_of(plan_.of(h.predicate).fields, [](const plan::Field& f) { return f.type.compound(); });
-    return lists ? fmt::format("s.e->host->send_row(s.e, {}, {}, &row)", to, predicate)
-                 : fmt::format("send_row(*s.e, {}, {}, {}, row)", to, predicate, plan_.of(h.predicate).column.index());
+    if (lists) return fmt::format("s.e->host->send_row(s.e, {}, {}, &row)", to, predicate);
+    const auto letter = letters_.find(&h);
+    return fmt::format("send_row(*s.e, {}, {}, {}, row{})", to, predicate, plan_.of(h.predicate).column.index(),
+                       letter == letters_.end() ? "" : ", " + letter->second);
 }
 
 void RuleEmitter::count_sent(const MakeFact& h, const std::string& port) {
@@ -287,11 +289,28 @@ bool RuleEmitter::consumes(const plan::ForAll& h) const {
     });
 }
 
+// For the facts of this comprehension; one inside it has its own.
+void RuleEmitter::open_letters(const std::vector<HeadPlan>& heads) {
+    for (const HeadPlan& h : heads)
+        plan::visit_head(
+            h,
+            [&](const MakeFact& fact) {
+                if (fact.alike) w_.line("Letter {};", letters_[&fact] = fresh("letter"));
+            },
+            [](const plan::ForAll&) {}, [&](const plan::AggregateAll& all) { open_letters(all.results); },
+            [&](const plan::Choose& choose) {
+                open_letters(choose.heads);
+                open_letters(choose.others);
+            },
+            [&](const plan::With& with) { open_letters(with.heads); });
+}
+
 void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made) {
     const Scope before = scope_;
     const std::vector<Consumed> outer = std::move(consumed_);
     consumed_.clear();
     keep_invariants(h.heads);
+    open_letters(h.heads);
     if (!consumes(h)) {
         const std::size_t outside = w_.depth();
         steps(h.steps);

@@ -2,6 +2,7 @@
 // rule, links), matches.cpp (facts), heads.cpp (aggregates, heads), sweep.cpp (all messages in one pass).
 #pragma once
 
+#include <map>
 #include <optional>
 
 #include "compiler/emit/writer.h"
@@ -173,6 +174,7 @@ class RuleEmitter {
     bool consumes(const plan::ForAll& h) const;
     // What these heads compute from what is known already is computed at most once (invariants.cpp).
     void keep_invariants(const std::vector<HeadPlan>& heads);
+    void open_letters(const std::vector<HeadPlan>& heads);
     void keep_invariant(const Term& t);
     bool is_invariant(const Term& term) const;
     // The heads of every match, which also feed the aggregates; `made` has an accumulator for each.
@@ -194,7 +196,9 @@ class RuleEmitter {
         std::string row, gone;  // C++: the row, and whether it holds no longer.
     };
     Changed last_changed_;
-    PredicateId near_;  // That of the group which is derived, if the function knows where it is: a parameter `near`.
+    std::map<const MakeFact*, std::string>
+        letters_;                             // Heads of comprehensions that send the same to all receivers: the C++ name of a Letter.
+    PredicateId near_;                        // That of the group which is derived, if the function knows where it is: a parameter `near`.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
 };
 

@@ -18,6 +18,7 @@ struct MakeFact {
     VariableId place = {};
     std::vector<Term> arguments = {};           // After the catom.
     std::vector<VariableId> contributors = {};  // As of the rule.
+    bool alike = false;                         // In a comprehension: the same for all receivers (letters.cpp).
 };
 
 // -> for all                              the heads, for each way to satisfy the steps

@@ -184,6 +184,7 @@ void order_rules(Plan& plan);
 void plan_deltas(Plan& plan);
 // Finds the linear rules that take many facts in one sweep.
 void plan_sweeps(Plan& plan);
+void find_letters(Plan& plan);
 // Finds whether a catom without facts has nothing to do when it is born.
 void find_idle_births(Plan& plan);
 // Lets rules of one predicate that begin with the same steps share them.

@@ -45,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 19;
+inline constexpr u32 kAbiVersion = 20;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -143,14 +143,18 @@ struct RowsHead {
 };
 static_assert(sizeof(RowsHead) == kRowsHeadBytes);
 
-// Linear facts that catoms of one thread send: for each column a run of entries, each a SentRow with the row behind it.
+// Linear facts that catoms of one thread send: for each column a run of entries, each a SentRow, the row, and a u32 for each receiver, its
+// index.
 struct SentRow {
-    u32 to, from;  // Indices of catoms.
+    u32 from;   // Index of a catom.
+    u32 count;  // Receivers, one or more.
 };
-constexpr u64 sent_bytes(u64 row_bytes) { return sizeof(SentRow) + ((row_bytes + 7) & ~u64{7}); }
+// How long the part of an entry before its receivers is.
+constexpr u64 sent_bytes(u64 row_bytes) { return sizeof(SentRow) + ((row_bytes + 3) & ~u64{3}); }
 struct Outgoing {
     u8* next = nullptr;  // Where the next entry goes, if it ends before `end`.
     u8* end = nullptr;
+    u64 sent = 0;  // Rows, one for each receiver.
 };
 
 // Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is in both.

@@ -156,7 +156,7 @@ class Counting {
     MemoryPart tick() const {
         // Two agendas, of this tick and of the next, and the groups of one.
         const auto agenda = [](double bits) {
-            return 2 * eval::Agenda::bytes_for(eval::Agenda::kGroup, whole(bits)) / double{eval::Agenda::kGroup};
+            return 2 * static_cast<double>(eval::Agenda::bytes_for(eval::Agenda::kGroup, whole(bits))) / eval::Agenda::kGroup;
         };
         const double groups = sizeof(u32) / double{eval::Agenda::kGroup};
         const double awake = groups + agenda(kUsualBits), at_most = groups + agenda(kUsualBits + 2 * module_.column_count);
@@ -211,7 +211,7 @@ class Counting {
         const double row = module_.columns[p.column].row_bytes;
         const double numbered = 3 * sizeof(eval::Message) + 2 * 2 * sizeof(u64) + 4 * sizeof(Keyed);
         return world_.apart() ? numbered + p.arity * double{sizeof(Value)}
-                              : static_cast<double>(sent_bytes(module_.columns[p.column].row_bytes)) + kSlack * 2 * row;
+                              : static_cast<double>(sent_bytes(module_.columns[p.column].row_bytes) + sizeof(u32)) + kSlack * 2 * row;
     }
     static constexpr double kSlack = 1.25;  // Room of a delivery for the next one.
 

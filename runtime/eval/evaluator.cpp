@@ -107,7 +107,7 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             return e->host->send(e, to, predicate, t.arguments.data());
         }
         const ColumnInfo& column = all.columns[p.column];
-        u8* const kept = t.outbox.add(p.column, {to, e->catom});
+        u8* const kept = t.outbox.add(p.column, to, e->catom);
         std::memcpy(kept, row, column.row_bytes);
         for (u32 i = 0; i < column.list_count; ++i) t.send_list({all.types, column.list_types[i]}, p.column, kept + column.list_offsets[i]);
         if (column.list_count > 0) t.check_length(p.column);

@@ -109,7 +109,7 @@ class Evaluator {
     // Those to nodes that rules have made in the tick, and the greatest number that one was given, or 0.
     const std::vector<FarMessage>& births() const { return births_; }
     u64 greatest_new_node() const { return greatest_new_node_; }
-    // Whether rows of a column were sent, and a call of visit(SentRow, const u8* row) for each. The order depends on the threads, but not
+    // Whether rows of a column were sent, and a call of visit(to, from, const u8* row) for each. The order depends on the threads, but not
     // that of one sender's rows.
     bool sent_rows(u16 column) const;
     template <class Visit>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -15,22 +16,21 @@ namespace meld::eval {
 class Outbox {
   public:
     explicit Outbox(const ModuleInfo& module) : columns_(module.column_count), places_(module.column_count) {
-        for (u32 c = 0; c < module.column_count; ++c) columns_[c].entry_bytes = sent_bytes(module.columns[c].row_bytes);
+        for (u32 c = 0; c < module.column_count; ++c) columns_[c].row_bytes = sent_bytes(module.columns[c].row_bytes);
     }
 
     // As Eval::outgoing.
     Outgoing* places() { return places_.data(); }
-    // Makes room for one more entry, if there is none.
-    u8* next(u16 column) {
+    // Adds an entry with one receiver; returns where its row is to be written.
+    u8* add(u16 column, u32 to, u32 from) {
+        const std::size_t row_bytes = columns_[column].row_bytes;
         Outgoing& place = places_[column];
-        if (static_cast<std::size_t>(place.end - place.next) < columns_[column].entry_bytes) take_chunk(column);
-        return place.next;
-    }
-    // Adds an entry; returns where its row is to be written.
-    u8* add(u16 column, SentRow entry) {
-        u8* const at = next(column);
-        *reinterpret_cast<SentRow*>(at) = entry;
-        places_[column].next += columns_[column].entry_bytes;
+        if (static_cast<std::size_t>(place.end - place.next) < row_bytes + sizeof to) take_chunk(column);
+        u8* const at = place.next;
+        *reinterpret_cast<SentRow*>(at) = {from, 1};
+        std::memcpy(at + row_bytes, &to, sizeof to);
+        place.next += row_bytes + sizeof to;
+        ++place.sent;
         return at + sizeof(SentRow);
     }
 
@@ -39,23 +39,23 @@ class Outbox {
     bool shares(u16 column) const { return columns_[column].shares; }
     void share(u16 column) { columns_[column].shares = true; }
 
-    // Calls visit(SentRow, const u8* row) for each entry of a column, in the order of sending.
+    // Calls visit(to, from, const u8* row) for each row of a column, in the order of sending.
     template <class Visit>
     void each(u16 column, const Visit& visit) const {
         const Column& c = columns_[column];
         for (std::size_t i = 0; i < c.used; ++i) {
             const u8* const end = i + 1 == c.used ? places_[column].next : c.chunks[i].bytes.get() + c.chunks[i].filled;
-            for (const u8* at = c.chunks[i].bytes.get(); at != end; at += c.entry_bytes)
-                visit(*reinterpret_cast<const SentRow*>(at), at + sizeof(SentRow));
+            for (const u8* at = c.chunks[i].bytes.get(); at != end;) {
+                const auto [from, receivers] = *reinterpret_cast<const SentRow*>(at);
+                const u8* const row = at + sizeof(SentRow);
+                const auto* const to = reinterpret_cast<const u32*>(at + c.row_bytes);
+                for (u32 k = 0; k < receivers; ++k) visit(to[k], from, row);
+                at += c.row_bytes + std::size_t{receivers} * sizeof(u32);
+            }
         }
     }
-    std::size_t count(u16 column) const {
-        const Column& c = columns_[column];
-        if (c.used == 0) return 0;
-        std::size_t bytes = static_cast<std::size_t>(places_[column].next - c.chunks[c.used - 1].bytes.get());
-        for (std::size_t i = 0; i + 1 < c.used; ++i) bytes += c.chunks[i].filled;
-        return bytes / c.entry_bytes;
-    }
+    // Rows, one for each receiver.
+    std::size_t count(u16 column) const { return places_[column].sent; }
     std::size_t count() const {
         std::size_t all = 0;
         for (std::size_t c = 0; c < columns_.size(); ++c) all += count(static_cast<u16>(c));
@@ -78,7 +78,7 @@ class Outbox {
         std::size_t size = 0, filled = 0;
     };
     struct Column {
-        std::size_t entry_bytes = 0;
+        std::size_t row_bytes = 0;  // With what is before the row.
         std::vector<Chunk> chunks;
         std::size_t used = 0;  // Chunks; the last of them is being filled.
         tuple::Arena lists;
@@ -95,11 +95,12 @@ class Outbox {
         }
         if (c.used == c.chunks.size()) {
             const std::size_t size = c.used == 0 ? kFirstChunk : std::min(kLargestChunk, 2 * c.chunks.back().size);
-            c.chunks.push_back({.bytes = nullptr, .size = std::max(size, c.entry_bytes)});
+            c.chunks.push_back({.bytes = nullptr, .size = std::max(size, c.row_bytes + sizeof(u32))});
             c.chunks.back().bytes = std::make_unique_for_overwrite<u8[]>(c.chunks.back().size);
         }
         const Chunk& fresh = c.chunks[c.used++];
-        place = {fresh.bytes.get(), fresh.bytes.get() + fresh.size};
+        place.next = fresh.bytes.get();
+        place.end = place.next + fresh.size;
     }
 
     std::vector<Column> columns_;

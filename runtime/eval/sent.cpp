@@ -24,9 +24,9 @@ Sent Evaluator::all_sent(const Geometry& geometry) const {
     std::vector<Value> arguments;
     for (const u16 predicate : linear_predicates_) {
         const PredicateInfo& p = module_.predicates[predicate];
-        each_sent(p.column, [&](SentRow sent, const u8* row) {
+        each_sent(p.column, [&](u32 to, u32 from, const u8* row) {
             tuple::read_row(p, row, arguments);
-            all.messages.push_back({sent.to, predicate, id_of(geometry, sent.from), 0, all.values.copy(arguments.data(), p.arity)});
+            all.messages.push_back({to, predicate, id_of(geometry, from), 0, all.values.copy(arguments.data(), p.arity)});
         });
     }
     std::ranges::stable_sort(all.messages, {}, [](const Message& m) { return std::pair(m.to, m.from); });

@@ -162,6 +162,7 @@ Value Terms::value(const Term& t, Values& variables) {
         case Op::Due:
         case Op::NextHop:
         case Op::Fresh:
+        case Op::NewNode:
             break;
     }
     MELD_CHECK(false, "a question computes a term without a value, {}", static_cast<int>(t.op));

@@ -91,12 +91,36 @@ template <class Row>
 void send_row(Eval& e, u32 to, u16 predicate, u16 column, const Row& row) {
     Outgoing& out = e.outgoing[column];
     constexpr u64 size = sent_bytes(sizeof(Row));
-    if (static_cast<u64>(out.end - out.next) < size) [[unlikely]]
+    if (static_cast<u64>(out.end - out.next) < size + sizeof to) [[unlikely]]
         return e.host->send_row(&e, to, predicate, &row);
-    const SentRow entry = {to, e.catom};
+    const SentRow entry = {e.catom, 1};
     __builtin_memcpy(out.next, &entry, sizeof entry);
     __builtin_memcpy(out.next + sizeof entry, &row, sizeof row);
-    out.next += size;
+    __builtin_memcpy(out.next + size, &to, sizeof to);
+    out.next += size + sizeof to;
+    ++out.sent;
+}
+
+// A fact that many catoms receive: its entry, and where that ends.
+struct Letter {
+    u8* entry = nullptr;
+    u8* end = nullptr;
+};
+
+// The same, where the row is that of the letter: it is written once, if nothing else is sent in between.
+template <class Row>
+void send_row(Eval& e, u32 to, u16 predicate, u16 column, const Row& row, Letter& letter) {
+    Outgoing& out = e.outgoing[column];
+    if (out.next == letter.end && static_cast<u64>(out.end - out.next) >= sizeof to) [[likely]] {
+        __builtin_memcpy(out.next, &to, sizeof to);
+        letter.end = out.next += sizeof to;
+        ++reinterpret_cast<SentRow*>(letter.entry)->count;
+        ++out.sent;
+        return;
+    }
+    u8* const entry = out.next;
+    send_row(e, to, predicate, column, row);
+    if (static_cast<u64>(out.next - entry) == sent_bytes(sizeof(Row)) + sizeof to) letter = {entry, out.next};
 }
 
 // ColumnInfo::arrange.

@@ -81,8 +81,8 @@ struct AffectedGroups {
     AffectedGroups() { groups.reset(); }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
 
-    // Whether a row that a rule derives at a neighbour (now, or no longer: gone) can decide its group otherwise: decide_group() keeps a value
-    // unless what supports it goes or something better comes. One without a value may wait for another candidate from now on.
+    // Whether a row that a rule derives from a neighbour (now, or no longer: gone) can decide its group otherwise: decide_group() keeps a
+    // value unless what supports it goes or something better comes. A group without one may wait for another candidate from now on.
     bool concerns(const Relation<T>& r, const Row& offer, bool gone) const {
         const u32 at = r.find(offer);
         if (at == r.count) return true;

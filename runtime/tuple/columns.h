@@ -43,8 +43,8 @@ class Columns {
 
     // A column owns the stored lists that its records and rows point to. Lists that are written to it are copied or counted, unless the
     // caller has done so and hands them over. Rows that lie where they arrived (lie_at) may also point to lists that came with them, which
-    // nobody owns and which end with the next delivery. Earlier values stay alive until release_dropped(), so that rows made of them can be written to several
-    // columns in turn.
+    // nobody owns and which end with the next delivery. Earlier values stay alive until release_dropped(), so that rows made of them can be
+    // written to several columns in turn.
     enum class Lists { Keep, HandOver };
     // Replaces the record or the rows of a catom, using this thread's pool. Rows may be the catom's own.
     void set_record(u32 column, u32 catom, const void* record, int pool, Lists lists = Lists::Keep);

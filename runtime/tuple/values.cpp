@@ -60,7 +60,7 @@ int compare(Type type, Value a, Value b) {
 
 namespace {
 
-constexpr u64 sign = u64{1} << 63;
+constexpr u64 kSign = u64{1} << 63;
 
 // A byte for each of the first eight items: 0 at the end, and 2 and more for a number. A number for which a byte is too small is the last:
 // 1 or 255, and if it is the first, the rest of the word is its own.
@@ -72,7 +72,7 @@ u64 prefix_of_ints(const List* list) {
         const bool fits = v >= kLeast && v <= kMost;
         prefix |= (fits ? static_cast<u64>(v) + 2 : v < kLeast ? 1u : 255u) << (56 - 8 * i);
         if (fits) continue;
-        return i == 0 ? prefix | (std::bit_cast<u64>(v) ^ sign) >> 8 : prefix;
+        return i == 0 ? prefix | (std::bit_cast<u64>(v) ^ kSign) >> 8 : prefix;
     }
     return prefix;
 }
@@ -82,13 +82,13 @@ u64 prefix_of_ints(const List* list) {
 u64 order_prefix(Type type, Value v) {
     switch (type.kind()) {
         case ValueType::Int:
-            return std::bit_cast<u64>(v.integer) ^ sign;
+            return std::bit_cast<u64>(v.integer) ^ kSign;
         case ValueType::Node:
         case ValueType::Bool:
             return v.catom;
         case ValueType::Float: {
             const u64 bits = normal(ValueType::Float, v).catom;
-            return (bits & sign) != 0 ? ~bits : bits | sign;
+            return (bits & kSign) != 0 ? ~bits : bits | kSign;
         }
         case ValueType::String: {
             u64 prefix = 0;

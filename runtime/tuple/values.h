@@ -126,7 +126,7 @@ class ListStore {
     std::size_t bytes() const;
 
   private:
-    // The words of a copy of a list; none if it is refused.
+    // The words of a copy of a list with everything in it, of which `before` bytes come first; none if it is refused.
     std::size_t words_for(Type type, const List* list, std::size_t before, int pool);
     // Each on its own cache line. Blocks move between pools, so a pool's bytes may be negative; the sum is correct.
     struct alignas(64) Pool {

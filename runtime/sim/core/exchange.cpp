@@ -83,11 +83,11 @@ void Exchange::pack_rows() {
     std::vector<Value> arguments;
     for (const u16 predicate : evaluator.linear_predicates()) {
         const PredicateInfo& p = module.predicates[predicate];
-        evaluator.each_sent(p.column, [&](SentRow sent, const u8* row) {
-            if (subdomain_.owned(sent.to)) return;
+        evaluator.each_sent(p.column, [&](u32 to, u32 from, const u8* row) {
+            if (subdomain_.owned(to)) return;
             tuple::read_row(p, row, arguments);
-            pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(sent.to))],
-                         {sent.to, predicate, subdomain_.ensemble.id(sent.from), 0, arguments.data()});
+            pack_message(packets_[static_cast<std::size_t>(subdomain_.owner_of(to))],
+                         {to, predicate, subdomain_.ensemble.id(from), 0, arguments.data()});
         });
     }
 }

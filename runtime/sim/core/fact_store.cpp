@@ -72,17 +72,17 @@ void FactStore::deliver_sent(const Geometry& geometry) {
 void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
     tuple::ArrivedRows& arrived = columns.arrived();
     const ColumnInfo& info = module_.columns[column];
-    const auto here = [&](SentRow sent) { return geometry.catom_state[sent.to] == kCatomOwned; };
+    const auto here = [&](u32 to) { return geometry.catom_state[to] == kCatomOwned; };
     const bool shares = info.list_count > 0 && evaluator.shares_lists(column);
     arrived.open(column, shares);
-    evaluator.each_sent(column, [&](SentRow sent, const u8*) {
-        if (here(sent)) arrived.count(sent.to);
+    evaluator.each_sent(column, [&](u32 to, u32, const u8*) {
+        if (here(to)) arrived.count(to);
     });
     arrived.make_room();
     const auto place = [&](auto bytes) {
-        evaluator.each_sent(column, [&](SentRow sent, const u8* row) {
-            if (!here(sent)) return;
-            u8* const placed = arrived.place<bytes>(sent.to, row);
+        evaluator.each_sent(column, [&](u32 to, u32, const u8* row) {
+            if (!here(to)) return;
+            u8* const placed = arrived.place<bytes>(to, row);
             if (shares) columns.share_lists(column, placed, 1);
         });
     };

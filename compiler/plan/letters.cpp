@@ -1,0 +1,101 @@
+// Pass: letters. A linear fact that a comprehension sends to many catoms is written once, with a list of its receivers,
+//     { B | neighbor(A, B) | told(B, R, T) }
+// if its arguments are the same for all: they depend on nothing that the comprehension finds. Facts with lists are copied by the runtime one
+// by one. Runs when all rules have their steps.
+#include <algorithm>
+#include <set>
+
+#include "compiler/check/library.h"
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+using Variables = std::set<VariableId>;
+
+class LetterFinder {
+  public:
+    LetterFinder(const Program& program, VariableId site) : program_(program), site_(site) {}
+
+    void outside(std::vector<HeadPlan>& heads) const {
+        for (HeadPlan& h : heads)
+            visit_head(
+                h, [](MakeFact&) {}, [&](ForAll& all) { inside(all.heads, found_by(all.steps)); },
+                [&](AggregateAll& all) {
+                    inside(all.each.heads, found_by(all.each.steps));
+                    outside(all.results);
+                },
+                [&](Choose& choose) {
+                    outside(choose.heads);
+                    outside(choose.others);
+                },
+                [&](With& with) { outside(with.heads); });
+    }
+
+  private:
+    // `found`: by the comprehension that the heads are in.
+    void inside(std::vector<HeadPlan>& heads, const Variables& found) const {
+        for (HeadPlan& h : heads)
+            visit_head(
+                h, [&](MakeFact& fact) { fact.alike = is_letter(fact, found); },
+                [&](ForAll& all) { inside(all.heads, found_by(all.steps)); },
+                [&](AggregateAll& all) {
+                    inside(all.each.heads, found_by(all.each.steps));
+                    Variables more = found;
+                    for (const HeadAggregate& a : all.aggregates) more.insert(a.result);
+                    inside(all.results, more);
+                },
+                [&](Choose& choose) {
+                    inside(choose.heads, found);
+                    inside(choose.others, found);
+                },
+                [&](With& with) {
+                    Variables more = found;
+                    more.insert(with.variable);
+                    inside(with.heads, more);
+                });
+    }
+
+    static Variables found_by(const std::vector<Step>& steps) {
+        Variables found;
+        for (const Step& s : steps) {
+            each_part(s, [](const Term&) {}, [&](VariableId v) { found.insert(v); });
+            if (const Match* m = as<Match>(s))
+                for (std::size_t i = 0; i < m->arguments.size(); ++i)
+                    if (m->uses[i] == ArgumentUse::Bind) found.insert(m->arguments[i].variable);
+        }
+        return found;
+    }
+
+    bool is_letter(const MakeFact& fact, const Variables& found) const {
+        const Predicate& p = program_.predicates[fact.predicate];
+        if (!p.linear() || p.kind == PredicateKind::Action || p.finds_its_way || p.begins || fact.place == site_) return false;
+        return std::ranges::none_of(p.arguments, [](const Argument& a) { return a.type.compound(); }) &&
+               std::ranges::all_of(fact.arguments, [&](const Term& t) { return is_fixed(t, found); });
+    }
+
+    // Whether a term has the same value for all that the comprehension finds.
+    bool is_fixed(const Term& term, const Variables& found) const {
+        bool fixed = !is_random(program_, term);
+        each_subterm(term, [&](const Term& t) {
+            const bool external = t.op == Op::Call && program_.functions[t.function].external;
+            fixed = fixed && !external && !(t.is_variable() && found.contains(t.variable)) && t.op != Op::Let && t.op != Op::Fresh &&
+                    t.op != Op::NewNode && t.op != Op::Due && t.op != Op::NextHop;
+        });
+        return fixed;
+    }
+
+    const Program& program_;
+    VariableId site_;
+};
+
+}  // namespace
+
+void find_letters(Plan& plan) {
+    for (RulePlan& r : plan.linear_rules) LetterFinder(plan.program, plan.program.rules[r.rule].site).outside(r.heads);
+}
+
+}  // namespace meld::plan
