@@ -1,7 +1,7 @@
 // Pass: letters. A linear fact that a comprehension sends to many catoms is written once, with a list of its receivers,
 //     { B | neighbor(A, B) | told(B, R, T) }
-// if its arguments are the same for all: they depend on nothing that the comprehension finds. Facts with lists are copied by the runtime one
-// by one. Runs when all rules have their steps.
+// if its arguments are the same for all: they depend on nothing that the comprehension finds. Facts with lists are copied by the runtime
+// one by one. Runs when all rules have their steps.
 #include <algorithm>
 #include <set>
 

@@ -224,8 +224,8 @@ class Printer {
     void head(const MakeFact& h, std::size_t depth) {
         std::string arguments;
         for (const Term& t : h.arguments) arguments += ", " + text(t);
-        indented(depth, fmt::format("-> {}({}{}){}", program_.predicates[h.predicate].name, name(h.place), arguments,
-                                    h.alike ? "  [alike]" : ""));
+        indented(depth,
+                 fmt::format("-> {}({}{}){}", program_.predicates[h.predicate].name, name(h.place), arguments, h.alike ? "  [alike]" : ""));
     }
     void head(const ForAll& h, std::size_t depth) {
         indented(depth, "-> for all");
