@@ -67,7 +67,8 @@ class BlockEngine final : public Engine {
         float drift_squared = 0;
         std::uint16_t still_ticks = 0;
         // When to decide whether it stays: after this many still ticks, if the greatest speed of their last quarter is not well above that
-        // of the second. A body that begins to roll or to be pulled speeds up, however slowly.
+        // of the second, and no body's velocity has changed steadily since half of them. A body that begins to roll or to be pulled speeds
+        // up, however slowly, and one that turns round at the end of its way slows down and speeds up again.
         std::uint16_t decide_at = 0;
         float first_speed_squared = 0, second_speed_squared = 0;
         bool stays = false;
@@ -91,7 +92,10 @@ class BlockEngine final : public Engine {
         std::vector<Rattler> rattlers;
         std::uint64_t since_tick = 0;
         int watch_ticks = 0;
-        bool hold = false;
+        // How many times one after the other all were found to be caged.
+        int confirmed = 0;
+        // A body that turns round once comes not far in one watch, but in the next.
+        bool are_sure() const { return confirmed >= 2; }
     };
 
     // A block that came from a snapshot: its bodies are in the slots from `first` on.
@@ -119,6 +123,9 @@ class BlockEngine final : public Engine {
     void count_still_ticks(double dt_s);
     // Whether the bodies of this block that are not still are few, slow, and have not left their cages for long.
     bool only_rattles(std::uint32_t block, float still_squared, double dt_s);
+    // In a block that is watched: keeps its bodies' velocities, and later whether one has changed steadily since.
+    void mark_velocities(std::uint32_t block, double still_speed_m_s);
+    bool turns_or_speeds_up(std::uint32_t block, double still_speed_m_s) const;
     // The stillness of a new block's bodies.
     void resume_stillness(BlockState& state, std::uint16_t still_ticks) const;
     bool has_moving_fixed_body(const Block& block) const;

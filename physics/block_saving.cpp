@@ -20,8 +20,7 @@ struct SavedBlock {
 
 struct SavedCages {
     std::uint64_t since_tick;
-    std::int32_t watch_ticks;
-    std::uint32_t hold;
+    std::int32_t watch_ticks, confirmed;
 };
 
 // Equal on all subdomains, except the three flags.
@@ -62,7 +61,7 @@ void BlockEngine::save_home(Home home, ByteWriter& bodies, ByteWriter& contacts)
     bodies.write(SavedBlock{s.speed_squared, s.drift_squared, s.first_speed_squared, s.second_speed_squared, s.still_ticks, s.decide_at,
                             s.stays, s.asleep, caged, 0});
     if (caged) {
-        bodies.write(SavedCages{cages->second.since_tick, cages->second.watch_ticks, cages->second.hold ? 1u : 0u});
+        bodies.write(SavedCages{cages->second.since_tick, cages->second.watch_ticks, cages->second.confirmed});
         bodies.write_count(cages->second.rattlers.size());
         for (Rattler rattler : cages->second.rattlers) {
             rattler.slot -= grid_.blocks()[block].first;
@@ -87,7 +86,7 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
         const auto saved = bodies.read<SavedCages>();
         // Clang 19 takes a class within a class for one that cannot be made without arguments until the outer one ends.
         Cages& cages = *(block.cages = Cages{});
-        cages.since_tick = saved.since_tick, cages.watch_ticks = saved.watch_ticks, cages.hold = saved.hold != 0;
+        cages.since_tick = saved.since_tick, cages.watch_ticks = saved.watch_ticks, cages.confirmed = saved.confirmed;
         cages.rattlers.resize(bodies.read_count(sizeof(Rattler)));
         for (Rattler& rattler : cages.rattlers)
             if (rattler = bodies.read<Rattler>(); rattler.slot >= count) return damaged_snapshot("watches a body that is not there");

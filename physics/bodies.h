@@ -2,6 +2,7 @@
 // ids do not change. These arrays are the state of the world; ODE's objects are copies made when needed.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -51,7 +52,10 @@ struct BodyProperties {
     std::uint8_t material;
     std::uint8_t flags;
     std::uint16_t still_ticks;
+    // Linear and surface velocity some time ago, while its block is watched, as shares of the speed that counts as still: kMarkedStill.
+    std::array<std::int16_t, 6> marked = {};
 };
+inline constexpr std::int16_t kMarkedStill = 0x7fff;
 
 enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4 };
 

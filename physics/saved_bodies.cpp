@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -21,9 +22,9 @@ struct SavedBody {
     std::uint32_t id;
     std::uint16_t still_ticks;
     std::uint8_t material, flags;
-    std::uint32_t zero;
+    std::array<std::int16_t, 6> marked;
 };
-static_assert(sizeof(SavedBody) == 104);
+static_assert(sizeof(SavedBody) == 112);
 
 struct SavedFeatures {
     double energy_j;
@@ -50,7 +51,7 @@ SavedBody saved(const Bodies& bodies, std::uint32_t slot) {
             properties.still_ticks,
             properties.material,
             static_cast<std::uint8_t>(properties.flags & (kFixed | kRemoved)),
-            0};
+            properties.marked};
 }
 
 Result<void> add(World& world, Holds holds, const SavedBody& b) {
@@ -64,7 +65,8 @@ Result<void> add(World& world, Holds holds, const SavedBody& b) {
                 .inertia_factor = b.inertia_factor,
                 .material = b.material,
                 .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved)) | (holds == Holds::Ghosts ? kGhost : 0)),
-                .still_ticks = b.still_ticks});
+                .still_ticks = b.still_ticks,
+                .marked = b.marked});
     const std::uint32_t slot = bodies.slot(b.id);
     bodies.drift[slot] = {b.drift[0], b.drift[1], b.drift[2]};
     bodies.restore_masses(slot);

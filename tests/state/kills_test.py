@@ -32,7 +32,7 @@ from running import children, processes_of  # noqa: E402
 RUNS = {"waiting": 300, "storm": 60, "doze": 60}
 KEEP = ("--checkpoint", "kept", "--checkpoint-every", "7ticks")
 MOST = 30  # Kills of a run.
-HANGS_S = 300  # The machine may be busy with something else.
+HANGS_S = 300  # Without a sign of life. The machine may be busy with something else, and three processes may then take minutes.
 SIGNS = "CLAYMELD_PULSE"
 PHASES = ("set-up", "modules", "evaluation", "exchange", "recording", "checkpoint")
 SET_UP, CHECKPOINT = 0, 5
@@ -46,6 +46,9 @@ class Signs:
     def __init__(self, path):
         with open(path, "rb") as file:
             self.table = mmap.mmap(file.fileno(), 0, prot=mmap.PROT_READ)
+
+    def beats(self):
+        return sum(self.PLACE.unpack_from(self.table, at)[0] for at in range(0, len(self.table), self.BYTES))
 
     def of(self, pid):
         """Its phase, and whether it has come to its own end; nothing before it has begun."""
@@ -131,6 +134,24 @@ class Kills(resume_test.Case):
         time.sleep(late)
         return victim, signs
 
+    def wait_for_end(self, run, n, supervised, signs):
+        """As long as it gives signs of life."""
+        beats, since = None, time.monotonic()
+        while run.poll() is None:
+            time.sleep(0.002)
+            if signs is None:
+                signs = next(filter(None, map(Signs.told_to, self.computing(run, n, supervised))), None)
+            if signs and signs.beats() != beats:
+                beats, since = signs.beats(), time.monotonic()
+            if time.monotonic() < since + HANGS_S:
+                continue
+            left = subprocess.run(["ps", "-o", "pid,ppid,stat,wchan:20,args", "--sid", str(run.pid)], capture_output=True, text=True)
+            # Those of the next turns write to the same files.
+            for pid in processes_of(run.pid):
+                os.kill(pid, signal.SIGKILL)
+            run.wait()
+            self.fail(f"it hangs: {run.args}\n{left.stdout}")
+
     def killed(self, rng, command, n, supervised, takes_s):
         """One process that is killed: whether the run has come to its end."""
         signs = self.folder / "signs"
@@ -141,7 +162,7 @@ class Kills(resume_test.Case):
         run = self.begin("meldsim", *command, environment=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                          start_new_session=True)
         goes_on = command[0] == "resume"
-        kills = 0
+        kills, table = 0, None
         # One that is supervised goes on by itself.
         for _ in range(rng.randrange(1, 8) if supervised else 1):
             victim, table = self.aim(rng, run, n, supervised, takes_s)
@@ -157,8 +178,9 @@ class Kills(resume_test.Case):
                 while run.poll() is None and victim in self.computing(run, n, supervised) and time.monotonic() < end:
                     time.sleep(0.001)
             else:
-                run.wait(HANGS_S)
+                self.wait_for_end(run, n, supervised, table)
             self.count(table.of(victim) if table else None, goes_on or (supervised and kills > 1), n)
+        self.wait_for_end(run, n, supervised, table)
         out, err = run.communicate(timeout=HANGS_S)
         said = (out + err).decode(errors="replace")
         codes = {0, 137, -signal.SIGKILL} if kills and not supervised else {0}

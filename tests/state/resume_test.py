@@ -158,6 +158,17 @@ class Ways(Case):
         self.assertEqual(sorted(p.name for p in (self.folder / "kept").iterdir()),
                          ["280.0-of-1.share", "280.checkpoint.json", "300.0-of-1.share", "300.checkpoint.json"])
 
+    def test_what_a_killed_run_left_of_the_same_ticks_goes(self):
+        """It was on another number of processes."""
+        left = [name for tick in (280, 300) for name in (f"{tick}.0-of-3.part-0123456789abcdef.share", f"{tick}.1-of-3.share",
+                                                         f".{tick}.0-of-3.share.claymeld-lock", f".{tick}.1-of-3.share.claymeld-lock")]
+        kept = ["280.0-of-1.share", "280.checkpoint.json", "300.0-of-1.share", "300.checkpoint.json"]
+        for command in ([*RUN, *KEEP], ["resume", "kept", "--quiet"]):
+            for name in left:
+                self.write(f"kept/{name}", "")
+            self.call("meldsim", *command)
+            self.assertEqual(sorted(p.name for p in (self.folder / "kept").iterdir()), kept)
+
     def test_a_checkpoint_that_one_process_cannot_write(self):
         wanted = self.undisturbed()
         # Where its share would be.

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "runtime/base/assert.h"
@@ -252,6 +253,7 @@ Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run
 Result<OpenCheckpoint> CheckpointFolder::newest(comm::Communicator& comm) {
     Result<OpenCheckpoint> found = open_newest(path_, comm);
     if (found) last_ = found->checkpoint.manifest.tick;
+    if (found && comm.process() == 0) forget_unnamed();
     return found;
 }
 
@@ -281,7 +283,10 @@ Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Resu
     };
     all = comm::outcome_of_first(comm, comm.process() == 0 ? write_manifest() : Result<void>{});
     if (!all) return all;
-    if (comm.process() == 0) forget_all_but(manifest.tick, last_.value_or(manifest.tick));
+    if (comm.process() == 0) {
+        forget_all_but(manifest.tick, last_.value_or(manifest.tick));
+        forget_unnamed();
+    }
     last_ = manifest.tick;
     return {};
 }
@@ -292,6 +297,27 @@ void CheckpointFolder::forget_all_but(std::int64_t newest, std::int64_t before) 
         const std::optional<std::int64_t> tick = tick_of(OutputLock::locked_by(name).value_or(name));
         std::error_code ignored;
         if (tick && *tick != newest && *tick != before) fs::remove(fs::path(path_) / name, ignored);
+    }
+}
+
+// What a run on another number of processes has left of the same ticks. Of a tick whose manifest is damaged nothing is removed.
+void CheckpointFolder::forget_unnamed() const {
+    std::set<std::string> named;
+    std::set<std::int64_t> unknown;
+    for (const std::int64_t tick : checkpoint_ticks(path_)) {
+        const Result<Checkpoint> checkpoint = read_checkpoint(path_, tick);
+        if (!checkpoint) {
+            unknown.insert(tick);
+            continue;
+        }
+        named.insert(manifest_name(tick));
+        named.insert(checkpoint->manifest.shares.begin(), checkpoint->manifest.shares.end());
+    }
+    for (const std::string& name : names_in(path_)) {
+        const std::string file = OutputLock::locked_by(name).value_or(name);
+        const std::optional<std::int64_t> tick = tick_of(file);
+        std::error_code ignored;
+        if (tick && !unknown.contains(*tick) && !named.contains(file)) fs::remove(fs::path(path_) / name, ignored);
     }
 }
 

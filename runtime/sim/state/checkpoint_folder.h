@@ -87,6 +87,7 @@ class CheckpointFolder {
   private:
     CheckpointFolder(std::string path, std::optional<OutputLock> lock) : path_(std::move(path)), lock_(std::move(lock)) {}
     void forget_all_but(std::int64_t newest, std::int64_t before) const;
+    void forget_unnamed() const;
 
     std::string path_;
     std::optional<OutputLock> lock_;

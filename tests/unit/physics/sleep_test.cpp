@@ -1,6 +1,8 @@
 // What must not fall asleep, against formulas, and what must.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {
@@ -62,6 +64,72 @@ TEST_F(FallingAsleep, WhatBeginsToRollGoesOn) {
         step(*scene, 960, kTick);
         const double way = 5.0 / 7 * 9.81 * slope * 16 / 2;
         EXPECT_NEAR(scene->state(0).position_m.x, way, 0.02 * way);
+    }
+}
+
+// At the end of its way up a gentle slope a ball is slow for long, and then comes back as fast as it went.
+TEST_F(FallingAsleep, WhatTurnsRoundComesBack) {
+    for (const double slope : {0.001, 0.002, 0.006, 0.02}) {
+        const double speed = 0.03, time = 2 * speed / (5.0 / 7 * 9.81 * slope);
+        auto scene = scene_on_plane({.gravity_m_s2 = {-9.81 * slope, 0, -9.81}});
+        need(scene->add_body(
+            {.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {speed, 0, 0}, .angular_velocity_rad_s = {0, 2 * speed, 0}}));
+        step(*scene, static_cast<int>(time / kTick), kTick);
+        EXPECT_NEAR(scene->state(0).linear_velocity_m_s.x, -speed, 0.02 * speed) << slope;
+        EXPECT_NEAR(scene->state(0).position_m.x, 0, 0.02 * speed * time) << slope;
+    }
+}
+
+// The same while lists are made often, for a body far away that is fast, and those of the pile and of a ball that turns where it lies are
+// in its block.
+TEST_F(FallingAsleep, WhatTurnsRoundAmongOthersComesBack) {
+    const double slope = 0.002, speed = 0.03, time = 2 * speed / (5.0 / 7 * 9.81 * slope);
+    for (const double fast : {0.0, 2.0, 30.0}) {
+        auto scene = make_scene({.gravity_m_s2 = {-9.81 * slope, 0, -9.81}});
+        need(scene->add_obstacle(Plane{}, 0));
+        need(scene->add_obstacle(Plane{{1, 0, 0}, -0.5}, 0));
+        add_cube(*scene, 3);
+        need(scene->add_body(
+            {.id = 64, .position_m = {5, 1, 0.5}, .linear_velocity_m_s = {speed, 0, 0}, .angular_velocity_rad_s = {0, 2 * speed, 0}}));
+        need(scene->add_body({.id = 65, .position_m = {0, 4, 0.5}, .angular_velocity_rad_s = {0, 0, 0.007}}));
+        need(scene->add_body({.id = 66, .position_m = {0, 500, 5}, .linear_velocity_m_s = {fast, 0, 0}, .fixed = true}));
+        step(*scene, static_cast<int>(time / kTick), kTick);
+        EXPECT_NEAR(scene->state(64).linear_velocity_m_s.x, -speed, 0.02 * speed) << fast;
+    }
+}
+
+// A ball that swings in a wide hollow is slow at both ends, and goes on as the formula for small swings says.
+TEST_F(FallingAsleep, SwingsInAHollowGoOn) {
+    const double bend = 40, width = 0.1, period = 2 * std::numbers::pi * std::sqrt(1.4 * (bend - 0.5) / 9.81);
+    Terrain hollow{.origin = {-4, -4, 0}, .cell_m = 0.02, .columns = 401, .rows = 401};
+    for (int row = 0; row < 401; ++row)
+        for (int column = 0; column < 401; ++column) {
+            const double x = 0.02 * column - 4, y = 0.02 * row - 4;
+            hollow.heights_m.push_back((x * x + y * y) / (2 * bend));
+        }
+    auto scene = make_scene();
+    need(scene->add_obstacle(hollow, 0));
+    need(scene->add_body({.id = 0, .position_m = {width, 0, 0.5 + width * width / (2 * bend)}}));
+    std::vector<double> turns;
+    double before = 0;
+    for (int tick = 0; tick < static_cast<int>(2.1 * period / kTick); ++tick) {
+        step(*scene, 1, kTick);
+        const double now = scene->state(0).linear_velocity_m_s.x;
+        if (before * now < 0) turns.push_back(tick * kTick);
+        before = now;
+    }
+    ASSERT_GE(turns.size(), 4u);
+    EXPECT_NEAR(turns[3], 2 * period, 0.1 * period);
+}
+
+// In a fluid so thick that it falls hardly faster than what counts as still, a body falls.
+TEST_F(FallingAsleep, WhatSinksSlowlyGoesOn) {
+    for (const double damping : {500.0, 4000.0, 1e6}) {
+        auto scene = make_scene({.linear_damping_per_s = damping});
+        need(scene->add_body({.id = 0, .position_m = {0, 0, 5}}));
+        step(*scene, 960, kTick);
+        const double way = 4 * 9.81 / damping;
+        EXPECT_NEAR(5 - scene->state(0).position_m.z, way, 0.02 * way) << damping;
     }
 }
 

@@ -209,6 +209,17 @@ TEST(Snapshot, KnowsWhatSleepsAndRattles) {
     EXPECT_TRUE(slept && woke);
 }
 
+// A ball that turns round at the end of its way up a gentle slope, and is watched there.
+TEST(Snapshot, KnowsWhatTurnsRound) {
+    const Make make = [] { return scene_on_plane({.gravity_m_s2 = {-0.02, 0, -9.81}}); };
+    auto scene = make();
+    need(
+        scene->add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {0.01, 0, 0}, .angular_velocity_rad_s = {0, 0.02, 0}}));
+    need(scene->add_body({.id = 1, .position_m = {0, 300, 5}, .linear_velocity_m_s = {1, 0, 0}, .fixed = true}));
+    follow(*scene, make, 400, every(7, 400), [](Scene&, int) {});
+    EXPECT_LT(scene->state(0).linear_velocity_m_s.x, -0.01);
+}
+
 // A list that is made while a pile sleeps serves it when it wakes.
 TEST(Snapshot, KnowsAListThatWasMadeWhileAPileSlept) {
     const Make make = [] { return scene_on_plane({.sleep_ticks = 5}); };
