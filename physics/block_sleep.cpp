@@ -124,25 +124,29 @@ void BlockEngine::mark_velocities(std::uint32_t index, double still_speed_m_s) {
     }
 }
 
-// Caged bodies may do what they like.
+// Caged bodies may do what they like. What is far slower than a body is that turns round, before or after, sinks or settles.
 bool BlockEngine::turns_or_speeds_up(std::uint32_t index, double still_speed_m_s) const {
+    constexpr float kFast = 0.25f;
     const double ticks = states_[index].decide_at - states_[index].decide_at / 2;
     const double change_m_s = still_speed_m_s * ticks / (kWatchesOfChange * world_.settings.sleep_ticks);
     const auto caged = cages_.find(index);
     const bool some = caged != cages_.end() && caged->second.are_sure();
     const std::span<const Rattler> rattlers = some ? caged->second.rattlers : std::span<const Rattler>();
-    const auto unit = static_cast<float>(still_speed_m_s / kMarkedStill);
+    const auto still = static_cast<float>(still_speed_m_s), unit = still / kMarkedStill;
     const auto limit = static_cast<float>(change_m_s * change_m_s);
     const Block& block = grid_.blocks()[index];
     for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
         const BodyVelocity& now = world_.bodies.velocity[slot];
         const auto& marked = world_.bodies.properties[slot].marked;
-        float squared = 0;
+        float changed = 0, before = 0, after = 0;
         for (std::size_t i = 0; i < 3; ++i) {
-            const float linear = now.linear[i] - unit * marked[i], surface = now.surface[i] - unit * marked[i + 3];
-            squared += linear * linear + surface * surface;
+            const float linear = unit * marked[i], surface = unit * marked[i + 3];
+            before += linear * linear + surface * surface;
+            after += now.linear[i] * now.linear[i] + now.surface[i] * now.surface[i];
+            changed += (now.linear[i] - linear) * (now.linear[i] - linear) + (now.surface[i] - surface) * (now.surface[i] - surface);
         }
-        if (squared > limit && std::ranges::find(rattlers, slot, &Rattler::slot) == rattlers.end()) return true;
+        if (changed <= limit || std::max(before, after) < kFast * kFast * still * still) continue;
+        if (std::ranges::find(rattlers, slot, &Rattler::slot) == rattlers.end()) return true;
     }
     return false;
 }

@@ -200,6 +200,15 @@ TEST_F(FallingAsleep, PilesOfAnySizeFallAsleep) {
     }
 }
 
+// A high touching stack settles for a while, and sleeps before it topples.
+TEST_F(FallingAsleep, HighStacksSleepBeforeTheyTopple) {
+    auto scene = scene_on_plane();
+    add_cube(*scene, 22);
+    step(*scene, 150, kTick);
+    EXPECT_EQ(scene->awake_bodies(), 0u);
+    EXPECT_NEAR(scene->state(22 * 22 * 22 - 1).position_m.z, 21.5, 0.01);
+}
+
 // A body that was added after the last step is in no block yet: it is awake, and what happens to it wakes no other.
 TEST_F(FallingAsleep, NewBodiesAreAwakeAndAlone) {
     auto scene = scene_on_plane({.sleep_ticks = 5});
