@@ -1,7 +1,7 @@
 // Emits what the heads of a comprehension compute from variables known outside it: the first match computes it, later ones reuse it.
 // Nothing is computed where nothing matches, and what can fail does so at the same place as before.
-#include "compiler/check/library.h"
 #include "compiler/emit/rule_emitter.h"
+#include "compiler/plan/invariant.h"
 
 namespace meld::emit {
 
@@ -30,14 +30,8 @@ bool is_dear(const Term& t) {
 }  // namespace
 
 bool RuleEmitter::is_invariant(const Term& term) const {
-    bool fixed = !is_random(plan_.program, term);
-    check::each_subterm(term, [&](const Term& t) {
-        const bool known =
-            !t.is_variable() || t.variable == scope_.rule.site || scope_.values.contains(t.variable) || scope_.places.contains(t.variable);
-        const bool external = t.op == Op::Call && plan_.program.functions[t.function].external;
-        fixed = fixed && known && !external && t.op != Op::Let && t.op != Op::Fresh && t.op != Op::NewNode && t.op != Op::Due;
-    });
-    return fixed;
+    return plan::is_invariant(
+        plan_.program, term, [&](VariableId v) { return v == scope_.rule.site || scope_.values.contains(v) || scope_.places.contains(v); });
 }
 
 void RuleEmitter::keep_invariant(const Term& t) {

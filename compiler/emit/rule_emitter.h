@@ -174,9 +174,10 @@ class RuleEmitter {
     bool consumes(const plan::ForAll& h) const;
     // What these heads compute from what is known already is computed at most once (invariants.cpp).
     void keep_invariants(const std::vector<HeadPlan>& heads);
-    void open_letters(const std::vector<HeadPlan>& heads);
     void keep_invariant(const Term& t);
     bool is_invariant(const Term& term) const;
+    // The same for facts that go to many alike, each written once.
+    void open_letters(const std::vector<HeadPlan>& heads);
     // The heads of every match, which also feed the aggregates; `made` has an accumulator for each.
     void comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
     void accumulate_match(const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
@@ -196,8 +197,8 @@ class RuleEmitter {
         std::string row, gone;  // C++: the row, and whether it holds no longer.
     };
     Changed last_changed_;
-    std::map<const MakeFact*, std::string>
-        letters_;                             // Heads of comprehensions that send the same to all receivers: the C++ name of a Letter.
+    // Facts that a comprehension sends to many alike: the C++ name of a Letter.
+    std::map<const MakeFact*, std::string> letters_;
     PredicateId near_;                        // That of the group which is derived, if the function knows where it is: a parameter `near`.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
 };

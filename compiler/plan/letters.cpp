@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "compiler/check/library.h"
+#include "compiler/plan/invariant.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -74,18 +74,9 @@ class LetterFinder {
         const Predicate& p = program_.predicates[fact.predicate];
         if (!p.linear() || p.kind == PredicateKind::Action || p.finds_its_way || p.begins || fact.place == site_) return false;
         return std::ranges::none_of(p.arguments, [](const Argument& a) { return a.type.compound(); }) &&
-               std::ranges::all_of(fact.arguments, [&](const Term& t) { return is_fixed(t, found); });
-    }
-
-    // Whether a term has the same value for all that the comprehension finds.
-    bool is_fixed(const Term& term, const Variables& found) const {
-        bool fixed = !is_random(program_, term);
-        each_subterm(term, [&](const Term& t) {
-            const bool external = t.op == Op::Call && program_.functions[t.function].external;
-            fixed = fixed && !external && !(t.is_variable() && found.contains(t.variable)) && t.op != Op::Let && t.op != Op::Fresh &&
-                    t.op != Op::NewNode && t.op != Op::Due && t.op != Op::NextHop;
-        });
-        return fixed;
+               std::ranges::all_of(fact.arguments, [&](const Term& t) {
+                   return is_invariant(program_, t, [&](VariableId v) { return !found.contains(v); });
+               });
     }
 
     const Program& program_;

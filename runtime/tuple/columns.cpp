@@ -17,6 +17,19 @@ const List* list_at(const u8* place) {
     return list;
 }
 
+// Puts with(type, list) in the place of each list of rows or of a record.
+template <class With>
+void replace_lists(const ModuleInfo& module, u32 column, u8* rows, u32 count, const With& with) {
+    const ColumnInfo& info = module.columns[column];
+    if (info.list_count == 0) return;
+    for (u32 r = 0; r < count; ++r, rows += info.row_bytes)
+        for (u32 i = 0; i < info.list_count; ++i) {
+            u8* const place = rows + info.list_offsets[i];
+            const List* const list = with(Type(module.types, info.list_types[i]), list_at(place));
+            std::memcpy(place, &list, sizeof list);
+        }
+}
+
 // How many rows fit into the block for this many bytes. The block's class must depend only on that number.
 u32 block_capacity(std::size_t bytes, std::size_t row_bytes) {
     const std::size_t rows = RowPool::capacity(bytes) / row_bytes;
@@ -55,14 +68,7 @@ void Columns::each_list(u32 column, const u8* rows, u32 count, const Visit& visi
 }
 
 void Columns::keep_lists(u32 column, u8* rows, u32 count, int pool) {
-    const ColumnInfo& info = module_.columns[column];
-    if (info.list_count == 0) return;
-    for (u32 r = 0; r < count; ++r, rows += info.row_bytes)
-        for (u32 i = 0; i < info.list_count; ++i) {
-            u8* place = rows + info.list_offsets[i];
-            const List* kept = lists_.keep({module_.types, info.list_types[i]}, list_at(place), pool);
-            std::memcpy(place, &kept, sizeof kept);
-        }
+    replace_lists(module_, column, rows, count, [&](Type type, const List* list) { return lists_.keep(type, list, pool); });
 }
 
 void Columns::share_lists(u32 column, const u8* rows, u32 count) {
@@ -72,15 +78,8 @@ void Columns::share_lists(u32 column, const u8* rows, u32 count) {
 }
 
 void Columns::take_over_lists(u32 column, u8* rows, u32 count, int pool) {
-    const ColumnInfo& info = module_.columns[column];
-    for (u32 r = 0; r < count; ++r, rows += info.row_bytes)
-        for (u32 i = 0; i < info.list_count; ++i) {
-            u8* place = rows + info.list_offsets[i];
-            const List* list = list_at(place);
-            if (list == nullptr || list->stored != 0) continue;
-            list = lists_.keep({module_.types, info.list_types[i]}, list, pool);
-            std::memcpy(place, &list, sizeof list);
-        }
+    replace_lists(module_, column, rows, count,
+                  [&](Type type, const List* list) { return list == nullptr || list->stored != 0 ? list : lists_.keep(type, list, pool); });
 }
 
 void Columns::drop_lists(u32 column, const u8* rows, u32 count, int pool) {
