@@ -35,6 +35,19 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
+// Fires the i-th linear rule, if something it reads has changed since it was last tried. In an order of constants instead of a table, so that
+// the functions of short modules are inlined.
+void emit_try(const plan::Plan& plan, std::size_t i, Writer& w) {
+    const RulePlan& r = plan.linear_rules[i];
+    w.open(fmt::format("if (active[{}] >> {} & 1) {{", i / 64, i % 64));
+    w.line("e.rule = {};", r.rule.index());
+    if (plan.places) w.line("note_place(e, {});", r.rule.index());
+    w.line("fired = {}(s);", rule_function(plan.program, r.rule));
+    w.raw("if (fired || e.trap != Trap::None) break;");
+    w.line("active[{}] &= ~(u64{{1}} << {});", i / 64, i % 64);
+    w.close();
+}
+
 void emit_catom(const plan::Plan& plan, Writer& w) {
     const bool linear = !plan.linear_rules.empty();
     w.raw("");
@@ -57,7 +70,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.close();
     }
     if (linear) {
-        w.raw("for (bool& active : s.active) active = false;");
+        w.line("u64 active[{}] = {{}};", (plan.linear_rules.size() + 63) / 64);
         w.raw("s.fired = 0;");
         w.open("for (;;) {");
     }
@@ -67,25 +80,20 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     if (linear) {
         if (plan::may_fail(plan))
             w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, [&](u32 failed) { return would_read(s, failed); });");
-        w.open("for (u32 r = 0; r < kLinearRules; ++r) {");
-        w.raw("if ((todo & kLinearInputs[r]) | (s.lowered & kLinearAbsent[r])) s.active[r] = true;");
-        w.close();
+        w.raw("const u64 lowered = s.lowered;");
         w.raw("s.lowered = 0;");
-        w.raw("bool again = false;");
-        w.open("for (u32 r = 0; r < kLinearRules && e.trap == Trap::None; ++r) {");
-        w.raw("if (!s.active[r]) continue;");
-        w.raw("e.rule = kLinearNumbers[r];");
-        if (plan.places) w.raw("note_place(e, kLinearNumbers[r]);");
-        w.open("if (kLinear[r](s)) {");
-        w.raw("again = true;");
-        w.raw(
-            "if (++s.fired > e.subdomain->max_derivations) trap(e, Trap::TooManyDerivations, kLinearNumbers[r], "
-            "static_cast<i64>(e.subdomain->max_derivations));");
-        w.raw("break;");
-        w.close();
-        w.raw("s.active[r] = false;");
-        w.close();
-        w.raw("if (!again || e.trap != Trap::None) break;");
+        for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) {
+            const RulePlan& r = plan.linear_rules[i];
+            const std::string absent = r.absent == 0 ? "" : fmt::format(" | (lowered & {})", hex(r.absent));
+            w.line("active[{}] |= ((todo & {}){}) != 0 ? u64{{1}} << {} : 0;", i / 64, hex(r.inputs), absent, i % 64);
+        }
+        w.raw("bool fired = false;");
+        w.open("do {");
+        for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, w);
+        w.close("} while (false);");
+        w.raw("if (!fired || e.trap != Trap::None) break;");
+        w.raw("if (++s.fired > e.subdomain->max_derivations)");
+        w.raw("    return trap(e, Trap::TooManyDerivations, e.rule, static_cast<i64>(e.subdomain->max_derivations));");
         w.raw("todo = s.raised;");
         w.raw("s.raised = 0;");
         w.raw("s.again = true;");
@@ -104,6 +112,18 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
 
 // The columns that a look ahead asks for: more are rarely read by one evaluation.
 constexpr std::size_t kFetched = 4;
+
+// Linear facts that have arrived lie in the order of their senders.
+void emit_arrived_ahead(const plan::Plan& plan, const std::string& catom, const std::string& todo, Writer& w) {
+    std::size_t fetched = 0;
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        const plan::Stored& stored = plan.of(id);
+        if (!plan.program.predicates[id].linear() || stored.storage != plan::Storage::Rows || fetched == kFetched) continue;
+        ++fetched;
+        const std::uint64_t dirty = plan.columns[stored.column].own_dirty;
+        w.line("if (({} & {}) != 0) __builtin_prefetch(rows_of(s, {}, {}).data);", todo, hex(dirty), stored.column.index(), catom);
+    }
+}
 
 // In the links form, what is read of a catom and then of its neighbours is asked for some catoms ahead.
 void emit_links_ahead(const plan::Plan& plan, Writer& w) {
@@ -129,6 +149,7 @@ void emit_links_ahead(const plan::Plan& plan, Writer& w) {
         w.line("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(entries + i64{{ends[port]}} * {});", c.stride);
         w.close();
     }
+    emit_arrived_ahead(plan, "catoms[2]", "dirty[2]", w);
     w.close();
 }
 
@@ -149,6 +170,7 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
         w.line("for (i32 port = 0; port < s.g->ports; ++port) __builtin_prefetch(entries + i64{{neighbour[port]}} * {});", c.stride);
         w.close();
     }
+    emit_arrived_ahead(plan, "catom", "todo", w);
     w.close();
 }
 
@@ -156,21 +178,6 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
 
 void emit_evaluate(const plan::Plan& plan, Writer& w) {
     emit_actions(plan, w);
-    if (!plan.linear_rules.empty()) {
-        w.raw("");
-        w.line("static constexpr u32 kLinearRules = {};", plan.linear_rules.size());
-        std::string functions, inputs, absent, numbers;
-        for (const RulePlan& r : plan.linear_rules) {
-            functions += (functions.empty() ? "" : ", ") + rule_function(plan.program, r.rule);
-            inputs += (inputs.empty() ? "" : ", ") + hex(r.inputs);
-            absent += (absent.empty() ? "" : ", ") + hex(r.absent);
-            numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ", r.rule.index());
-        }
-        w.line("static bool (*const kLinear[])(Self&) = {{{}}};", functions);
-        w.line("static constexpr u64 kLinearInputs[] = {{{}}};", inputs);
-        w.line("static constexpr u64 kLinearAbsent[] = {{{}}};", absent);
-        w.line("static constexpr u32 kLinearNumbers[] = {{{}}};", numbers);
-    }
     emit_catom(plan, w);
     const bool ahead = !plan.program.by_links;
     if (ahead)

@@ -126,11 +126,11 @@ void RuleEmitter::consume() {
                 ++n;
             }
         if (n == 1) {
-            w_.line("s.{}.remove({});", name, positions);
+            w_.line("s.{}.remove(*s.e, {});", name, positions);
         } else {
             const std::string list = fresh("positions");
             w_.line("u32 {}[] = {{{}}};", list, positions);
-            w_.line("s.{}.remove_all({}, {});", name, list, n);
+            w_.line("s.{}.remove_all(*s.e, {}, {});", name, list, n);
         }
         if (plan_.counts) w_.line("count_consumed(*s.e, {}, {});", bag.index(), n);
         lower(bag);
@@ -305,11 +305,32 @@ void RuleEmitter::open_letters(const std::vector<HeadPlan>& heads) {
             [&](const plan::With& with) { open_letters(with.heads); });
 }
 
+// The one fact of a comprehension that goes to all neighbours alike, or null.
+const MakeFact* RuleEmitter::to_all_neighbours(const plan::ForAll& h) const {
+    if (h.steps.size() != 1 || h.heads.size() != 1 || plan_.counts) return nullptr;
+    const auto* each = as<plan::EachNeighbour>(h.steps[0]);
+    const MakeFact* fact = as<MakeFact>(h.heads[0]);
+    const bool all = each != nullptr && each->place.valid() && !each->port.bind.valid() && each->port.equals.op == Op::Anonymous;
+    return all && fact != nullptr && fact->alike && fact->place == each->place ? fact : nullptr;
+}
+
 void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made) {
     const Scope before = scope_;
     const std::vector<Consumed> outer = std::move(consumed_);
     consumed_.clear();
     keep_invariants(h.heads);
+    if (const MakeFact* fact = aggregates.empty() ? to_all_neighbours(h) : nullptr) {
+        // What may fail is not computed for nobody.
+        const bool may_fail = plan::may_fail(plan_.program, fact->arguments);
+        if (may_fail) w_.open("if (any_neighbour(s.neighbour, ports_of(s))) {");
+        make_row(*fact);
+        w_.line("send_to_neighbours(*s.e, s.neighbour, ports_of(s), {}, {}, row);", fact->predicate.index(),
+                plan_.of(fact->predicate).column.index());
+        if (may_fail) w_.close();
+        restore(before);
+        consumed_ = outer;
+        return;
+    }
     open_letters(h.heads);
     if (!consumes(h)) {
         const std::size_t outside = w_.depth();

@@ -31,10 +31,7 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.line("s.loaded[{}] = true;", id.index());
     if (s.storage == Storage::Rows) {
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
-        if (plan.program.predicates[id].linear())
-            w.line("{}.open(*s.e, reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
-        else
-            w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
+        w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
     } else {
         w.line("const {0}& r = record<{0}>(s, {1}, s.catom);", record_name(s.column), s.column.index());
         if (s.storage == Storage::PerLink) {

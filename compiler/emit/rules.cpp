@@ -152,7 +152,7 @@ void RuleEmitter::tell_firing() {
         w_.line("static constexpr BoundVariable kBound[] = {{{}}};", variables);
         w_.line("const Value bound[] = {{{}}};", values);
     }
-    w_.line("s.e->host->fired(s.e, {}, {}, {});", rule_plan_.rule.index(), count, count > 0 ? "kBound, bound" : "nullptr, nullptr");
+    w_.line("tell_fired(*s.e, {}, {}, {});", rule_plan_.rule.index(), count, count > 0 ? "kBound, bound" : "nullptr, nullptr");
     w_.close();
 }
 

@@ -129,6 +129,20 @@ Lists lists_of(const plan::Plan& plan, plan::ColumnId id, const TypeTable& types
     return out;
 }
 
+// Rows of at most so many bytes are copied in a few instructions.
+constexpr std::uint32_t kShortRow = 32;
+
+// The linear predicates of which some rule sends facts.
+std::set<PredicateId> sent_facts(const plan::Plan& plan) {
+    std::set<PredicateId> sent;
+    for (const RulePlan& r : plan.linear_rules)
+        plan::each_head_plan(r.heads, [&](const plan::HeadPlan& h) {
+            const auto* fact = plan::as<plan::MakeFact>(h);
+            if (fact != nullptr && fact->place != plan.program.rules[r.rule].site) sent.insert(fact->predicate);
+        });
+    return sent;
+}
+
 void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
     for (const plan::ColumnId id : plan.columns.ids()) {
         if (has_initial(plan, id)) emit_initial(plan, id, w);
@@ -144,6 +158,7 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
             "{0}_t::Row*>(b)); }}",
             name);
     };
+    const std::set<PredicateId> sent = sent_facts(plan);
     w.open("static constexpr ColumnInfo kColumns[] = {");
     for (const plan::ColumnId id : plan.columns.ids()) {
         const plan::Column& c = plan.columns[id];
@@ -153,7 +168,9 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
                hex(c.own_dirty), hex(c.reader_dirty), has_initial(plan, id) ? fmt::format("kInitial{}", id.index()) : "nullptr", lists,
                lists > 0 ? fmt::format("kLists{0}, kListTypes{0}", id.index()) : "nullptr, nullptr",
                c.follows_rows ? compare_groups(c) : "nullptr", linear ? compare_groups(c) : "nullptr",
-               linear ? fmt::format("arrange_rows<{}_t>", predicate_name(plan.program, c.predicates[0])) : "nullptr",
+               linear ? fmt::format("arrange_rows<{}_t, {}>", predicate_name(plan.program, c.predicates[0]),
+                                    sent.contains(c.predicates[0]) && lists == 0 && c.row_bytes <= kShortRow)
+                      : "nullptr",
                offers_of(plan, id).empty() ? "" : ", " + concerned_function(id));
     }
     if (plan.columns.empty()) w.raw("{\"\", false, false, 0, 0, 0, 0, nullptr, 0, nullptr, nullptr, nullptr, nullptr, nullptr},");

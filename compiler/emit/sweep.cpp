@@ -12,13 +12,12 @@ void RuleEmitter::sweep() {
     w_.line("load_{}(s);", messages);
     w_.open(fmt::format("if (s.{}.list.count == 1 && s.{}.list.count > 1) {{", state, messages));
     w_.line("{} state = s.{}.list.rows[0];", row_type(rule_plan_.sweep.state), state);
-    w_.line("auto* const messages = s.{}.list.rows;", messages);
+    w_.line("const auto* const messages = s.{}.list.rows;", messages);
     w_.line("const u32 count = s.{}.list.count;", messages);
     w_.raw("u32 taken = 0;");
     w_.open("for (u32 k = 0; k < count; ++k) {");
-    const std::size_t outside = w_.depth();
-    // It stays, unless the rule consumes it.
-    w_.raw("messages[k - taken] = messages[k];");
+    const std::size_t each = w_.depth();
+    w_.raw("const u32 taken_before = taken;");
     sweeping_ = true;
     steps(rule_plan_.steps);
     w_.raw("if (s.e->trap != Trap::None) return false;");
@@ -28,13 +27,18 @@ void RuleEmitter::sweep() {
         for (const PredicateId p : {rule_plan_.sweep.messages, rule_plan_.sweep.state}) w_.line("count_consumed(*s.e, {}, 1);", p.index());
     heads(rule_plan_.heads);
     sweeping_ = false;
-    close_to(outside);
+    close_to(each);
+    w_.open("if (taken == taken_before) {");
+    w_.line("s.{}.own(*s.e);", messages);
+    w_.line("s.{}.list.rows[k - taken] = messages[k];", messages);
+    w_.close();
     w_.close();
     w_.open("if (taken > 0) {");
-    w_.line("s.{}.list.rows[0] = state;", state);
+    w_.line("s.{}.become(*s.e, state);", state);
     w_.line("s.{}.list.count = count - taken;", messages);
+    w_.line("if (s.{0}.stored) s.{0}.list.capacity = 0;", messages);
+    w_.line("s.{}.changed = true;", messages);
     w_.raw("s.e->derivations += taken;");
-    w_.line("s.{}.changed = s.{}.changed = true;", messages, state);
     lower(rule_plan_.sweep.messages);
     lower(rule_plan_.sweep.state);
     raise(rule_plan_.sweep.state);

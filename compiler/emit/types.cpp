@@ -207,8 +207,9 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     } else {
         w.raw("const i32* neighbour;       // By port, or -1.");
     }
-    w.raw("u64 raised;                 // Dirty bits of what linear rules made,");
-    w.raw("u64 lowered;                // and of what they consumed.");
+    w.raw("// Volatile: a bit would be set by an access to one byte, and reading the whole word would have to wait for it.");
+    w.raw("volatile u64 raised;        // Dirty bits of what linear rules made,");
+    w.raw("volatile u64 lowered;       // and of what they consumed.");
     if (!plan.linear_rules.empty()) w.raw("u64 fired;                  // Firings of linear rules, in this evaluation.");
     if (!plan.program.functions.empty()) w.raw("u64 calls;                  // Of functions, in this tick.");
     for (const PredicateId id : plan.program.predicates.ids()) {
@@ -226,7 +227,6 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     }
     w.raw("bool again;                 // Views have been evaluated before in this evaluation: what changed since is not recorded by row.");
     w.line("bool loaded[{}];", std::max<std::size_t>(1, plan.program.predicates.count()));
-    w.line("bool active[{}];", std::max<std::size_t>(1, plan.linear_rules.size()));
     w.close("};");
     w.raw("");
     w.raw("template <class R>");

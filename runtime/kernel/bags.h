@@ -3,6 +3,12 @@
 
 #include "runtime/kernel/relation.h"
 
+#ifdef __clang__
+#define MELD_UNROLLED _Pragma("clang loop unroll(full)")
+#else
+#define MELD_UNROLLED
+#endif
+
 namespace meld {
 
 // Linear facts: a sorted bag; the lowest fact that fits is matched first.
@@ -12,21 +18,38 @@ struct Bag {
     RowList<Row> list;
     RowList<Row> held;  // Made while a comprehension consumes this bag: they join the bag when it ends.
     u32 rule;           // The rule that a trap names: the first that derives T.
+    bool stored;        // The list is where the column has it, and must not be written to. It has no room, so that what is added copies it.
     bool holding;
     bool changed;
 
-    void open(Eval& e, const Row* from, u32 n, u32 first_rule) {
+    void open(const Row* from, u32 n, u32 first_rule) {
         rule = first_rule;
-        list.reset();
+        list.rows = const_cast<Row*>(from);
+        list.count = list.capacity = n;
         held.reset();
-        if (n > 0) {
-            // With room for what a rule puts back.
-            list.capacity = n + 2;
-            list.rows = static_cast<Row*>(scratch(e, u64{list.capacity} * sizeof(Row)));
-            for (u32 i = 0; i < n; ++i) list.rows[i] = from[i];
-            list.count = n;
-        }
+        stored = true;
         changed = holding = false;
+    }
+    // From here on the list may be written to.
+    void own(Eval& e) {
+        if (stored) make_room(e);
+    }
+    void make_room(Eval& e) {
+        if (list.count > 0) {
+            list.grow(e);
+        } else {
+            list.capacity = 4;
+            list.rows = static_cast<Row*>(scratch(e, 4 * sizeof(Row)));
+        }
+        stored = false;
+    }
+    // The bag holds this fact alone.
+    void become(Eval& e, const Row& row) {
+        list.count = 0;
+        own(e);
+        list.rows[0] = row;
+        list.count = 1;
+        changed = true;
     }
     void hold() { holding = true; }
     void release(Eval& e) {
@@ -34,45 +57,64 @@ struct Bag {
         for (u32 i = 0; i < held.count; ++i) insert(e, held.rows[i]);
         held.clear();
     }
-    void add(Eval& e, const Row& row) {
+    // Inlined: a row that goes through memory is written field by field and read whole, which waits for the writes.
+    [[gnu::always_inline]] void add(Eval& e, const Row& row) {
         ++e.derivations;
         if (holding)
             held.add(e, row);
         else
             insert(e, row);
     }
-    MELD_STEP void insert(Eval& e, const Row& row) {
-        list.add(e, row);
+    [[gnu::always_inline]] void insert(Eval& e, const Row& row) {
+        if (list.count == list.capacity) make_room(e);
+        list.rows[list.count++] = row;
+        changed = true;
+        if (list.count > 1) move_last(e);
+    }
+    // The last fact goes where it belongs.
+    MELD_STEP void move_last(Eval& e) {
         u32 at = list.count - 1;
+        const Row row = list.rows[at];
         while (at > 0 && T::key(row, list.rows[at - 1]) < 0) {
             list.rows[at] = list.rows[at - 1];
             --at;
         }
         list.rows[at] = row;
-        changed = true;
         check_fact_limit(e, list.count, rule);
     }
     // Removes the facts at these positions, in any order; `positions` is sorted on the way.
-    void remove_all(u32* positions, u32 n) {
+    void remove_all(Eval& e, u32* positions, u32 n) {
         for (u32 i = 1; i < n; ++i)
             for (u32 k = i; k > 0 && positions[k] > positions[k - 1]; --k) {
                 const u32 swap = positions[k];
                 positions[k] = positions[k - 1];
                 positions[k - 1] = swap;
             }
-        for (u32 i = 0; i < n; ++i) remove(positions[i]);
+        for (u32 i = 0; i < n; ++i) remove(e, positions[i]);
+    }
+    [[gnu::always_inline]] void remove(Eval& e, u32 at) {
+        changed = true;
+        --list.count;
+        if (at > 0) return remove_inside(e, at);
+        ++list.rows;
+        --list.capacity;
     }
     // The shorter side moves: facts are usually consumed from the front, and there may be a hundred thousand.
-    void remove(u32 at) {
-        if (at < list.count / 2) {
+    MELD_STEP void remove_inside(Eval& e, u32 at) {
+        const u32 before = list.count + 1;
+        if (at < list.count && stored) {
+            list.count = before;
+            own(e);
+            list.count = before - 1;
+        }
+        if (at < before / 2) {
             for (u32 i = at; i > 0; --i) list.rows[i] = list.rows[i - 1];
             ++list.rows;
             --list.capacity;
         } else {
-            for (u32 i = at + 1; i < list.count; ++i) list.rows[i - 1] = list.rows[i];
+            for (u32 i = at + 1; i < before; ++i) list.rows[i - 1] = list.rows[i];
+            if (stored) --list.capacity;
         }
-        --list.count;
-        changed = true;
     }
 };
 
@@ -123,18 +165,84 @@ void send_row(Eval& e, u32 to, u16 predicate, u16 column, const Row& row, Letter
     if (static_cast<u64>(out.next - entry) == sent_bytes(sizeof(Row)) + sizeof to) letter = {entry, out.next};
 }
 
+// Sorts N rows. Mostly one from each neighbour, in any order: to count how many are before each takes more comparisons than insertion, but no
+// branch that the processor would have to guess.
+template <class T, u32 N>
+void count_places(typename T::Row* rows) {
+    typename T::Row copy[N];
+    u32 place[N] = {};
+    MELD_UNROLLED
+    for (u32 i = 0; i < N; ++i) copy[i] = rows[i];
+    MELD_UNROLLED
+    for (u32 i = 1; i < N; ++i)
+        MELD_UNROLLED
+        for (u32 k = 0; k < i; ++k) {
+            const u32 before = T::key(copy[i], copy[k]) < 0;
+            place[k] += before;
+            place[i] += 1 - before;
+        }
+    MELD_UNROLLED
+    for (u32 i = 0; i < N; ++i) rows[place[i]] = copy[i];
+}
+
+// Sorts a few rows. Short: their comparison is a few instructions, and so is their copy.
+template <class T, bool Short>
+void sort_few(typename T::Row* rows, u32 count) {
+    using Row = typename T::Row;
+    if constexpr (Short) {
+        if (count == 4) return count_places<T, 4>(rows);
+        if (count == 5) return count_places<T, 5>(rows);
+        if (count == 6) return count_places<T, 6>(rows);
+    }
+    for (u32 i = 1; i < count; ++i) {
+        const Row row = rows[i];
+        u32 at = i;
+        for (; at > 0 && T::key(row, rows[at - 1]) < 0; --at) rows[at] = rows[at - 1];
+        rows[at] = row;
+    }
+}
+
+inline bool any_neighbour(const i32* neighbours, i32 ports) {
+    for (i32 port = 0; port < ports; ++port)
+        if (neighbours[port] >= 0) return true;
+    return false;
+}
+// Sends it to all neighbours of the catom under evaluation, written once.
+template <class Row>
+void send_to_neighbours(Eval& e, const i32* neighbours, i32 ports, u16 predicate, u16 column, const Row& row) {
+    Outgoing& out = e.outgoing[column];
+    constexpr u64 size = sent_bytes(sizeof(Row));
+    if (static_cast<u64>(out.end - out.next) < size + sizeof(u32) * static_cast<u64>(ports)) [[unlikely]] {
+        Letter letter;
+        for (i32 port = 0; port < ports; ++port) {
+            if (neighbours[port] < 0) continue;
+            ++e.derivations;
+            send_row(e, static_cast<u32>(neighbours[port]), predicate, column, row, letter);
+        }
+        return;
+    }
+    u8* const entry = out.next;
+    u32 count = 0;
+    for (i32 port = 0; port < ports; ++port) {
+        __builtin_memcpy(entry + size + sizeof(u32) * count, &neighbours[port], sizeof(u32));
+        count += neighbours[port] >= 0;
+    }
+    if (count == 0) return;
+    const SentRow head = {e.catom, count};
+    __builtin_memcpy(entry, &head, sizeof head);
+    __builtin_memcpy(entry + sizeof head, &row, sizeof row);
+    out.next = entry + size + sizeof(u32) * count;
+    out.sent += count;
+    e.derivations += count;
+}
+
 // ColumnInfo::arrange.
-template <class T>
+template <class T, bool Short>
 void arrange_rows(void* to, const void* before, u32 held_count, u32 count) {
     using Row = typename T::Row;
     Row* const rows = static_cast<Row*>(to);
     Row* const come = rows + held_count;
-    for (u32 i = 1; i < count; ++i) {
-        const Row row = come[i];
-        u32 at = i;
-        for (; at > 0 && T::key(row, come[at - 1]) < 0; --at) come[at] = come[at - 1];
-        come[at] = row;
-    }
+    sort_few<T, Short>(come, count);
     // What has come is never overtaken: as much of it is in place as is taken.
     const Row* const held = static_cast<const Row*>(before);
     u32 h = 0, c = 0;

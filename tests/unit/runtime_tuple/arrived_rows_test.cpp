@@ -43,7 +43,7 @@ class Arrivals : public testing::Test {
             nullptr,
             nullptr,
             [](const void* a, const void* b) { return Token::key(*static_cast<const Token::Row*>(a), *static_cast<const Token::Row*>(b)); },
-            arrange_rows<Token>};
+            arrange_rows<Token, true>};
         info_.types = types_.table();
         info_.predicate_count = info_.column_count = 1;
         info_.predicates = &predicate_;
