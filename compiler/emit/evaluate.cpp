@@ -35,8 +35,8 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
-// Fires the i-th linear rule, if something it reads has changed since it was last tried. In an order of constants instead of a table, so that
-// the functions of short modules are inlined.
+// Fires the i-th linear rule, if something it reads has changed since it was last tried. Each rule has a call of its own instead of a
+// place in a table, so that the functions of short modules are inlined.
 void emit_try(const plan::Plan& plan, std::size_t i, Writer& w) {
     const RulePlan& r = plan.linear_rules[i];
     w.open(fmt::format("if (active[{}] >> {} & 1) {{", i / 64, i % 64));

@@ -207,10 +207,11 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     } else {
         w.raw("const i32* neighbour;       // By port, or -1.");
     }
-    w.raw("// Volatile: a bit would be set by an access to one byte, and reading the whole word would have to wait for it.");
-    w.raw("volatile u64 raised;        // Dirty bits of what linear rules made,");
-    w.raw("volatile u64 lowered;       // and of what they consumed.");
-    if (!plan.linear_rules.empty()) w.raw("u64 fired;                  // Firings of linear rules, in this evaluation.");
+    // Volatile: a bit would be set by an access to one byte, and reading the whole word would have to wait for it.
+    const bool linear = !plan.linear_rules.empty();
+    w.line("{:<28}// Dirty bits of what linear rules made,", linear ? "volatile u64 raised;" : "u64 raised;");
+    w.line("{:<28}// and of what they consumed.", linear ? "volatile u64 lowered;" : "u64 lowered;");
+    if (linear) w.raw("u64 fired;                  // Firings of linear rules, in this evaluation.");
     if (!plan.program.functions.empty()) w.raw("u64 calls;                  // Of functions, in this tick.");
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;

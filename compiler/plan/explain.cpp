@@ -246,8 +246,10 @@ class Explainer {
         each_head_plan(heads, [&](const HeadPlan& h) {
             const MakeFact* fact = as<MakeFact>(h);
             if (fact == nullptr || fact->place == rule.site || !rule.linear) return;
-            out += fmt::format("{}{} to {}{}", out.empty() ? "" : ", ", program_.predicates[fact->predicate].name,
-                               rule.variables[fact->place].name, fact->alike ? ", written once for all" : "");
+            out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[fact->predicate].name,
+                               rule.variables[fact->place].name);
+            if (fact->alike) out += ", written once for all";
+            if (!fact->difference.empty()) out += fmt::format(", written for each ({})", fact->difference);
         });
     }
 

@@ -18,7 +18,8 @@ struct MakeFact {
     VariableId place = {};
     std::vector<Term> arguments = {};           // After the catom.
     std::vector<VariableId> contributors = {};  // As of the rule.
-    bool alike = false;                         // In a comprehension: the same for all receivers (letters.cpp).
+    bool alike = false;                         // In a comprehension: the same for all receivers (letters.cpp),
+    std::string difference = {};                // or why it is written for each of them.
 };
 
 // -> for all                              the heads, for each way to satisfy the steps

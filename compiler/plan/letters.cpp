@@ -18,7 +18,7 @@ using Variables = std::set<VariableId>;
 
 class LetterFinder {
   public:
-    LetterFinder(const Program& program, VariableId site) : program_(program), site_(site) {}
+    LetterFinder(const Program& program, const Rule& rule) : program_(program), rule_(rule) {}
 
     void outside(std::vector<HeadPlan>& heads) const {
         for (HeadPlan& h : heads)
@@ -40,8 +40,7 @@ class LetterFinder {
     void inside(std::vector<HeadPlan>& heads, const Variables& found) const {
         for (HeadPlan& h : heads)
             visit_head(
-                h, [&](MakeFact& fact) { fact.alike = is_letter(fact, found); },
-                [&](ForAll& all) { inside(all.heads, found_by(all.steps)); },
+                h, [&](MakeFact& fact) { decide(fact, found); }, [&](ForAll& all) { inside(all.heads, found_by(all.steps)); },
                 [&](AggregateAll& all) {
                     inside(all.each.heads, found_by(all.each.steps));
                     Variables more = found;
@@ -70,23 +69,35 @@ class LetterFinder {
         return found;
     }
 
-    bool is_letter(const MakeFact& fact, const Variables& found) const {
+    void decide(MakeFact& fact, const Variables& found) const {
         const Predicate& p = program_.predicates[fact.predicate];
-        if (!p.linear() || p.kind == PredicateKind::Action || p.finds_its_way || p.begins || fact.place == site_) return false;
-        return std::ranges::none_of(p.arguments, [](const Argument& a) { return a.type.compound(); }) &&
-               std::ranges::all_of(fact.arguments, [&](const Term& t) {
-                   return is_invariant(program_, t, [&](VariableId v) { return !found.contains(v); });
-               });
+        if (!p.linear() || p.kind == PredicateKind::Action || p.finds_its_way || p.begins || fact.place == rule_.site) return;
+        fact.difference = difference(fact, found);
+        fact.alike = fact.difference.empty();
+    }
+
+    std::string difference(const MakeFact& fact, const Variables& found) const {
+        const Predicate& p = program_.predicates[fact.predicate];
+        if (std::ranges::any_of(p.arguments, [](const Argument& a) { return a.type.compound(); })) return "lists are copied";
+        for (const Term& t : fact.arguments) {
+            if (is_invariant(program_, t, [&](VariableId v) { return !found.contains(v); })) continue;
+            std::string variable;
+            each_subterm(t, [&](const Term& part) {
+                if (part.is_variable() && found.contains(part.variable)) variable = rule_.variables[part.variable].name;
+            });
+            return variable.empty() ? "a value may differ from call to call" : variable + " differs";
+        }
+        return "";
     }
 
     const Program& program_;
-    VariableId site_;
+    const Rule& rule_;
 };
 
 }  // namespace
 
 void find_letters(Plan& plan) {
-    for (RulePlan& r : plan.linear_rules) LetterFinder(plan.program, plan.program.rules[r.rule].site).outside(r.heads);
+    for (RulePlan& r : plan.linear_rules) LetterFinder(plan.program, plan.program.rules[r.rule]).outside(r.heads);
 }
 
 }  // namespace meld::plan

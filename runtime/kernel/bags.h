@@ -165,8 +165,8 @@ void send_row(Eval& e, u32 to, u16 predicate, u16 column, const Row& row, Letter
     if (static_cast<u64>(out.next - entry) == sent_bytes(sizeof(Row)) + sizeof to) letter = {entry, out.next};
 }
 
-// Sorts N rows. Mostly one from each neighbour, in any order: to count how many are before each takes more comparisons than insertion, but no
-// branch that the processor would have to guess.
+// Sorts N rows. Mostly one from each neighbour, in any order: to count how many are before each takes more comparisons than insertion, but
+// no branch that the processor would have to guess.
 template <class T, u32 N>
 void count_places(typename T::Row* rows) {
     typename T::Row copy[N];
@@ -174,13 +174,14 @@ void count_places(typename T::Row* rows) {
     MELD_UNROLLED
     for (u32 i = 0; i < N; ++i) copy[i] = rows[i];
     MELD_UNROLLED
-    for (u32 i = 1; i < N; ++i)
+    for (u32 i = 1; i < N; ++i) {
         MELD_UNROLLED
         for (u32 k = 0; k < i; ++k) {
             const u32 before = T::key(copy[i], copy[k]) < 0;
             place[k] += before;
             place[i] += 1 - before;
         }
+    }
     MELD_UNROLLED
     for (u32 i = 0; i < N; ++i) rows[place[i]] = copy[i];
 }

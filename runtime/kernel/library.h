@@ -5,8 +5,8 @@
 #include "runtime/kernel/lists.h"
 
 extern "C" {
-int snprintf(char* text, unsigned long size, const char* format, ...);
-double strtod(const char* text, char** end);
+int snprintf(char* text, unsigned long size, const char* format, ...) noexcept;
+double strtod(const char* text, char** end) noexcept;
 }
 
 namespace meld::library {

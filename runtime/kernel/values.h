@@ -7,8 +7,8 @@ namespace meld {
 
 using ListRef = const List*;
 
-// Rare calls, out of line, so that the common path stays short; it also keeps its registers, floating-point ones too, so that a sum in a loop
-// does not go through memory because of a call that is never made.
+// Rare calls, out of line, so that the common path stays short. They keep all registers of the caller, floating-point ones too, so that a
+// sum in a loop does not go through memory because of a call that is never made.
 #if defined(__clang__) && defined(__x86_64__)
 #define MELD_ASIDE [[gnu::noinline, gnu::cold, clang::preserve_all]]
 #else

@@ -27,17 +27,21 @@ void ArrivedRows::open(u16 column, bool shares) {
     if (counts_.size() < columns_.count()) counts_.resize(columns_.count(), 0);
 }
 
+RowsHead* ArrivedRows::heads(u16 column) const { return reinterpret_cast<RowsHead*>(columns_.pointers()[column]); }
+
 void ArrivedRows::make_room() {
-    starts_.clear();
+    starts_.resize(receivers_.size() + 1);
+    const RowsHead* const heads = this->heads(column_);
     std::size_t total = 0;
-    for (const u32 catom : receivers_) {
-        starts_.push_back(static_cast<u32>(total));
-        const u32 held = columns_.rows(column_, catom).count, come = counts_[catom];
+    for (std::size_t i = 0; i < receivers_.size(); ++i) {
+        const u32 catom = receivers_[i], held = heads[catom].count, come = counts_[catom];
+        starts_[i] = static_cast<u32>(total);
         counts_[catom] = static_cast<u32>(total) + held;
         total += std::size_t{held} + come;
-        MELD_CHECK(total < kNone32, "{} facts of column {} for one process", total, column_);
+        if (total >= kNone32) break;
     }
-    starts_.push_back(static_cast<u32>(total));
+    MELD_CHECK(total < kNone32, "{} facts of column {} for one process", total, column_);
+    starts_.back() = static_cast<u32>(total);
     if (filling_.size < total * row_bytes_) {
         filling_.size = total * row_bytes_ + total * row_bytes_ / 4;
         filling_.bytes = std::make_unique_for_overwrite<u8[]>(filling_.size);
@@ -62,7 +66,7 @@ void ArrivedRows::end(Workers& workers) {
 void ArrivedRows::move_what_is_left(u16 column) {
     Block& block = blocks_[column];
     for (const u32 catom : block.receivers) {
-        const RowsHead& head = columns_.rows(column, catom);
+        const RowsHead& head = heads(column)[catom];
         if (head.capacity == 0 && head.data >= block.bytes.get() && head.data < block.bytes.get() + block.size)
             columns_.set_rows(column, catom, head.data, head.count, 0);
     }
@@ -85,11 +89,16 @@ void ArrivedRows::rest() {
 void ArrivedRows::leave(std::size_t receiver, int pool) {
     const ColumnInfo& column = module_.columns[column_];
     const u32 catom = receivers_[receiver], count = starts_[receiver + 1] - starts_[receiver];
-    RowsHead& head = *reinterpret_cast<RowsHead*>(columns_.entry(column_, catom));
+    RowsHead& head = heads(column_)[catom];
     MELD_ASSERT(counts_[catom] == starts_[receiver + 1], "catom {} got {} rows more than were counted", catom,
                 i64{counts_[catom]} - i64{starts_[receiver + 1]});
     counts_[catom] = 0;
     u8* const rows = filling_.bytes.get() + std::size_t{starts_[receiver]} * row_bytes_;
+    if (head.count == 0 && head.capacity == 0 && count <= kFew) {
+        column.arrange(rows, nullptr, 0, count);
+        head = {count, 0, rows};
+        return;
+    }
     Worker& worker = workers_[static_cast<std::size_t>(pool)];
     const bool many = count - head.count > kFew;
     if (many) sort_many(rows + std::size_t{head.count} * row_bytes_, count - head.count, worker);

@@ -68,6 +68,7 @@ class ArrivedRows {
         std::vector<Prefixed> order;
         bool owns_lists = false;  // Of rows that a receiver held.
     };
+    RowsHead* heads(u16 column) const;
     void leave(std::size_t receiver, int pool);
     void sort_many(u8* rows, u32 count, Worker& room) const;
     void move_what_is_left(u16 column);
