@@ -101,6 +101,15 @@ class Reads {
     std::map<std::string, std::set<std::string>> reads_;
 };
 
+// Whether all arguments of the atom's predicate are numbers and nodes.
+bool is_plain(const Draft& draft, const std::string& atom) {
+    const std::string name = atom.substr(0, atom.find('('));
+    return std::ranges::none_of(draft.declarations, [&](const Declaration& d) {
+        return d.name == name && (d.text.find(":(") != std::string::npos || d.text.find("set ") != std::string::npos ||
+                                  d.text.find("list ") != std::string::npos);
+    });
+}
+
 // By a number that an atom binds. Not in a recursion: a value that is asked for its remainder is not the best one any more.
 bool split(Random& random, Draft& draft) {
     const Reads reads(draft);
@@ -109,7 +118,7 @@ bool split(Random& random, Draft& draft) {
     for (std::size_t r = 0; r < draft.rules.size(); ++r) {
         if (reads.recursive(draft.rules[r])) continue;
         for (const std::string& clause : draft.rules[r].body)
-            if (is_atom(clause) && clause.find('+') == std::string::npos)
+            if (is_atom(clause) && is_plain(draft, clause) && clause.find('+') == std::string::npos)
                 for (std::sregex_iterator at(clause.begin(), clause.end(), number), end; at != end; ++at) ways.emplace_back(r, at->str());
     }
     if (ways.empty()) return false;
