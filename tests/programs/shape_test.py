@@ -21,6 +21,8 @@ capacity = 1
 """
 # The way along it is longer than `reach` allows at first.
 THIN = WORLD.replace("box(8, 8, 8)", "box(5, 5, 5)").replace("box(4, 4, 32)", "box(1, 1, 125)")
+# So far from the cube that most units find no way and stand in front of those that could still merge.
+BEYOND = WORLD.replace("box(4, 4, 32)", "move(box(2, 2, 128), 0, 0, 60)")
 BAR = {(x, y, z) for x in range(-2, 2) for y in range(-2, 2) for z in range(-16, 16)}
 
 
@@ -59,6 +61,9 @@ def main():
         for options, result in (((), "target not reached"), (("--set", "reach=60.0"), "target reached")):
             ended = runner.run_plainly(world, 1, 1, options)
             assert ended[1].startswith(result), f"a thin bar {options}: {ended[1]}"
+        world.write_text(BEYOND)
+        ended = runner.run_plainly(world, 1, 1, ("--set", "reach=4.0", "--timeout", "60"))
+        assert ended[1].startswith("target not reached"), f"a bar beyond reach: {ended[1]}"
         own = None
         sizes = ((1, 1), (1, 2), (2, 1), (3, 1), (4, 2)) if CAMPAIGN else ((1, 1), (3, 1))
         for processes, threads in sizes:
