@@ -168,6 +168,31 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
         w.open(fmt::format("if ((todo & {}) != 0) {{", hex(c.reader_dirty)));
         w.line("const u8* const entries = s.e->subdomain->columns[{}];", column.index());
         w.line("for (i32 port = 0; port < s.g->ports; ++port) __builtin_prefetch(entries + i64{{neighbour[port]}} * {});", c.stride);
+        if (c.follows_rows) w.line("__builtin_prefetch(entries + u64{{catom}} * {});", c.stride);
+        w.close();
+    }
+    w.close();
+}
+
+bool follows_rows(const plan::Plan& plan) {
+    return std::ranges::any_of(plan.columns.ids(), [&](plan::ColumnId c) { return plan.columns[c].follows_rows; });
+}
+
+// For delta rules: once the heads of rows are there, what they lead to.
+void emit_look_closer(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    w.raw(
+        "// For a catom that is evaluated after the next: asks for the rows that have changed at its neighbours, and for those of its own");
+    w.raw("// among which they will be looked for.");
+    w.open("inline void look_closer(const Self& s, u32 catom, u64 todo, const i32* neighbour) {");
+    for (const plan::ColumnId column : plan.columns.ids()) {
+        const plan::Column& c = plan.columns[column];
+        if (!c.follows_rows) continue;
+        w.open(fmt::format("if ((todo & {}) != 0) {{", hex(c.reader_dirty)));
+        w.line("const RowChanges* const* const changes = s.e->subdomain->changes[{}];", column.index());
+        w.raw("for (i32 port = 0; port < s.g->ports; ++port)");
+        w.raw("    if (neighbour[port] >= 0) __builtin_prefetch(changes[neighbour[port]]);");
+        w.line("ask_for_halves(rows_of(s, {}, catom), {});", column.index(), c.row_bytes);
         w.close();
     }
     emit_arrived_ahead(plan, "catom", "todo", w);
@@ -180,10 +205,12 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     emit_actions(plan, w);
     emit_catom(plan, w);
     const bool ahead = !plan.program.by_links;
+    const bool closer = ahead && follows_rows(plan);
     if (ahead)
         emit_look_ahead(plan, w);
     else
         emit_links_ahead(plan, w);
+    if (closer) emit_look_closer(plan, w);
     w.raw("");
     w.open("static void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {");
     w.raw("Self s;");
@@ -206,6 +233,7 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
     if (!ahead) w.raw("look_ahead(s, catoms + i, dirty + i, count - i);");
     if (ahead) w.raw("s.neighbour = ahead[i % kAhead];");
+    if (closer) w.raw("if (i + 2 < count) look_closer(s, catoms[i + 2], dirty[i + 2], ahead[(i + 2) % kAhead]);");
     w.raw("evaluate_catom(s, dirty[i]);");
     if (ahead) w.raw("if (i + kAhead < count) look_ahead(s, catoms[i + kAhead], dirty[i + kAhead], ahead[i % kAhead]);");
     w.close();

@@ -261,9 +261,14 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
     w.raw("    s.e->trap = Trap::None;");
     w.raw("    return false;");
     w.raw("}");
+    w.line("affected.find_places(*s.e, s.{});", name);
+    // In a world of links neighbours are listed elsewhere.
+    if (plan.of(stratum.predicates[0]).exported && !plan.program.by_links)
+        w.line("affected.ask_around(s.{}, &rows_of(s, {}, 0), s.neighbour, ports_of(s));", name,
+               plan.of(stratum.predicates[0]).column.index());
     w.open("for (u32 i = 0; i < affected.groups.count; ++i) {");
     w.line("affected.first[i] = s.{}.proposed.count;", name);
-    w.line("const Near near = s.{}.near(affected.groups.rows[i]);", name);
+    w.line("const Near near = {{affected.at[i], s.{}.count}};", name);
     for (const RulePlan& r : stratum.deltas.regroup) {
         if (plan.places) w.line("note_place(*s.e, {});", r.rule.index());
         w.line("{}_group(s, affected.groups.rows[i], near);", rule_function(plan.program, r.rule));

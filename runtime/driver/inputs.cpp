@@ -185,7 +185,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
 }
 
 Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs) {
-    auto counts = sim::count_beforehand(inputs.world, comm);
+    auto counts = sim::count_beforehand(inputs.world, comm, options.threads);
     if (!counts) return tl::unexpected<Error>(counts.error());
     inputs.counts = std::move(*counts);
     inputs.memory = memory_need(inputs.world, inputs.info(), options, comm.processes(), inputs.counts);

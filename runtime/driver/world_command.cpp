@@ -91,7 +91,7 @@ Result<void> check_start(world::World world, const world::Target& target, const 
         if (const auto fine = last_tick_of(picture); !fine) return tl::unexpected<Error>(fine.error());
     const auto begun = std::chrono::steady_clock::now();
     const auto alone = comm::make_single();
-    auto counts = sim::count_beforehand(world, *alone);
+    auto counts = sim::count_beforehand(world, *alone, 1);
     if (!counts) return tl::unexpected<Error>(counts.error());
     const MemoryNeed need = memory_need(world, kNoProgram, {}, 1, *counts);
     if (const auto fits = check_memory(world, need, 1); !fits) return fits;

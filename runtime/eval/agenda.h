@@ -17,7 +17,8 @@ namespace meld::eval {
 
 class Agenda {
   public:
-    static constexpr u32 kGroup = 64;  // Catoms.
+    static constexpr u32 kGroup = 64;               // Catoms.
+    static constexpr u32 kBlock = kGroup * kGroup;  // Catoms whose groups share a word of the summary.
 
     void resize(std::size_t catoms) {
         MELD_EXPECT(catoms >= count_, "{} catoms after {}", catoms, count_);
@@ -35,7 +36,7 @@ class Agenda {
     // While this many dirty bits are in use.
     static std::size_t bytes_for(std::size_t catoms, std::size_t bits) { return catoms * bits / 8 + catoms / 16 + catoms / 512; }
 
-    // Adds bits to a catom's dirty word. Not while other threads mark.
+    // Adds bits to a catom's dirty word. Not while other threads mark, unless catoms of other blocks.
     void mark(u32 catom, u64 bits) {
         check(catom, bits);
         const u32 group = catom / kGroup;

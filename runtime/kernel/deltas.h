@@ -77,17 +77,35 @@ struct AffectedGroups {
     using Row = typename T::Row;
     RowList<Row> groups;
     u32* first;  // The first candidate of each group among the proposals; one more entry for the end.
+    u32* at;     // Where each group is among the catom's rows, or would be; after find_places().
 
-    AffectedGroups() { groups.reset(); }
+    // Places among the catom's rows that were found last, in turn: the neighbours of a catom mostly have the same groups to offer.
+    static constexpr u32 kMet = 4;
+    u32 met[kMet], met_count;
+
+    AffectedGroups() {
+        groups.reset();
+        met_count = 0;
+    }
     void add(Eval& e, const Row& group) { groups.add(e, group); }
 
     // Whether a row that a rule derives from a neighbour (now, or no longer: gone) can decide its group otherwise: decide_group() keeps a
     // value unless what supports it goes or something better comes. A group without one may wait for another candidate from now on.
-    bool concerns(const Relation<T>& r, const Row& offer, bool gone) const {
-        const u32 at = r.find(offer);
+    // False too for a group that was added just before.
+    bool concerns(const Relation<T>& r, const Row& offer, bool gone) {
+        for (u32 i = groups.count; i > 0 && i + kMet > groups.count; --i)
+            if (T::key(groups.rows[i - 1], offer) == 0) return false;
+        const u32 at = find(r, offer);
         if (at == r.count) return true;
         const Row& held = r.rows[at];
         return gone ? offer.rank <= held.rank && T::same(offer, held) : T::better(offer, held);
+    }
+    u32 find(const Relation<T>& r, const Row& group) {
+        for (u32 i = 0; i < met_count && i < kMet; ++i)
+            if (T::key(r.rows[met[i]], group) == 0) return met[i];
+        const u32 at = r.find(group);
+        if (at < r.count) met[met_count++ % kMet] = at;
+        return at;
     }
     // Groups whose quarantine has ended; groups that changed in the last tick come with them, which is harmless.
     void add_woken(Eval& e, const RowChanges* changes) {
@@ -95,6 +113,21 @@ struct AffectedGroups {
             for (u32 i = 0; i < changes->removed + changes->added + changes->woken; ++i) groups.add(e, rows_in<Row>(changes)[i]);
     }
 
+    // Finds where the groups are at the catom.
+    void find_places(Eval& e, const Relation<T>& r) {
+        at = static_cast<u32*>(scratch(e, u64{groups.count} * sizeof(u32)));
+        for (u32 i = 0; i < groups.count; ++i) at[i] = r.near(groups.rows[i]).at;
+    }
+    // Asks the processor for the rows of the neighbours near these places, where searches for them begin: one after the other, each search
+    // would wait for its first row.
+    void ask_around(const Relation<T>& r, const RowsHead* heads, const i32* neighbour, i32 ports) const {
+        for (i32 port = 0; port < ports; ++port) {
+            if (neighbour[port] < 0) continue;
+            const RowsHead& head = heads[neighbour[port]];
+            for (u32 i = 0; i < groups.count; ++i)
+                __builtin_prefetch(head.data + u64{first_look(head.count, {at[i], r.count})} * sizeof(Row));
+        }
+    }
     // Sorts the groups and removes duplicates. False: there are so many that evaluating all is cheaper.
     [[gnu::noinline]] bool few(Eval& e, const Relation<T>& r) {
         // Each group is affected by a few neighbours, by the old and the new row; rarely by more.
@@ -116,32 +149,38 @@ bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected,
     RowList<Row> removed, added;
     removed.reset();
     added.reset();
+    Row* next = nullptr;
+    u32 n = 0, from = 0;
+    // Most rows stay, and are copied many at a time.
+    const auto copy_until = [&](u32 to) {
+        if (to == from) return;
+        __builtin_memcpy(next + n, r.rows + from, u64{to - from} * sizeof(Row));
+        n += to - from;
+        from = to;
+    };
     for (u32 i = 0; i < affected.groups.count; ++i) {
-        const u32 held = r.find(affected.groups.rows[i]);
-        const Row* current = held < r.count ? &r.rows[held] : nullptr;
+        const u32 at = affected.at[i];
+        const bool there = at < r.count && T::key(r.rows[at], affected.groups.rows[i]) == 0;
+        const Row* current = there ? &r.rows[at] : nullptr;
         Row out;
         const bool holds = decide(current, r.proposed.rows + affected.first[i], affected.first[i + 1] - affected.first[i], out);
         if (holds && current != nullptr && same_row<T>(out, *current)) continue;
-        if (current != nullptr) removed.add(e, *current);
-        if (holds) added.add(e, out);
+        if (!holds && current == nullptr) continue;
+        if (next == nullptr) next = static_cast<Row*>(scratch(e, u64{r.count + affected.groups.count} * sizeof(Row)));
+        copy_until(at);
+        if (current != nullptr) {
+            removed.add(e, *current);
+            ++from;
+        }
+        if (holds) {
+            added.add(e, out);
+            next[n++] = out;
+        }
     }
     r.start_round();
-    if (removed.count == 0 && added.count == 0) return false;
-    const u32 count = r.count - removed.count + added.count;
-    check_fact_limit(e, count, r.rule);
-    Row* next = static_cast<Row*>(scratch(e, u64{count} * sizeof(Row)));
-    u32 n = 0, from = 0, gone = 0;
-    for (u32 i = 0; i < added.count || gone < removed.count;) {
-        const int side = i == added.count ? -1 : gone == removed.count ? 1 : T::key(removed.rows[gone], added.rows[i]);
-        const Row& group = side <= 0 ? removed.rows[gone] : added.rows[i];
-        while (from < r.count && T::key(r.rows[from], group) < 0) next[n++] = r.rows[from++];
-        if (side <= 0) {
-            ++from;
-            ++gone;
-        }
-        if (side >= 0) next[n++] = added.rows[i++];
-    }
-    while (from < r.count) next[n++] = r.rows[from++];
+    if (next == nullptr) return false;
+    copy_until(r.count);
+    check_fact_limit(e, n, r.rule);
     const bool first = r.rows == r.origin;
     r.replace(next, n);
     if (first) r.changes = new_changes(e, removed.rows, removed.count, added.rows, added.count);

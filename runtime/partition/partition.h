@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,6 +28,13 @@ class Partition {
   private:
     std::vector<BrickKey> starts_;  // Process p owns the keys from starts_[p] up to starts_[p + 1].
 };
+
+// Calls visit(index) for each brick of the list, which is sorted by key, that has bricks of several processes among the 27 around it,
+// itself included; with `of`, only where one of these processes is `of`. Ascending. Cost: some 60 walks along the curve for each such
+// brick, and nearly nothing for the others, which are left out by large cubes.
+void each_border_brick(const Partition& partition, const world::Lattice& lattice,
+                       std::span<const std::pair<BrickKey, std::uint32_t>> bricks, std::optional<int> of,
+                       const std::function<void(std::size_t index)>& visit);
 
 // The other processes that read a cell: those that own a brick within `reach` cells of it.
 class Halo {

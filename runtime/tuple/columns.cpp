@@ -11,6 +11,11 @@ namespace meld::tuple {
 
 namespace {
 
+// Catoms whose entries a worker makes at once: more than a page of each column.
+constexpr std::size_t kMadeAtOnce = std::size_t{1} << 15;
+// Bytes; they stay in the first cache.
+constexpr std::size_t kCopiedAtOnce = 8192;
+
 const List* list_at(const u8* place) {
     const List* list = nullptr;
     std::memcpy(&list, place, sizeof list);
@@ -96,7 +101,7 @@ void Columns::release_dropped(int pool) {
     dropped.clear();
 }
 
-void Columns::resize(std::size_t catoms) {
+void Columns::resize(std::size_t catoms, Workers* workers) {
     if (catoms > capacity_) {
         // The first size is exact, later ones leave room: worlds are usually made at once.
         const std::size_t room = capacity_ == 0 ? catoms : std::max(catoms, capacity_ + capacity_ / 4 + 64);
@@ -107,7 +112,14 @@ void Columns::resize(std::size_t catoms) {
         }
         capacity_ = room;
     }
-    for (u32 c = 0; c < module_.column_count; ++c) initialise(c, count_, catoms);
+    if (workers != nullptr && catoms > count_ + kMadeAtOnce) {
+        workers->run((catoms - count_ + kMadeAtOnce - 1) / kMadeAtOnce, [&](int, std::size_t part) {
+            const std::size_t from = count_ + part * kMadeAtOnce;
+            for (u32 c = 0; c < module_.column_count; ++c) initialise(c, from, std::min(catoms, from + kMadeAtOnce));
+        });
+    } else {
+        for (u32 c = 0; c < module_.column_count; ++c) initialise(c, count_, catoms);
+    }
     count_ = std::max(count_, catoms);
     changes_.resize(count_);
 }
@@ -120,7 +132,14 @@ void Columns::initialise(u32 column, std::size_t from, std::size_t to) {
         std::memset(at, 0, (to - from) * info.stride);
         return;
     }
-    for (std::size_t i = from; i < to; ++i, at += info.stride) std::memcpy(at, info.initial, info.stride);
+    // The first ones again and again, by copies of some kilobytes, not one call for each.
+    std::size_t made = info.stride;
+    const std::size_t all = (to - from) * info.stride, most = std::max<std::size_t>(1, kCopiedAtOnce / info.stride) * info.stride;
+    std::memcpy(at, info.initial, info.stride);
+    for (std::size_t more = 0; made < all; made += more) {
+        more = std::min({made, most, all - made});
+        std::memcpy(at + made, at, more);
+    }
 }
 
 void Columns::set_record(u32 column, u32 catom, const void* record, int pool, Lists lists) {

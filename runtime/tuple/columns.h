@@ -10,6 +10,7 @@
 #include "runtime/abi/module_abi.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/base/parallel_for.h"
 #include "runtime/tuple/change_log.h"
 #include "runtime/tuple/row_pool.h"
 #include "runtime/tuple/values.h"
@@ -26,8 +27,8 @@ class Columns {
     Columns(const Columns&) = delete;
     Columns& operator=(const Columns&) = delete;
 
-    // Makes room for this many catoms; new entries are empty. Pointers change.
-    void resize(std::size_t catoms);
+    // Makes room for this many catoms; new entries are empty, written by all workers if there are any. Pointers change.
+    void resize(std::size_t catoms, Workers* workers = nullptr);
     std::size_t count() const { return count_; }
     // As SubdomainView::columns.
     u8* const* pointers() const { return pointers_.data(); }

@@ -2,6 +2,8 @@
 #include "runtime/world/ensemble.h"
 
 #include <algorithm>
+#include <bit>
+#include <numeric>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -11,6 +13,9 @@ namespace meld::world {
 namespace {
 
 constexpr std::int32_t kNobody = -1;
+
+// Bricks that a worker fills at once: some ten microseconds, and neighbours in memory.
+constexpr std::size_t kBricksAtOnce = 32;
 
 }  // namespace
 
@@ -128,6 +133,83 @@ Slot Ensemble::make_slot(Cell brick) {
     }
     if (fill_target_) fill_target_(brick, std::span<std::uint64_t, 8>(target_.data() + made * 8, 8));
     return slot;
+}
+
+void Ensemble::add_slots(std::span<const std::pair<BrickKey, std::uint32_t>> bricks, Workers& workers) {
+    MELD_EXPECT(brick_count() == 0, "{} bricks", brick_count());
+    const std::size_t slots = bricks.size() + 1;
+    MELD_CHECK(slots <= std::size_t{1} << (32 - kBrickCellBits), "{} bricks", bricks.size());
+    neighbours_.resize(slots * kBrickNeighbours);
+    cell_catom_.resize(slots * kBrickCells);
+    target_.resize(slots * kBrickCells / 64);
+    origin_.resize(slots * 3);
+    key_.resize(slots);
+    workers.run((bricks.size() + kBricksAtOnce - 1) / kBricksAtOnce, [&](int, std::size_t part) {
+        for (std::size_t i = part * kBricksAtOnce; i < std::min(bricks.size(), (part + 1) * kBricksAtOnce); ++i) {
+            const Cell origin = lattice_.brick_origin(lattice_.brick_at(bricks[i].first));
+            key_[i + 1] = bricks[i].first;
+            std::copy_n(std::array{origin.x, origin.y, origin.z}.begin(), 3, &origin_[(i + 1) * 3]);
+        }
+    });
+    for (Slot slot = 1; slot < slots; ++slot) slots_.insert(packed(brick(slot)), slot);
+}
+
+void Ensemble::fill_brick(Slot slot, Catom first, std::uint32_t count, const FillCells& fill, CatomState state) {
+    const Cell here = brick(slot);
+    for (u32 n = 0; n < kBrickNeighbours; ++n)
+        neighbours_[std::size_t{slot} * kBrickNeighbours + n] = find_slot(here + Lattice::brick_offset(n)).value_or(0);
+    const std::span<std::uint64_t, 8> target(&target_[std::size_t{slot} * 8], 8);
+    std::ranges::fill(target, 0);
+    if (fill_target_) fill_target_(here, target);
+    std::array<std::uint64_t, 8> cells{};
+    fill(here, cells);
+    u32 filled = 0;
+    for (const std::uint64_t word : cells) filled += static_cast<u32>(std::popcount(word));
+    MELD_CHECK(filled == count, "a brick of {} catoms, and {} were counted", filled, count);
+    std::fill_n(&state_[first], count, static_cast<std::uint8_t>(state));
+    const std::uint32_t site = slot << kBrickCellBits;
+    for (std::uint32_t word = 0; word < cells.size(); ++word) {
+        std::int32_t* const at = &cell_catom_[site + word * 64];
+        // Most bricks are full.
+        if (cells[word] == ~std::uint64_t{0}) {
+            std::iota(at, at + 64, static_cast<std::int32_t>(first));
+            std::iota(&site_[first], &site_[first] + 64, site + word * 64);
+            first += 64;
+            continue;
+        }
+        std::fill_n(at, 64, kNobody);
+        for (std::uint64_t left = cells[word]; left != 0; left &= left - 1) {
+            const auto number = static_cast<std::uint32_t>(std::countr_zero(left));
+            at[number] = static_cast<std::int32_t>(first);
+            site_[first++] = site + word * 64 + number;
+        }
+    }
+}
+
+void Ensemble::add_bricks(std::span<const std::pair<BrickKey, std::uint32_t>> bricks, std::uint64_t first_id, const FillCells& fill,
+                          CatomState state, Workers& workers) {
+    MELD_EXPECT(index_count() == 0 && state != kCatomFree, "{} catoms", index_count());
+    if (bricks.empty()) return;
+    std::vector<Catom> firsts;
+    firsts.reserve(bricks.size());
+    std::size_t all = 0;
+    for (const auto& [key, catoms] : bricks) {
+        firsts.push_back(static_cast<Catom>(all));
+        all += catoms;
+    }
+    // An index is positive in the map of cells.
+    MELD_CHECK(all < std::size_t{1} << 31, "{} catoms", all);
+    const auto total = static_cast<std::uint32_t>(all);
+    add_slots(bricks, workers);
+    site_.resize(total);
+    state_.resize(total);
+    ids_.add_run(first_id, total);
+    workers.run((bricks.size() + kBricksAtOnce - 1) / kBricksAtOnce, [&](int, std::size_t part) {
+        for (std::size_t i = part * kBricksAtOnce; i < std::min(bricks.size(), (part + 1) * kBricksAtOnce); ++i)
+            fill_brick(static_cast<Slot>(i + 1), firsts[i], bricks[i].second, fill, state);
+    });
+    for (Catom catom = 0; links_ && catom < total; ++catom) link_around(catom, total);
+    count(state, total);
 }
 
 std::uint32_t Ensemble::site(Cell cell) { return slot(lattice_.brick_of(cell)) << kBrickCellBits | lattice_.number_in_brick(cell); }

@@ -29,16 +29,14 @@ std::uint32_t gather(std::uint64_t bits) {
     return static_cast<std::uint32_t>(bits);
 }
 
-// One level of the transform: inverts the low bits of the first axis, or swaps them with those of another.
+// One level of the transform: if the bit of an axis is set, inverts the low bits of the first axis; otherwise swaps them with those of this
+// axis. Without a branch, which no processor could guess.
 void turn(std::array<std::uint32_t, 3>& axes, std::size_t axis, std::uint32_t bit) {
     const std::uint32_t low = bit - 1;
-    if (axes[axis] & bit) {
-        axes[0] ^= low;
-    } else {
-        const std::uint32_t swapped = (axes[0] ^ axes[axis]) & low;
-        axes[0] ^= swapped;
-        axes[axis] ^= swapped;
-    }
+    const std::uint32_t set = (axes[axis] & bit) != 0 ? low : 0;
+    const std::uint32_t swapped = (axes[0] ^ axes[axis]) & (low ^ set);
+    axes[0] ^= set | swapped;
+    axes[axis] ^= swapped;
 }
 
 }  // namespace

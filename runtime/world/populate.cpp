@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/pulse.h"
@@ -12,6 +13,9 @@ namespace {
 
 // Bricks are assigned to shares in runs of this many: neighbours cost about the same, and a run is walked at once.
 constexpr std::uint64_t kRun = 16;
+
+// Bricks are listed only until there are this many to count: enough for many threads, and no memory to speak of.
+constexpr std::size_t kCountedAtOnce = 8192;
 
 Box positions(const Lattice& lattice, Cell first_brick, Cell last_brick) {
     Box box;
@@ -149,26 +153,44 @@ void for_each_brick(const Shape& shape, const Lattice& lattice, const std::funct
     Walk{shape, lattice, visit}.over(lattice.brick_of(first), lattice.brick_of(last), false);
 }
 
-std::vector<std::pair<BrickKey, std::uint32_t>> count_bricks(const World& world, const Lattice& lattice, int share, int shares) {
+std::vector<std::pair<BrickKey, std::uint32_t>> count_bricks(const World& world, const Lattice& lattice, int share, int shares,
+                                                             Workers* workers) {
     MELD_EXPECT(shares > 0 && share >= 0 && share < shares, "share {} of {}", share, shares);
     std::vector<std::pair<BrickKey, std::uint32_t>> counts;
     std::uint64_t turn = 0;
     const auto mine = [&turn, share, shares] {
         return turn++ / kRun % static_cast<std::uint64_t>(shares) == static_cast<std::uint64_t>(share);
     };
-    const auto count = [&](Cell brick, BrickKey key) {
-        const std::uint32_t cells = bit_count(cells_of_body(world, lattice, brick));
-        if (cells > 0) counts.emplace_back(key, cells);
+    std::vector<Cell> waiting;
+    std::vector<std::pair<BrickKey, std::uint32_t>> counted;
+    const auto count_waiting = [&] {
+        counted.resize(waiting.size());
+        const auto count_part = [&](int, std::size_t part) {
+            for (std::size_t i = part * kRun; i < std::min(waiting.size(), (part + 1) * kRun); ++i)
+                counted[i] = {lattice.brick_key(waiting[i]), bit_count(cells_of_body(world, lattice, waiting[i]))};
+        };
+        const std::size_t parts = (waiting.size() + kRun - 1) / kRun;
+        if (workers != nullptr)
+            workers->run(parts, count_part);
+        else
+            for (std::size_t part = 0; part < parts; ++part) count_part(0, part);
+        std::ranges::copy_if(counted, std::back_inserter(counts), [](const auto& brick) { return brick.second > 0; });
+        waiting.clear();
+    };
+    const auto count = [&](Cell brick) {
+        waiting.push_back(brick);
+        if (waiting.size() == kCountedAtOnce) count_waiting();
     };
     const std::vector<BrickKey> listed = bricks_of_list(world, lattice);
     for_each_brick(world.body, lattice, [&](Cell brick) {
         if (!listed.empty() && std::binary_search(listed.begin(), listed.end(), lattice.brick_key(brick))) return true;
-        if (mine()) count(brick, lattice.brick_key(brick));
+        if (mine()) count(brick);
         return true;
     });
     for (const BrickKey key : listed) {
-        if (mine()) count(lattice.brick_at(key), key);
+        if (mine()) count(lattice.brick_at(key));
     }
+    count_waiting();
     std::sort(counts.begin(), counts.end());
     return counts;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/base/parallel_for.h"
 #include "runtime/world/lattice.h"
 #include "runtime/world/world_file.h"
 
@@ -26,9 +27,10 @@ BrickCells cells_of_body(const World& world, const Lattice& lattice, Cell brick)
 void for_each_brick(const Shape& shape, const Lattice& lattice, const std::function<bool(Cell brick)>& visit);
 
 // The number of catoms in each brick that has any, for share number `share` of `shares` equal shares of the bricks: every brick with a
-// catom is in exactly one share. Sorted by key. Cost: some 10 ns a catom near the body's surface, next to nothing for those inside; in
-// addition, each share walks over all bricks, 0.1 us each.
-std::vector<std::pair<BrickKey, std::uint32_t>> count_bricks(const World& world, const Lattice& lattice, int share, int shares);
+// catom is in exactly one share. Sorted by key. Cost: some 10 ns a catom near the body's surface, next to nothing for those inside, divided
+// by the workers if there are any; in addition, each share walks over all bricks, 0.1 us each.
+std::vector<std::pair<BrickKey, std::uint32_t>> count_bricks(const World& world, const Lattice& lattice, int share, int shares,
+                                                             Workers* workers = nullptr);
 
 // The cells of the body in one brick, as numbers in the brick, ascending; `cells` is emptied first.
 void cells_of_brick(const World& world, const Lattice& lattice, BrickKey brick, std::vector<std::uint32_t>& cells);

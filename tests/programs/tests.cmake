@@ -20,6 +20,8 @@ foreach(program leader flood_election pagerank pagerank_async)
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
+# The set-up, on all threads.
+meld_sizes_test(program_setup ${CMAKE_CURRENT_LIST_DIR}/setup_test.py $<TARGET_FILE:meldsim>)
 # Catoms that die while others go on.
 foreach(program walking_token shape_change)
   meld_sizes_test(failures_${program} ${CMAKE_CURRENT_LIST_DIR}/failures_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld

@@ -14,8 +14,8 @@ constexpr double kMostCounted = 2e8;
 
 }  // namespace
 
-BrickCounts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm) {
-    const BrickCounts mine = world::count_bricks(world, lattice, comm.process(), comm.processes());
+BrickCounts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm, Workers& workers) {
+    const BrickCounts mine = world::count_bricks(world, lattice, comm.process(), comm.processes(), &workers);
     if (comm.processes() == 1) return mine;
     ByteWriter bytes;
     for (const auto& [key, count] : mine) {
@@ -34,11 +34,12 @@ BrickCounts count_together(const world::World& world, const world::Lattice& latt
     return all;
 }
 
-Result<std::optional<BrickCounts>> count_beforehand(const world::World& world, comm::Communicator& comm) {
+Result<std::optional<BrickCounts>> count_beforehand(const world::World& world, comm::Communicator& comm, int threads) {
     const Result<world::WorldSize> size = world::measure(world);
     if (!size) return tl::unexpected<Error>(size.error());
     if (world.is_graph() || size->cells_estimate > kMostCounted) return std::nullopt;
-    return count_together(world, world::Lattice(world.lattice), comm);
+    Workers workers(threads);
+    return count_together(world, world::Lattice(world.lattice), comm, workers);
 }
 
 }  // namespace meld::sim

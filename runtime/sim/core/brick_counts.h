@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/base/parallel_for.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/world/lattice.h"
 #include "runtime/world/world_file.h"
@@ -16,12 +17,12 @@ namespace meld::sim {
 // Sorted; the same on every process.
 using BrickCounts = std::vector<std::pair<world::BrickKey, std::uint32_t>>;
 
-// Every process counts its part of the bricks, and all get all counts. Collective. Cost: as for world::count_bricks, divided by the
-// processes.
-BrickCounts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm);
+// Every process counts its part of the bricks on its workers, and all get all counts. Collective. Cost: as for world::count_bricks, divided
+// by the processes.
+BrickCounts count_together(const world::World& world, const world::Lattice& lattice, comm::Communicator& comm, Workers& workers);
 
 // The same, before anything is made: nothing for a world that may be too large to be counted in every run that it does not fit. Errors: the
-// world has no catoms.
-Result<std::optional<BrickCounts>> count_beforehand(const world::World& world, comm::Communicator& comm);
+// world has no catoms. Starts its own threads, `threads` with the caller.
+Result<std::optional<BrickCounts>> count_beforehand(const world::World& world, comm::Communicator& comm, int threads);
 
 }  // namespace meld::sim

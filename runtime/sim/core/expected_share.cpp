@@ -1,6 +1,7 @@
 #include "runtime/sim/core/expected_share.h"
 
 #include <algorithm>
+#include <array>
 #include <bitset>
 #include <unordered_set>
 #include <utility>
@@ -19,9 +20,27 @@ namespace {
 
 using Bricks = std::vector<std::unordered_set<std::uint64_t>>;  // By process.
 
+// The cells of a brick near each of the 27 around it.
+using NearCells = std::array<std::bitset<kBrickCells>, kBrickNeighbours>;
+
+std::size_t number_of(const partition::Halo::Side& side) {
+    return static_cast<std::size_t>(side.dx + 1 + 3 * (side.dy + 1) + 9 * (side.dz + 1));
+}
+
+NearCells near_cells(const partition::Halo& halo) {
+    NearCells near;
+    for (u32 n = 0; n < kBrickNeighbours; ++n) {
+        const world::Cell step = world::Lattice::brick_offset(n);
+        const partition::Halo::Side side{static_cast<std::int8_t>(step.x), static_cast<std::int8_t>(step.y),
+                                         static_cast<std::int8_t>(step.z), 0};
+        for (std::uint32_t cell = 0; cell < kBrickCells; ++cell) near[number_of(side)][cell] = halo.near(side, cell);
+    }
+    return near;
+}
+
 // The catoms of a brick that other processes see are ghosts there: as many as the cells near them, if the brick is full.
-void add_ghosts(const partition::Halo& halo, const world::Cell brick, std::uint32_t catoms, int owner, std::vector<ExpectedShare>& shares,
-                Bricks& bricks) {
+void add_ghosts(const partition::Halo& halo, const NearCells& near, const world::Cell brick, std::uint32_t catoms, int owner,
+                std::vector<ExpectedShare>& shares, bool around, Bricks& bricks) {
     const std::vector<partition::Halo::Side> sides = halo.sides(brick);
     std::vector<int> others;
     for (const auto& side : sides)
@@ -29,11 +48,13 @@ void add_ghosts(const partition::Halo& halo, const world::Cell brick, std::uint3
     for (const int other : others) {
         std::bitset<kBrickCells> seen;
         for (const auto& side : sides)
-            for (std::uint32_t cell = 0; side.process == other && cell < kBrickCells; ++cell)
-                if (halo.near(side, cell)) seen.set(cell);
+            if (side.process == other) seen |= near[number_of(side)];
         const auto p = static_cast<std::size_t>(other);
         shares[p].ghosts += catoms * static_cast<double>(seen.count()) / kBrickCells;
-        bricks[p].insert(world::packed(brick));
+        if (around)
+            bricks[p].insert(world::packed(brick));
+        else
+            ++shares[p].bricks;
     }
 }
 
@@ -48,17 +69,22 @@ std::vector<ExpectedShare> count_cells(const world::World& world, const world::L
     for (const auto& [key, catoms] : counts) {
         const int owner = partition.owner(key);
         const auto p = static_cast<std::size_t>(owner);
-        const world::Cell brick = lattice.brick_at(key);
         shares[p].catoms += catoms;
         ++shares[p].with_catoms;
-        if (processes > 1) add_ghosts(halo, brick, catoms, owner, shares, bricks);
-        if (processes > 1 || around) bricks[p].insert(world::packed(brick));
-        for (u32 n = 0; around && n < kBrickNeighbours; ++n)
+        ++shares[p].bricks;
+        if (!around) continue;
+        const world::Cell brick = lattice.brick_at(key);
+        bricks[p].insert(world::packed(brick));
+        for (u32 n = 0; n < kBrickNeighbours; ++n)
             if (const world::Cell there = brick + world::Lattice::brick_offset(n); lattice.brick_in_range(there))
                 bricks[p].insert(world::packed(there));
     }
-    for (std::size_t p = 0; p < shares.size(); ++p)
-        shares[p].bricks = bricks[p].empty() ? shares[p].with_catoms : static_cast<double>(bricks[p].size());
+    const NearCells near = processes > 1 ? near_cells(halo) : NearCells();
+    partition::each_border_brick(partition, lattice, counts, {}, [&](std::size_t i) {
+        const auto& [key, catoms] = counts[i];
+        add_ghosts(halo, near, lattice.brick_at(key), catoms, partition.owner(key), shares, around, bricks);
+    });
+    for (std::size_t p = 0; around && p < shares.size(); ++p) shares[p].bricks = static_cast<double>(bricks[p].size());
     return shares;
 }
 

@@ -16,7 +16,7 @@ FactStore::~FactStore() {
 }
 
 void FactStore::resize(std::size_t catoms) {
-    columns.resize(catoms);
+    columns.resize(catoms, &workers_);
     evaluator.resize(catoms);
     if (eval::Counts* counts = evaluator.counts()) counts->resize(catoms);
 }
@@ -42,9 +42,9 @@ void FactStore::check_given(u32 predicate) const {
     MELD_CHECK(column != kNone16 && !module_.columns[column].exported, "{} is no given predicate", module_.predicates[predicate].name);
 }
 
-bool FactStore::give(u32 predicate, u32 catom, const Value* arguments) {
+bool FactStore::give(u32 predicate, u32 catom, const Value* arguments, int worker) {
     check_given(predicate);
-    if (!tuple::give_fact(module_, columns, predicate, catom, arguments, 0)) return false;
+    if (!tuple::give_fact(module_, columns, predicate, catom, arguments, worker)) return false;
     mark(catom, own_dirty(predicate));
     return true;
 }
@@ -108,9 +108,9 @@ void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
     for (const u32 catom : arrived.receivers()) mark(catom, info.own_dirty);
 }
 
-bool FactStore::take(u32 predicate, u32 catom, const Value* arguments) {
+bool FactStore::take(u32 predicate, u32 catom, const Value* arguments, int worker) {
     check_given(predicate);
-    if (!tuple::take_fact(module_, columns, predicate, catom, arguments, 0)) return false;
+    if (!tuple::take_fact(module_, columns, predicate, catom, arguments, worker)) return false;
     mark(catom, own_dirty(predicate));
     return true;
 }

@@ -28,12 +28,13 @@ class FactStore {
     // Drops the catom's timers, which it sets again, as when it migrates: how often it is evaluated must not depend on where it came from.
     void wake_moved(u32 catom, i64 now);
 
-    // Facts given from outside: returns whether they change anything; if so, the catom is marked.
-    bool give(u32 predicate, u32 catom, const Value* arguments);
+    // Facts given from outside: returns whether they change anything; if so, the catom is marked. Several workers may do so at once, for
+    // catoms of different blocks of the agenda.
+    bool give(u32 predicate, u32 catom, const Value* arguments, int worker = 0);
     void give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts);
     // Gives the rows that catoms of this process have sent in the last evaluation to their receivers here, which are marked.
     void deliver_sent(const Geometry& geometry);
-    bool take(u32 predicate, u32 catom, const Value* arguments);
+    bool take(u32 predicate, u32 catom, const Value* arguments, int worker = 0);
     // The same from all workers at once, for different catoms; the caller marks them.
     bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
     bool take_shared(u32 predicate, u32 catom, const Value* arguments, int worker);

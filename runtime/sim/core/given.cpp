@@ -1,6 +1,7 @@
 #include "runtime/sim/core/given.h"
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <span>
 #include <string>
@@ -120,6 +121,11 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
         if (const std::optional<Catom> catom = subdomain_.ensemble.find(*id)) one.push_back(*catom);
         only = &one;
     }
+    if (only == nullptr && how != Change::Check && !route && fits) {
+        const u64 changed = change_all(fact, p.base, how, values.data());
+        if (matched != nullptr) *matched += changed;
+        only = &one;
+    }
     const std::size_t count = only != nullptr ? only->size() : subdomain_.ensemble.index_count();
     for (std::size_t i = 0; i < count && (how != Change::Check || (matched != nullptr && *matched == 0)); ++i) {
         const Catom c = only != nullptr ? (*only)[i] : static_cast<Catom>(i);
@@ -134,6 +140,26 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
     }
     for (u32 i = 0; i < p.arity; ++i) lists_of_facts.release(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     return fits;
+}
+
+u64 GivenFacts::change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments) {
+    FactStore& facts = subdomain_.facts_;
+    const std::size_t count = subdomain_.ensemble.index_count();
+    std::atomic<u64> matched = 0;
+    subdomain_.workers.run((count + eval::Agenda::kBlock - 1) / eval::Agenda::kBlock, [&](int worker, std::size_t block) {
+        u64 here = 0;
+        for (std::size_t i = block * eval::Agenda::kBlock; i < std::min(count, (block + 1) * eval::Agenda::kBlock); ++i) {
+            const Catom c = static_cast<Catom>(i);
+            if (!subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
+            ++here;
+            if (how == Change::Give)
+                facts.give(predicate, c, arguments, worker);
+            else
+                facts.take(predicate, c, arguments, worker);
+        }
+        matched.fetch_add(here, std::memory_order_relaxed);
+    });
+    return matched;
 }
 
 Result<void> GivenFacts::start() {

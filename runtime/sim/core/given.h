@@ -41,6 +41,8 @@ class GivenFacts {
     // Gives the fact to the catoms of its region, or takes it from them; Check only reports what is wrong with it. `matched` counts the
     // catoms on this process; with Check it says whether there are any.
     Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr, const std::vector<Catom>* only = nullptr);
+    // Gives a stored predicate to the catoms of a region, or takes it from them, on all workers; returns how many the region has here.
+    u64 change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments);
     // Whether the fact is given at the start and is a route in a world without motion.
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
     void warn_of_unmatched(Matched all);

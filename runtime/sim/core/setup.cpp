@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -18,6 +19,9 @@
 namespace meld::sim {
 
 namespace {
+
+// Workers mark catoms of different blocks of the agenda.
+constexpr std::size_t kMarkedAtOnce = 4 * eval::Agenda::kBlock;
 
 // @arg1 to @arg9, which the command line numbers itself.
 bool is_run_argument(std::string_view name) { return name.size() == 4 && name.starts_with("arg") && name[3] >= '1' && name[3] <= '9'; }
@@ -37,7 +41,7 @@ Result<void> Setup::run(std::optional<BrickCounts> counted) {
     MELD_EXPECT(!s.members_.partition && s.tick() == 0, "a subdomain is set up once, before its first tick");
     const BrickCounts counts = counted              ? std::move(*counted)
                                : s.world.is_graph() ? BrickCounts()
-                                                    : count_together(s.world, s.lattice, s.comm);
+                                                    : count_together(s.world, s.lattice, s.comm, s.workers);
     divide(counts);
 
     if (s.world.is_graph())
@@ -65,8 +69,11 @@ void Setup::mark_births() {
         s.agenda().each([&](u32 catom, u64) { s.mark(catom, kDirtyBirths); });
         return;
     }
-    for (Catom c = 0; c < s.ensemble.index_count(); ++c)
-        if (s.owned(c)) s.mark(c, kDirtyBirths);
+    const std::size_t count = s.ensemble.index_count();
+    s.workers.run((count + kMarkedAtOnce - 1) / kMarkedAtOnce, [&](int, std::size_t part) {
+        for (std::size_t c = part * kMarkedAtOnce; c < std::min(count, (part + 1) * kMarkedAtOnce); ++c)
+            if (s.owned(static_cast<Catom>(c))) s.mark(static_cast<Catom>(c), kDirtyBirths);
+    });
 }
 
 // New catoms may have any number.
@@ -130,46 +137,37 @@ void Setup::populate_cells(const BrickCounts& counts) {
     const world::World& world = subdomain_.world;
     const world::Lattice& lattice = subdomain_.lattice;
     const int rank = subdomain_.comm.process();
+    // A process owns a range of the curve, so its bricks are neighbours in the list.
     std::vector<std::uint64_t> first_id;
-    std::size_t mine = 0, bricks = 0;
-    for (const auto& [key, count] : counts) {
+    first_id.reserve(counts.size());
+    std::size_t mine = 0, begin = counts.size(), end = 0;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
         first_id.push_back(m.next_id);
-        m.next_id += count;
-        if (m.partition->owner(key) == rank) {
-            mine += count;
-            ++bricks;
-        }
+        m.next_id += counts[i].second;
+        if (m.partition->owner(counts[i].first) != rank) continue;
+        mine += counts[i].second;
+        begin = std::min(begin, i);
+        end = i + 1;
     }
-    std::vector<std::uint32_t> cells;
-    // Calls visit(id, cell) for the catoms of a brick.
-    const auto each_catom = [&](std::size_t i, const auto& visit) {
-        const Cell brick = lattice.brick_at(counts[i].first);
-        world::cells_of_brick(world, lattice, counts[i].first, cells);
-        for (std::size_t n = 0; n < cells.size(); ++n) visit(first_id[i] + n, lattice.cell_in_brick(brick, cells[n]));
-    };
+    const std::span<const std::pair<world::BrickKey, std::uint32_t>> ours(counts.data() + std::min(begin, end), end - std::min(begin, end));
     // Found first, so that there is room for them: arrays that grow leave as much memory behind again.
     std::vector<std::pair<std::uint64_t, Cell>> ghosts;
-    for (std::size_t i = 0; i < counts.size() && !subdomain_.alone(); ++i) {
-        if (m.partition->owner(counts[i].first) == rank) continue;
-        std::vector<partition::Halo::Side> ours = m.halo->sides(lattice.brick_at(counts[i].first));
-        std::erase_if(ours, [&](const auto& side) { return side.process != rank; });
-        if (ours.empty()) continue;
-        each_catom(i, [&](std::uint64_t id, Cell cell) {
-            const std::uint32_t number = lattice.number_in_brick(cell);
-            if (std::ranges::any_of(ours, [&](const auto& side) { return m.halo->near(side, number); })) ghosts.emplace_back(id, cell);
-        });
-    }
-    m.ensemble.reserve(mine + mine / 64 + ghosts.size(), room_for_bricks(bricks));
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-        if (m.partition->owner(counts[i].first) != rank) continue;
-        const world::Slot slot = m.ensemble.slot(lattice.brick_at(counts[i].first));
+    std::vector<std::uint32_t> cells;
+    partition::each_border_brick(*m.partition, lattice, counts, rank, [&](std::size_t i) {
+        if (m.partition->owner(counts[i].first) == rank) return;
+        const Cell brick = lattice.brick_at(counts[i].first);
+        std::vector<partition::Halo::Side> sides = m.halo->sides(brick);
+        std::erase_if(sides, [&](const auto& side) { return side.process != rank; });
         world::cells_of_brick(world, lattice, counts[i].first, cells);
-        // By runs of consecutive cells.
-        for (std::size_t n = 0, next = 0; n < cells.size(); n = next) {
-            while (++next < cells.size() && cells[next] == cells[n] + (next - n)) continue;
-            m.ensemble.add_run(first_id[i] + n, slot, cells[n], static_cast<std::uint32_t>(next - n), kCatomOwned);
-        }
-    }
+        for (std::size_t n = 0; n < cells.size(); ++n)
+            if (std::ranges::any_of(sides, [&](const auto& side) { return m.halo->near(side, cells[n]); }))
+                ghosts.emplace_back(first_id[i] + n, lattice.cell_in_brick(brick, cells[n]));
+    });
+    m.ensemble.reserve(mine + mine / 64 + ghosts.size(), room_for_bricks(ours.size()));
+    const auto fill = [&](Cell brick, std::span<std::uint64_t, 8> bits) {
+        std::ranges::copy(world::cells_of_body(world, lattice, brick), bits.begin());
+    };
+    if (!ours.empty()) m.ensemble.add_bricks(ours, first_id[begin], fill, kCatomOwned, subdomain_.workers);
     for (const auto& [id, cell] : ghosts) m.ensemble.add(id, cell, kCatomGhost);
     surround();
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 
@@ -49,6 +50,52 @@ TEST(Ensemble, AddsRunsOfCatomsAsIfOneByOne) {
         EXPECT_EQ(runs.key_of(catom), lattice.key(runs.cell(catom)));
     }
     EXPECT_EQ(runs.find(7 + 5), std::nullopt);
+}
+
+// Some bricks of a body with a hole, and parts of bricks at its surface.
+bool in_body(Cell cell) { return cell.x % 11 != 3 && cell.x * cell.x + cell.y * cell.y + 4 * cell.z * cell.z < 700; }
+
+TEST(Ensemble, AddsBricksOnAnyNumberOfWorkersAsIfOneByOne) {
+    for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Fcc}) {
+        const Lattice lattice(kind);
+        const auto in_target = [](Cell cell) { return cell.x > cell.y; };
+        const auto fill = [&](Cell brick, std::span<std::uint64_t, 8> bits) {
+            for (std::uint32_t number = 0; number < kBrickCells; ++number)
+                if (in_body(lattice.cell_in_brick(brick, number))) bits[number / 64] |= std::uint64_t{1} << number % 64;
+        };
+        std::map<BrickKey, std::uint32_t> counts;
+        for (int x = -30; x <= 30; ++x)
+            for (int y = -30; y <= 30; ++y)
+                for (int z = lattice.flat() ? 0 : -15; z <= (lattice.flat() ? 0 : 15); ++z)
+                    if (in_body({x, y, z})) ++counts[lattice.brick_key(lattice.brick_of({x, y, z}))];
+        const std::vector<std::pair<BrickKey, std::uint32_t>> bricks(counts.begin(), counts.end());
+        Ensemble one_by_one(lattice, in_target);
+        std::uint64_t id = 5;
+        for (const auto& [key, count] : bricks)
+            for (std::uint32_t number = 0; number < kBrickCells; ++number)
+                if (const Cell cell = lattice.cell_in_brick(lattice.brick_at(key), number); in_body(cell))
+                    one_by_one.add(id++, cell, kCatomOwned);
+        for (const int threads : {1, 2, 3}) {
+            Workers workers(threads);
+            Ensemble at_once(lattice, in_target);
+            at_once.add_bricks(bricks, 5, fill, kCatomOwned, workers);
+            ASSERT_EQ(at_once.index_count(), one_by_one.index_count());
+            ASSERT_EQ(at_once.brick_count(), one_by_one.brick_count());
+            EXPECT_EQ(at_once.owned_count(), one_by_one.owned_count());
+            for (Catom catom = 0; catom < at_once.index_count(); ++catom) {
+                ASSERT_EQ(at_once.id(catom), one_by_one.id(catom));
+                ASSERT_EQ(at_once.key_of(catom), one_by_one.key_of(catom));
+                ASSERT_EQ(at_once.at(at_once.cell(catom)), catom);
+                ASSERT_EQ(at_once.state(catom), kCatomOwned);
+            }
+            const Geometry ours = at_once.geometry(), theirs = one_by_one.geometry();
+            const std::size_t slots = at_once.brick_count() + 1;
+            EXPECT_TRUE(std::equal(ours.cell_catom, ours.cell_catom + slots * kBrickCells, theirs.cell_catom));
+            EXPECT_TRUE(std::equal(ours.brick_neighbours, ours.brick_neighbours + slots * kBrickNeighbours, theirs.brick_neighbours));
+            EXPECT_TRUE(std::equal(ours.brick_target, ours.brick_target + slots * kBrickCells / 64, theirs.brick_target));
+            EXPECT_TRUE(std::equal(ours.brick_origin, ours.brick_origin + slots * 3, theirs.brick_origin));
+        }
+    }
 }
 
 TEST(Ensemble, FindsNeighboursAcrossBricksOnEachLattice) {

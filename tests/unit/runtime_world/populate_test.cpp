@@ -50,6 +50,8 @@ TEST(Populate, AgreesWithAskingEachCellForAnyNumberOfShares) {
         for (const auto& [text, cells] : bodies) {
             const World world = world_of(text, kind, cells);
             const auto expected = brute_force(world, lattice);
+            Workers workers(3);
+            EXPECT_EQ(count_bricks(world, lattice, 1, 2, &workers), count_bricks(world, lattice, 1, 2)) << text;
             for (const int shares : {1, 2, 3, 7, 64}) {
                 std::map<BrickKey, std::uint32_t> counted;
                 for (int share = 0; share < shares; ++share) {
