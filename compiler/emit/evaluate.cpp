@@ -171,6 +171,7 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
         if (c.follows_rows) w.line("__builtin_prefetch(entries + u64{{catom}} * {});", c.stride);
         w.close();
     }
+    emit_arrived_ahead(plan, "catom", "todo", w);
     w.close();
 }
 
@@ -195,7 +196,6 @@ void emit_look_closer(const plan::Plan& plan, Writer& w) {
         w.line("ask_for_halves(rows_of(s, {}, catom), {});", column.index(), c.row_bytes);
         w.close();
     }
-    emit_arrived_ahead(plan, "catom", "todo", w);
     w.close();
 }
 
