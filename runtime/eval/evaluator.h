@@ -112,9 +112,9 @@ class Evaluator {
     // Whether rows of a column were sent, and a call of visit(to, from, const u8* row) for each. The order depends on the threads, but not
     // that of one sender's rows.
     bool sent_rows(u16 column) const;
-    template <class... Visit>
-    void each_sent(u16 column, const Visit&... visit) const {
-        for (const Outbox* outbox : outboxes_) outbox->each(column, visit...);
+    template <class Visit>
+    void each_sent(u16 column, const Visit& visit) const {
+        for (const Outbox* outbox : outboxes_) outbox->each(column, visit);
     }
     // Whether a sent row of the column points to a stored list. The others are in arenas, one a thread, which go with the rows: hands them
     // over in exchange for others, which end.

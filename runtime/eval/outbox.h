@@ -39,9 +39,9 @@ class Outbox {
     bool shares(u16 column) const { return columns_[column].shares; }
     void share(u16 column) { columns_[column].shares = true; }
 
-    // Calls visit(to, from, const u8* row) for each row of a column, in the order of sending; soon(to) some rows before.
-    template <class Visit, class Soon = void (*)(u32)>
-    void each(u16 column, const Visit& visit, const Soon& soon = [](u32) {}) const {
+    // Calls visit(to, from, const u8* row) for each row of a column, in the order of sending.
+    template <class Visit>
+    void each(u16 column, const Visit& visit) const {
         const Column& c = columns_[column];
         for (std::size_t i = 0; i < c.used; ++i) {
             const u8* const end = i + 1 == c.used ? places_[column].next : c.chunks[i].bytes.get() + c.chunks[i].filled;
@@ -49,13 +49,8 @@ class Outbox {
                 const auto [from, receivers] = *reinterpret_cast<const SentRow*>(at);
                 const u8* const row = at + sizeof(SentRow);
                 const auto* const to = reinterpret_cast<const u32*>(at + c.row_bytes);
-                at += c.row_bytes + std::size_t{receivers} * sizeof(u32);
-                if (at != end) {
-                    const auto* const later = reinterpret_cast<const u32*>(at + c.row_bytes);
-                    const u32 count = reinterpret_cast<const SentRow*>(at)->count;
-                    for (u32 k = 0; k < count; ++k) soon(later[k]);
-                }
                 for (u32 k = 0; k < receivers; ++k) visit(to[k], from, row);
+                at += c.row_bytes + std::size_t{receivers} * sizeof(u32);
             }
         }
     }

@@ -37,11 +37,6 @@ class ArrivedRows {
         std::memcpy(at, row, size);
         return at;
     }
-    // A row is about to be placed for the catom, if it is counted: asks the processor for where it goes.
-    template <u32 Bytes = 0>
-    void expect(u32 catom) const {
-        __builtin_prefetch(filling_.bytes.get() + counts_[catom] * (Bytes == 0 ? row_bytes_ : Bytes), 1);
-    }
     // Where lists of these rows are; what is there when a delivery is opened may be used again.
     std::vector<Arena>& lists() { return filling_.lists; }
     // Puts the rows of each receiver in order, with those that it holds, and leaves them to it.
