@@ -216,12 +216,15 @@ Result<void> Steps::film() {
 
 int paint_steps(const RunOptions& options) {
     interrupt::handle({SIGINT, SIGTERM, SIGHUP});
+    interrupt::set_last_words("meldsim: interrupted before its end\n");
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     Result<Steps> steps = Steps::of(options);
     if (!steps) return tell(steps.error());
     const bool one = std::holds_alternative<ShotOptions>(options.debug->picture->of);
     const Result<void> done = one ? steps->shoot() : steps->film();
-    return done ? static_cast<int>(ExitCode::Fine) : tell(done.error());
+    if (done) return static_cast<int>(ExitCode::Fine);
+    const int code = tell(done.error());
+    return done.error().code == ExitCode::Interrupted ? interrupt::exit_code() : code;
 }
 
 }  // namespace meld::driver

@@ -5,6 +5,8 @@
 import json
 import pathlib
 import shutil
+import signal
+import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -12,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
-from frame import Case, main, square  # noqa: E402
+from frame import FOREVER, Case, main, square  # noqa: E402
 from png import read_png  # noqa: E402
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "meld"
@@ -154,6 +156,22 @@ class Steps(Case):
         # Nor is it compiled.
         self.call("meldsim", "movie", "run.vtkhdf", "-o", "f/", "--steps", *TINY, "--quiet",
                   environment={"PATH": "/none", "TMPDIR": "/none"})
+
+    def test_an_interrupted_film_ends_there(self):
+        self.write("forever.meld", FOREVER)
+        self.write("forever.toml", square(2))
+        self.record("forever.meld", "--ticks", 3000)
+        for name, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            shutil.rmtree(self.folder / "f", ignore_errors=True)
+            film = self.begin("meldsim", "movie", "run.vtkhdf", "-o", "f/", "--steps", *TINY, "--quiet", stderr=subprocess.PIPE,
+                              start_new_session=True)
+            self.wait_for(lambda: (self.folder / "f" / "00005.png").exists(), film)
+            film.send_signal(name)
+            _, said = film.communicate(timeout=30)
+            self.assertEqual(film.returncode, code, said)
+            frames = sorted(self.files("f"))
+            self.assertIn(f"interrupted: f/ ends with frame {len(frames)} of 3001".encode(), said)
+            read_png(self.read(f"f/{frames[-1]}"))
 
     def test_what_asks_for_facts_is_refused(self):
         self.record()
