@@ -36,6 +36,7 @@
 #include "runtime/driver/run.h"
 #include "runtime/driver/scratch.h"
 #include "runtime/driver/shot.h"
+#include "runtime/driver/steps.h"
 #include "runtime/driver/tell.h"
 #include "runtime/driver/view.h"
 #include "runtime/sim/state/checkpoint_folder.h"
@@ -238,6 +239,7 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
         if (const auto right = last_tick_of(*options.debug->picture); !right) return tell(right.error());
         if (const auto distinct = check_output(options, world_path(options), "--output", options.debug->picture->file); !distinct)
             return tell(distinct.error());
+        if (options.debug->picture->steps) return paint_steps(options);
     }
     if (options.debug->view && !options.debug->view->share.file.empty()) {
         if (const auto distinct = check_output(options, world_path(options), "--share", options.debug->view->share.file); !distinct)

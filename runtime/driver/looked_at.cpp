@@ -21,25 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Options that say what is run, beside something that says so itself.
-Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code) {
-    const auto given = [&]() -> const char* {
-        if (!options.world.empty()) return "--world";
-        if (!options.events.empty()) return "--events";
-        if (!options.library_paths.empty()) return "--library";
-        if (options.seed >= 0) return "--seed";
-        if (!options.set.empty()) return "--set";
-        if (!options.given.empty()) return "--arg";
-        if (options.optimisation) return "-O";
-        if (options.strict) return "--strict";
-        if (code && !options.link.empty()) return "--link";
-        if (code && !options.extensions.empty()) return "--extension";
-        return nullptr;
-    }();
-    if (given == nullptr) return {};
-    return fail(fmt::format("{} has no place here: {} says itself what was run", given, what), fmt::format("Leave out {}", given));
-}
-
 enum class Target { Program, Recording, Checkpoints };
 
 Target target_of(const std::string& path) {
@@ -140,6 +121,24 @@ Result<RunOptions> from_checkpoints(const RunOptions& options, const ParseRun& p
 }
 
 }  // namespace
+
+Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code) {
+    const auto given = [&]() -> const char* {
+        if (!options.world.empty()) return "--world";
+        if (!options.events.empty()) return "--events";
+        if (!options.library_paths.empty()) return "--library";
+        if (options.seed >= 0) return "--seed";
+        if (!options.set.empty()) return "--set";
+        if (!options.given.empty()) return "--arg";
+        if (options.optimisation) return "-O";
+        if (options.strict) return "--strict";
+        if (code && !options.link.empty()) return "--link";
+        if (code && !options.extensions.empty()) return "--extension";
+        return nullptr;
+    }();
+    if (given == nullptr) return {};
+    return fail(fmt::format("{} has no place here: {} says itself what was run", given, what), fmt::format("Leave out {}", given));
+}
 
 Result<RunOptions> looked_at(RunOptions options, const std::string& scratch, Scratch& own, const ParseRun& parse) {
     switch (target_of(options.program)) {

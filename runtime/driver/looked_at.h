@@ -14,6 +14,9 @@ namespace meld::driver {
 // that say what is run stand beside what says so itself.
 Result<RunOptions> looked_at(RunOptions options, const std::string& scratch, Scratch& own, const ParseRun& parse);
 
+// Errors: options that say what is run, or with which code, stand beside something that says so itself, which is named.
+Result<void> carries_its_own(const RunOptions& options, const std::string& what, bool code);
+
 // The run that a viewer shows beside its own: of another program or recording. Errors: it is neither; there are several processes.
 Result<RunOptions> looked_at_beside(const RunOptions& options, Scratch& own);
 

@@ -46,12 +46,15 @@ struct ShotOptions {
     int columns = 0;                      // Of a sheet with several ticks; 0: as they fit.
 };
 
+// A film of a run takes no longer, unless something else is said.
+inline constexpr double kMovieSeconds = 10;
+
 // Of `meldsim movie`.
 struct MovieOptions {
     std::string from = {}, to = {};          // Ticks; otherwise the first and the last.
     std::optional<std::int64_t> every = {};  // Ticks from a frame to the next; otherwise as `seconds` needs it.
     double fps = 30;                         // Frames a second.
-    double seconds = 10;                     // How long it takes, at most.
+    std::optional<double> seconds = {};      // How long it takes, at most; otherwise kMovieSeconds, and of recorded steps all.
     double hold = 0;                         // Of these, how long the last tick stays.
     double turn = 0;                         // Degrees that the camera goes around.
     std::vector<std::string> keys = {};      // "TICK,AZIMUTH,ELEVATION,ZOOM"
@@ -80,6 +83,7 @@ struct PictureOptions {
     std::string background = "white";  // Or "transparent".
     bool ground = false, scale = false, bare = false, edges = false;
     int samples = 2;
+    bool steps = false;  // The steps of a recording are painted as they are, and no run is made.
     std::variant<ShotOptions, MovieOptions, ExportOptions> of = ShotOptions{};
 };
 

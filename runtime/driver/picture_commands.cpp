@@ -1,5 +1,7 @@
 #include "runtime/driver/picture_commands.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <string>
 #include <variant>
@@ -25,6 +27,11 @@ CLI::App* add_command(CLI::App& app, Asking& asking, const std::string& name, co
     CLI::App* const command = app.add_subcommand(name, about);
     command->add_option("TARGET", run.program, "A program, which is run; or a recording; or a folder of checkpoints")->required();
     return command;
+}
+
+void add_steps(CLI::App& c, PictureOptions& picture) {
+    c.add_flag("--steps", picture.steps, "Paint a recording as it is, and do not make its run again: only ticks that it has, and no BODY")
+        ->group(kGroup);
 }
 
 void add_form(CLI::App& c, PictureOptions& picture) {
@@ -88,6 +95,7 @@ void add_shot(CLI::App& app, Asking& asking) {
         ->delimiter(',');
     add(c, "--columns", shot.columns, "INT", "How many frames of several stand side by side; otherwise as they fit")
         ->check(cli::whole_number(1, 1000));
+    add_steps(c, picture);
     add_look(c, picture);
     add_view(c, picture);
     add_looked_at(c, asking);
@@ -107,7 +115,7 @@ void add_movie(CLI::App& app, Asking& asking) {
     CLI::Option* const every = add(c, "--every", movie.every, "INT", "Ticks from a frame to the next");
     every->check(cli::whole_number(1, std::numeric_limits<std::int32_t>::max()));
     add(c, "--seconds", movie.seconds, "SECONDS", "The film takes no longer: frames are so many ticks apart")
-        ->capture_default_str()
+        ->default_str(fmt::format("{}", kMovieSeconds))
         ->excludes(every);
     add(c, "--hold", movie.hold, "SECONDS", "The last tick stays for so long")->capture_default_str();
     add(c, "--fps", movie.fps, "NUMBER", "Frames a second")->capture_default_str();
@@ -115,6 +123,7 @@ void add_movie(CLI::App& app, Asking& asking) {
     CLI::Option* const key = add(c, "--key", movie.keys, "T,AZIMUTH,ELEVATION,ZOOM",
                                  "After this tick the camera is there; between two keys it moves smoothly; repeatable");
     key->take_all()->allow_extra_args(false)->excludes(turn);
+    add_steps(c, picture);
     add_look(c, picture);
     add_view(c, picture);
     for (const char* fixed : {"--azimuth", "--elevation", "--zoom"}) key->excludes(c.get_option(fixed));

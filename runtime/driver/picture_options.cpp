@@ -110,7 +110,7 @@ Result<picture::CameraPath::Key> parse_key(const std::string& text) {
 }
 
 Result<void> check(const MovieOptions& movie, const PictureOptions& options) {
-    for (const auto& fits : {within("--fps", movie.fps, 0.1, 240), within("--seconds", movie.seconds, 0.1, 1e5),
+    for (const auto& fits : {within("--fps", movie.fps, 0.1, 240), within("--seconds", movie.seconds.value_or(kMovieSeconds), 0.1, 1e5),
                              within("--hold", movie.hold, 0, 1e5), within("--turn", movie.turn, -1e6, 1e6)})
         if (!fits) return fits;
     if (const auto orders = movie_of(movie); !orders) return tl::unexpected<Error>(orders.error());

@@ -8,21 +8,19 @@
 #include <tuple>
 #include <utility>
 
-#include "runtime/base/output_file.h"
 #include "runtime/base/parallel_for.h"
+#include "runtime/base/progress.h"
 #include "runtime/base/standard_streams.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/driver/picture_options.h"
-#include "runtime/picture/frame.h"
-#include "runtime/picture/sheet.h"
 #include "runtime/render/image.h"
 
 namespace meld::driver {
 
 namespace {
 
-Result<void> report(const RunOptions& options, const std::vector<picture::Frame>& frames, const render::Image& image) {
+Result<void> report(const RunOptions& options, std::span<const picture::Frame> frames, const render::Image& image) {
     const std::string& path = options.debug->picture->file;
     std::uint64_t shown = 0, catoms = 0;
     std::vector<std::int64_t> ticks;
@@ -83,13 +81,18 @@ Result<int> take_shot(const RunOptions& options, const world::World& world, Onlo
     const Result<void> taken = [&]() -> Result<void> {
         if (!onlooker.speaks()) return {};
         onlooker.show([] { return "painting"; });
-        const Result<render::Image> image = paint(frames, *look, *sheet, *file);
-        if (!image) return tl::unexpected<Error>(image.error());
-        onlooker.show_no_more();
-        return report(options, frames, *image);
+        return finish_shot(options, frames, *look, *sheet, *file);
     }();
     if (const auto all = comm::outcome_of_first(onlooker.comm(), taken); !all) return tl::unexpected<Error>(all.error());
     return static_cast<int>(ExitCode::Fine);
+}
+
+Result<void> finish_shot(const RunOptions& options, std::span<picture::Frame> frames, const picture::Look& look,
+                         const picture::SheetOptions& sheet, OutputFile& file) {
+    const Result<render::Image> image = paint(frames, look, sheet, file);
+    if (!image) return tl::unexpected<Error>(image.error());
+    clear_progress();
+    return report(options, frames, *image);
 }
 
 Result<void> shoot_start(const PictureOptions& picture, const world::World& world, sim::Subdomain& subdomain, record::Drawing& drawing) {

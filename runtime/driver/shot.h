@@ -1,9 +1,14 @@
 // `meldsim shot`: a picture of a run at one tick or at several.
 #pragma once
 
+#include <span>
+
 #include "runtime/base/error.h"
+#include "runtime/base/output_file.h"
 #include "runtime/driver/onlooker.h"
 #include "runtime/driver/options.h"
+#include "runtime/picture/frame.h"
+#include "runtime/picture/sheet.h"
 #include "runtime/record/drawing.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/world_file.h"
@@ -12,6 +17,10 @@ namespace meld::driver {
 
 // Goes to each tick and takes the picture. Every process calls it.
 Result<int> take_shot(const RunOptions& options, const world::World& world, Onlooker& onlooker);
+
+// Paints the frames, writes the picture and prints what it is.
+Result<void> finish_shot(const RunOptions& options, std::span<picture::Frame> frames, const picture::Look& look,
+                         const picture::SheetOptions& sheet, OutputFile& file);
 
 // Takes a picture of a run that has been started and has no program.
 Result<void> shoot_start(const PictureOptions& picture, const world::World& world, sim::Subdomain& subdomain, record::Drawing& drawing);

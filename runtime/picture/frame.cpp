@@ -11,8 +11,8 @@
 #include "runtime/comm/at_first.h"
 #include "runtime/comm/outcome.h"
 #include "runtime/inspect/query.h"
-#include "runtime/picture/obstacles.h"
 #include "runtime/picture/palette.h"
+#include "runtime/picture/stage.h"
 #include "runtime/record/sorted_facts.h"
 
 namespace meld::picture {
@@ -23,9 +23,7 @@ using inspect::Table;
 using Kind = check::Type::Kind;
 using render::Vec;
 
-constexpr float kAbove = 0.62F;            // In the plane, lines are so much above the middles of catoms.
 constexpr std::size_t kMaxCallouts = 200;  // No picture has room for more.
-constexpr float kSmall = 0.5F;             // In space, catoms are so much smaller where there are lines.
 // Links of a graph: more would be a grey surface.
 constexpr std::uint64_t kMostLinks = 200'000;
 constexpr render::Rgb kFaint = {150, 150, 150};
@@ -33,22 +31,6 @@ constexpr render::Rgb kCut = {214, 60, 50};
 constexpr float kThin = 0.04F;
 // The part of the way between two catoms that an arrow takes.
 constexpr float kArrowBegins = 0.12F, kArrowEnds = 0.8F;
-
-Vec vec(const world::Vec3& at) { return {static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])}; }
-
-render::Rgb rgb(std::uint32_t c) {
-    return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
-}
-
-// Of a lattice that fills space, from a catom to each of its neighbours.
-std::vector<Vec> ways_of(const sim::Subdomain& subdomain) {
-    const world::Lattice& lattice = subdomain.lattice;
-    std::vector<Vec> out;
-    if (subdomain.ensemble.is_free() || lattice.flat()) return out;
-    const world::Cell middle = {0, 0, 0};
-    for (int port = 0; port < lattice.ports(); ++port) out.push_back(vec(lattice.position(lattice.neighbour(middle, port))));
-    return out;
-}
 
 // The first column that says where a line ends: another catom, a vec3, or else three numbers side by side.
 std::optional<std::size_t> end_of(const std::vector<Table::Column>& columns, std::size_t from) {
@@ -79,7 +61,11 @@ Vec way_of(const Table& table, std::size_t row, std::size_t column) {
 class Looker {
   public:
     Looker(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look)
-        : subdomain_(subdomain), look_(look), speaks_(subdomain.comm.process() == 0), drawn_(drawing.drawn(subdomain)) {}
+        : subdomain_(subdomain),
+          look_(look),
+          speaks_(subdomain.comm.process() == 0),
+          drawn_(drawing.drawn(subdomain)),
+          stage_(drawn_, subdomain.world, subdomain.ensemble.is_free(), subdomain.tick(), look) {}
 
     Result<Frame> frame();
 
@@ -103,25 +89,19 @@ class Looker {
     Result<void> call_out();
     // Where in the scene the catom of a row is; nothing if it is not shown.
     std::optional<std::size_t> place(const Said& said, std::size_t row, std::size_t column) const {
-        const auto at = drawn_.find(said.table.cell(row, column).catom);
-        if (!at || places_[*at] < 0) return std::nullopt;
-        return static_cast<std::size_t>(places_[*at]);
+        return stage_.place(said.table.cell(row, column).catom);
     }
-    void add_drawn();
     // The links of a graph between nodes that are shown, also what is left of those that were cut, unless lines are asked for.
     void add_graph();
     void add_stubs(const Vec& a, const Vec& b);
     using Link = std::pair<std::uint64_t, std::uint64_t>;
     std::vector<Link> links_now() const;
-    // Lines go between the middles of catoms, where nobody would see them.
-    void uncover_lines();
 
     sim::Subdomain& subdomain_;
     const Look& look_;
     const bool speaks_;
     const record::Drawn drawn_;
-    std::vector<std::ptrdiff_t> places_;  // Of catoms in the scene, as in drawn_; -1: not shown.
-    Frame frame_;
+    Stage stage_;
 };
 
 Result<Looker::Said> Looker::ask(const std::string& body, const char* option, Wants wants) {
@@ -167,16 +147,7 @@ Result<void> Looker::choose() {
     if (look_.cut)
         for (std::size_t i = 0; i < shown.size(); ++i)
             shown[i] = shown[i] && look_.cut->keeps(static_cast<float>(drawn_.positions[i][static_cast<std::size_t>(look_.cut->axis)]));
-    render::Scene& scene = frame_.scene;
-    places_.assign(drawn_.ids.size(), -1);
-    for (std::size_t i = 0; i < drawn_.ids.size(); ++i) {
-        if (!shown[i]) continue;
-        places_[i] = static_cast<std::ptrdiff_t>(scene.places.size());
-        scene.places.push_back(vec(drawn_.positions[i]));
-        frame_.ids.push_back(drawn_.ids[i]);
-        scene.colours.push_back(rgb(drawn_.colours[i]));
-        if (!drawn_.diameters.empty()) scene.diameters.push_back(static_cast<float>(drawn_.diameters[i]));
-    }
+    stage_.show(shown);
     return {};
 }
 
@@ -202,24 +173,24 @@ Result<void> Looker::colour() {
     if (!speaks_) return {};
     const Table& table = said->table;
     const Kind kind = said->value ? table.columns()[*said->value].type.kind : Kind::Error;
-    frame_.coloured_by = said->value ? table.columns()[*said->value].name : look_.colour;
-    frame_.whole_numbers = kind == Kind::Int;
-    std::vector<bool> has(frame_.scene.places.size());
+    stage_.frame.coloured_by = said->value ? table.columns()[*said->value].name : look_.colour;
+    stage_.frame.whole_numbers = kind == Kind::Int;
+    std::vector<bool> has(stage_.frame.scene.places.size());
     for (std::size_t row = 0; row < table.rows(); ++row) {
         const auto at = place(*said, row, said->catom);
         if (!at || has[*at]) continue;
         has[*at] = true;
         if (!said->value) {
-            frame_.words.emplace_back(*at, kHolds);
+            stage_.frame.words.emplace_back(*at, kHolds);
             continue;
         }
         const Value v = table.cell(row, *said->value);
         if (kind == Kind::Int)
-            frame_.numbers.emplace_back(*at, static_cast<double>(v.integer));
+            stage_.frame.numbers.emplace_back(*at, static_cast<double>(v.integer));
         else if (kind == Kind::Float)
-            frame_.numbers.emplace_back(*at, v.real);
+            stage_.frame.numbers.emplace_back(*at, v.real);
         else
-            frame_.words.emplace_back(*at, table.text(row, *said->value));
+            stage_.frame.words.emplace_back(*at, table.text(row, *said->value));
     }
     return {};
 }
@@ -229,7 +200,7 @@ Result<void> Looker::join(const std::string& body, const char* option, bool arro
     const Result<Said> said = ask(body, option, Wants::Lines);
     if (!said) return tl::unexpected<Error>(said.error());
     if (!speaks_) return {};
-    render::Scene& scene = frame_.scene;
+    render::Scene& scene = stage_.frame.scene;
     const bool to_catom = said->table.columns()[*said->end].type.kind == Kind::Node;
     for (std::size_t row = 0; row < said->table.rows(); ++row) {
         const auto from = place(*said, row, said->catom);
@@ -256,55 +227,40 @@ Result<void> Looker::name() {
     if (!speaks_) return {};
     for (std::size_t row = 0; row < said->table.rows(); ++row)
         if (const auto at = place(*said, row, said->catom))
-            frame_.scene.notes.push_back({frame_.scene.places[*at], said->table.text(row, *said->value)});
+            stage_.frame.scene.notes.push_back({stage_.frame.scene.places[*at], said->table.text(row, *said->value)});
     return {};
 }
 
 Result<void> Looker::call_out() {
-    std::vector<render::Note>& callouts = frame_.scene.callouts;
+    std::vector<render::Note>& callouts = stage_.frame.scene.callouts;
     for (const Callout& callout : look_.callouts) {
         if (callout.catom) {
-            const auto at = drawn_.find(*callout.catom);
-            if (!at)
-                frame_.missing.push_back(*callout.catom);
-            else if (places_[*at] >= 0)
-                callouts.push_back({frame_.scene.places[static_cast<std::size_t>(places_[*at])], callout.text});
+            stage_.call_out(callout);
             continue;
         }
         const Result<Said> said = ask(callout.body, "--callout", Wants::Catoms);
         if (!said) return tl::unexpected<Error>(said.error());
         const Table& table = said->table;
-        std::vector<bool> has(frame_.scene.places.size());
+        std::vector<bool> has(stage_.frame.scene.places.size());
         for (std::size_t row = 0; row < table.rows(); ++row) {
             const auto at = place(*said, row, said->catom);
             if (!at || has[*at]) continue;
             has[*at] = true;
-            if (callouts.size() <= kMaxCallouts) callouts.push_back({frame_.scene.places[*at], said->words(row, callout.body)});
+            if (callouts.size() <= kMaxCallouts) callouts.push_back({stage_.frame.scene.places[*at], said->words(row, callout.body)});
         }
     }
     Result<void> fits;
     if (callouts.size() > kMaxCallouts)
-        fits = fail(fmt::format("--callout: there are more than {} callouts at tick {}", kMaxCallouts, frame_.tick),
+        fits = fail(fmt::format("--callout: there are more than {} callouts at tick {}", kMaxCallouts, stage_.frame.tick),
                     "Name fewer catoms, or write --labels");
     return comm::outcome_of_first(subdomain_.comm, fits);
-}
-
-// What catoms have drawn themselves: labels and lines.
-void Looker::add_drawn() {
-    render::Scene& scene = frame_.scene;
-    for (std::size_t i = 0; i < drawn_.labels.size(); ++i)
-        if (places_[i] >= 0 && !drawn_.labels[i].empty() && look_.labels.empty())
-            scene.notes.push_back({scene.places[static_cast<std::size_t>(places_[i])], drawn_.labels[i]});
-    for (const auto& [from, to] : drawn_.lines)
-        if (places_[from] >= 0 && places_[to] >= 0)
-            scene.strokes.push_back({.from = vec(drawn_.positions[from]), .to = vec(drawn_.positions[to])});
 }
 
 // Of a link that was cut, what is left at either end.
 void Looker::add_stubs(const Vec& a, const Vec& b) {
     constexpr float kStub = 0.3F;
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
-        frame_.scene.strokes.push_back({.from = from, .to = from + kStub * (to - from), .colour = kCut, .radius = 1.5F * kThin});
+        stage_.frame.scene.strokes.push_back({.from = from, .to = from + kStub * (to - from), .colour = kCut, .radius = 1.5F * kThin});
 }
 
 void Looker::add_graph() {
@@ -314,13 +270,12 @@ void Looker::add_graph() {
     const std::vector<Link> now = links_now();
     if (!speaks_) return;
     const auto at = [&](std::uint64_t id) -> std::optional<Vec> {
-        const auto drawn = drawn_.find(id);
-        if (!drawn || places_[*drawn] < 0) return std::nullopt;
-        return frame_.scene.places[static_cast<std::size_t>(places_[*drawn])];
+        const auto shown = stage_.place(id);
+        return shown ? std::optional(stage_.frame.scene.places[*shown]) : std::nullopt;
     };
     for (const auto& [a, b] : now)
         if (const auto here = at(a), there = at(b); here && there)
-            frame_.scene.strokes.push_back({.from = *here, .to = *there, .colour = kFaint, .radius = kThin});
+            stage_.frame.scene.strokes.push_back({.from = *here, .to = *there, .colour = kFaint, .radius = kThin});
     for (graph::Node node = 0; node < graph.nodes(); ++node)
         for (const graph::Node other : graph.neighbours(node)) {
             if (other < node || std::ranges::binary_search(now, Link(std::minmax(graph.id(node), graph.id(other))))) continue;
@@ -351,40 +306,18 @@ std::vector<Looker::Link> Looker::links_now() const {
     return out;
 }
 
-void Looker::uncover_lines() {
-    render::Scene& scene = frame_.scene;
-    const bool flat = subdomain_.lattice.flat() && !subdomain_.ensemble.is_free();
-    if (flat)
-        for (render::Stroke& stroke : scene.strokes)
-            for (Vec* end : {&stroke.from, &stroke.to}) end->z() += kAbove;
-    const float size = look_.size.value_or(flat || scene.strokes.empty() ? 1 : kSmall);
-    if (size == 1) return;
-    if (scene.diameters.empty()) scene.diameters.assign(scene.places.size(), 1);
-    for (float& diameter : scene.diameters) diameter *= size;
-}
-
 Result<Frame> Looker::frame() {
-    frame_.tick = subdomain_.tick();
-    frame_.catoms = drawn_.ids.size();
-    frame_.scene.form = look_.form.value_or(subdomain_.ensemble.is_free() ? render::Form::Sphere : form_of(subdomain_.lattice.kind()));
-    frame_.scene.ways = ways_of(subdomain_);
     if (auto done = choose(); !done) return tl::unexpected<Error>(done.error());
     if (auto done = colour(); !done) return tl::unexpected<Error>(done.error());
-    add_drawn();
+    stage_.add_drawn();
     add_graph();
     if (auto done = join(look_.links, "--links", false); !done) return tl::unexpected<Error>(done.error());
     if (auto done = join(look_.arrows, "--arrows", true); !done) return tl::unexpected<Error>(done.error());
     if (auto done = name(); !done) return tl::unexpected<Error>(done.error());
     if (auto done = call_out(); !done) return tl::unexpected<Error>(done.error());
-    uncover_lines();
-    render::Scene& scene = frame_.scene;
-    if (speaks_) add_obstacles(subdomain_.world, scene);
-    if (look_.ground && !scene.places.empty()) {
-        float lowest = std::numeric_limits<float>::infinity();
-        for (std::size_t i = 0; i < scene.places.size(); ++i) lowest = std::min(lowest, scene.places[i].z() - scene.diameter(i) / 2);
-        scene.ground = lowest;
-    }
-    return std::move(frame_);
+    stage_.uncover_lines();
+    if (speaks_) stage_.surround();
+    return std::move(stage_.frame);
 }
 
 }  // namespace
@@ -402,6 +335,17 @@ render::Form form_of(world::LatticeKind lattice) {
 
 Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look) {
     return Looker(subdomain, drawing, look).frame();
+}
+
+Frame look_at(const record::Drawn& drawn, const world::World& world, std::int64_t tick, const Look& look) {
+    Stage stage(drawn, world, world.is_free(), tick, look);
+    stage.show(std::vector<bool>(drawn.ids.size(), true));
+    stage.add_drawn();
+    for (const Callout& callout : look.callouts)
+        if (callout.catom) stage.call_out(callout);
+    stage.uncover_lines();
+    stage.surround();
+    return std::move(stage.frame);
 }
 
 std::optional<render::Legend> colour(std::span<Frame> frames, const Look& look) {

@@ -14,6 +14,7 @@
 #include "runtime/render/scene.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/lattice.h"
+#include "runtime/world/world_file.h"
 
 namespace meld::picture {
 
@@ -74,6 +75,9 @@ render::Form form_of(world::LatticeKind lattice);
 // The run as it is between two ticks, on process 0; an empty frame on the others. Every process calls it. Errors: mistakes in a body; a
 // variable that is to be a catom is none.
 Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look);
+
+// The same of what is drawn alone, without a run: nothing is asked, so bodies in the look mean nothing. The world is no graph.
+Frame look_at(const record::Drawn& drawn, const world::World& world, std::int64_t tick, const Look& look);
 
 // Gives the catoms of all frames the colours of their values, which mean the same in each. Nothing is to be told if values have none.
 std::optional<render::Legend> colour(std::span<Frame> frames, const Look& look);
