@@ -35,6 +35,14 @@ TOOLS = argparse.Namespace()
 # Programs whose facts come in the first tick, and in every one.
 COUNT = "type p(node, int).\np(A, N) :- neighborCount(A, N).\n"
 FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
+# A front goes through the catoms; distances grow with it.
+FRONT = """
+type source(node).
+type dist(node, min int).
+source(A)      :- id(A, 0).
+dist(A, 0)     :- source(A).
+dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+"""
 # What mpirun needs to start processes as root, and more of them than there are processors; meldsim sets it for those that it starts.
 OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
 

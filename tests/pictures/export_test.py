@@ -14,15 +14,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from frame import Case, main, no_file_above  # noqa: E402
+from frame import FRONT, Case, main, no_file_above  # noqa: E402
 
-FRONT = """
-type source(node).
-type dist(node, min int).
+NAMED = FRONT + """
 type name(node, string).
-source(A)      :- id(A, 0).
-dist(A, 0)     :- source(A).
-dist(B, D + 1) :- neighbor(A, B), dist(A, D).
 name(A, "far, \\"away\\"") :- dist(A, D), D > 3.
 """
 DIST = ("--colour", "dist(A, D)")
@@ -95,7 +90,7 @@ def read_xyz(text):
 
 
 class Exports(Case):
-    FILES = {"front.meld": FRONT, "front.toml": cube("cubic", 3)}
+    FILES = {"front.meld": NAMED, "front.toml": cube("cubic", 3)}
 
     def export(self, name, *options, target="front.meld"):
         self.call("meldsim", "export", target, "-o", name, "--quiet", *options)

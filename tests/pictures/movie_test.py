@@ -15,19 +15,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from frame import Case, main, no_file_above, square  # noqa: E402
+from frame import FOREVER, FRONT, Case, main, no_file_above, square  # noqa: E402
 from png import read_png  # noqa: E402
 
-# A front goes through the square; distances grow with it.
-FRONT = """
-type source(node).
-type dist(node, min int).
-source(A)      :- id(A, 0).
-dist(A, 0)     :- source(A).
-dist(B, D + 1) :- neighbor(A, B), dist(A, D).
-"""
-# It has no end.
-FOREVER = "type p(node, int).\np(A, N) :- tick(A, N).\n"
 DIST = ("--colour", "dist(A, D)")
 SMALL = ("--size", "64x48", "--samples", "1")
 PURPLE, YELLOW = (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)

@@ -14,17 +14,12 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
-from frame import FOREVER, Case, main, square  # noqa: E402
+from frame import FOREVER, FRONT, Case, main, square  # noqa: E402
 from png import read_png  # noqa: E402
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "meld"
-# A front goes through the catoms: they take colours, say how far they are, and draw lines.
-FRONT = """
-type source(node).
-type dist(node, min int).
-source(A)      :- id(A, 0).
-dist(A, 0)     :- source(A).
-dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+# In it catoms take colours, say how far they are, and draw lines.
+DRAWN = FRONT + """
 setColor2(A, D)           :- dist(A, D).
 setLabel(A, int2str(D))   :- dist(A, D), D % 3 = 1.
 drawLine(A, B)            :- dist(A, D), neighbor(A, B), dist(B, D + 1), D % 2 = 0.
@@ -70,7 +65,7 @@ TINY = ("--size", "64x48", "--samples", "1")
 
 
 class Steps(Case):
-    FILES = {"front.meld": FRONT, "front.toml": square(4) + "[record]\nevery = 3\n"}
+    FILES = {"front.meld": DRAWN, "front.toml": square(4) + "[record]\nevery = 3\n"}
 
     def record(self, program="front.meld", *options):
         self.call("meldsim", "run", program, "--record", "run.vtkhdf", "--quiet", *options)
@@ -156,6 +151,16 @@ class Steps(Case):
         # Nor is it compiled.
         self.call("meldsim", "movie", "run.vtkhdf", "-o", "f/", "--steps", *TINY, "--quiet",
                   environment={"PATH": "/none", "TMPDIR": "/none"})
+
+    def test_code_that_is_gone_is_not_needed(self):
+        self.write("twice.c", "#include <stdint.h>\nint64_t twice(int64_t x) { return 2 * x; }\n")
+        self.write("twice.meld", "extern int twice(int).\nsetColor2(A, twice(N)) :- neighborCount(A, N).\n")
+        self.record("twice.meld", "--world", "front.toml", "--link", "twice.c")
+        before = self.same("end")
+        (self.folder / "twice.c").unlink()
+        self.refused("meldsim", "shot", "run.vtkhdf", "-o", "a.png", *SMALL, code=2, says="twice.c")
+        self.call("meldsim", "shot", "run.vtkhdf", "-o", "a.png", "--tick", "end", "--steps", *SMALL)
+        self.assertTrue((read_png(self.read("a.png")) == before).all())
 
     def test_an_interrupted_film_ends_there(self):
         self.write("forever.meld", FOREVER)

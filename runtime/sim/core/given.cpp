@@ -121,12 +121,12 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
         if (const std::optional<Catom> catom = subdomain_.ensemble.find(*id)) one.push_back(*catom);
         only = &one;
     }
-    if (only == nullptr && how != Change::Check && !route && fits) {
-        const u64 changed = change_all(fact, p.base, how, values.data());
-        if (matched != nullptr) *matched += changed;
-        only = &one;
+    const bool at_once = only == nullptr && how != Change::Check && !route && fits;
+    if (at_once) {
+        const u64 here = change_all(fact, p.base, how, values.data());
+        if (matched != nullptr) *matched += here;
     }
-    const std::size_t count = only != nullptr ? only->size() : subdomain_.ensemble.index_count();
+    const std::size_t count = at_once ? 0 : only != nullptr ? only->size() : subdomain_.ensemble.index_count();
     for (std::size_t i = 0; i < count && (how != Change::Check || (matched != nullptr && *matched == 0)); ++i) {
         const Catom c = only != nullptr ? (*only)[i] : static_cast<Catom>(i);
         if (!fits || !subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
