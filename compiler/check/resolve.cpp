@@ -283,8 +283,16 @@ std::string Resolver::consuming(const syntax::Rule& tree) const {
     return trim(body) + " -o " + trim(head) + ".";
 }
 
+void Resolver::finish() const {
+    MELD_CHECK(!lost_ || report_.has_errors(), "a rule was left out without a message");
+    later_.finish();
+}
+
 void Resolver::add(Rule rule) {
-    if (refused_ || report_.error_count() > errors_before_) return;
+    if (refused_ || report_.error_count() > errors_before_) {
+        lost_ = true;
+        return;
+    }
     MELD_ASSERT(rule.line > 0 && !rule.text.empty(), "a rule that stands nowhere");
     std::string head = rule.heads.empty()                       ? "nothing"
                        : rule.heads[0].kind == Head::Kind::Fact ? program_.predicates[rule.heads[0].atom.predicate].name

@@ -225,13 +225,27 @@ Term Resolver::aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& n
 }
 
 // The function that folds the values of matches: f(so far, value), with the type of the result so far.
+// What is folded has no type: of a variable that nothing gives a value, if no error before says why.
+void Resolver::report_without_value(const Term& folded) {
+    if (refused_ || report_.error_count() > errors_before_) return;
+    each_variable(folded, [&](VariableId v) {
+        const Variable& variable = rule_->variables[v];
+        if (variable.type != Type::Error || report_.error_count() > errors_before_) return;
+        report_.add(Kind::UnboundVariable, folded.span, fmt::format("`{}` has no value for a match", variable.name)).help =
+            fmt::format("use `{}` in a fact of the body of the aggregate, or set it there with `{} = ...`", variable.name, variable.name);
+    });
+}
+
 std::optional<FunctionId> Resolver::fold_function(const std::string& name, const Term& value, FoldStart start, Span span) {
     const auto own = names_.functions.find(name);
     if (own == names_.functions.end()) {
         if (names_.tree.is_lost(name)) return std::nullopt;
         if (const std::optional<FunctionId> fold = library_fold(program_, name, value.type, span)) return fold;
         if (const LibraryFunction* f = library_function(name, 2)) {
-            if (value.type != Type::Error) refuse_library_fold(*f, value.type, span, report_);
+            if (value.type != Type::Error)
+                refuse_library_fold(*f, value.type, span, report_);
+            else
+                report_without_value(value);
             refused_ = true;
             return std::nullopt;
         }

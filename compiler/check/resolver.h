@@ -23,7 +23,7 @@ class Resolver {
     void find_signs();
     void rule(const syntax::Rule& tree);
     // After the last rule.
-    void finish() const { later_.finish(); }
+    void finish() const;
 
   private:
     // ---- types of variables, before any term is built: from atoms first, then from equalities (resolve_types.cpp)
@@ -56,6 +56,7 @@ class Resolver {
     Term aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& number, const std::string& op, Span span);
     enum class FoldStart { Given, FirstValue };
     std::optional<FunctionId> fold_function(const std::string& name, const Term& value, FoldStart start, Span span);
+    void report_without_value(const Term& folded);
     static Clause test(Term term);
     Term variable_term(VariableId id, Span span) const;
     // The catom of an atom is always a variable: another expression there becomes a fresh one and a test.
@@ -129,6 +130,7 @@ class Resolver {
     std::size_t errors_before_ = 0;
     // The rule uses a predicate whose declaration has an error.
     bool refused_ = false;
+    bool lost_ = false;                                   // Some rule is not in the program because of an error.
     diagnostics::Diagnostic* lower_case_note_ = nullptr;  // Once in a program.
 };
 

@@ -1,4 +1,4 @@
-// Emits for a column whom of the neighbours a change of a record concerns, in a program whose catoms may have any number of neighbours.
+// Emits for a column whom of the neighbours a change of a record concerns.
 //     dist(B, D + 1) :- neighbor(A, B), dist(A, D).          type dist(node, min int).
 // If the rules that read a column at neighbours are all of this form, a catom that has a distance does not need to be evaluated for a
 // neighbour whose distance offers nothing better and has not been what its own rests on: nearly all changes that it is told.
@@ -87,7 +87,7 @@ std::string offer_function(const plan::Plan& plan, const RulePlan& r) { return r
 
 std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId id) {
     const plan::Column& column = plan.columns[id];
-    if (!plan.program.by_links || !column.exported || column.rows) return {};
+    if (!column.exported || column.rows) return {};
     for (const PredicateId p : column.predicates)
         if (holds_lists(plan.of(p))) return {};
     for (const auto* rules : {&plan.linear_rules, &plan.initial_facts})

@@ -130,8 +130,8 @@ struct ColumnInfo {
     int (*compare_rows)(const void* a, const void* b);
     void (*arrange)(void* rows, const void* held, u32 held_count, u32 count);
     // Of these neighbours of a catom whose record has changed, with -1 for none: writes to `out` those whose evaluation can come to another
-    // result because of it, and returns how many there are. The column is up to date. Null: any of them may be. Only in the links form, and
-    // only for records without lists.
+    // result because of it, and returns how many there are. The column is up to date. Null: any of them may be. Only for
+    // records without lists.
     u32 (*concerned)(Eval*, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) = nullptr;
 };
 

@@ -4,6 +4,7 @@
 #include <mpi.h>
 
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "runtime/base/pulse.h"
@@ -11,8 +12,9 @@
 
 namespace meld::comm {
 
-// Polls continuously while an answer is likely soon, then yields the core. With more processes than cores hardly any answer comes soon:
-// three processes on two cores took 14 milliseconds a tick of five exchanges when they polled, and 0.6 when they sleep at once.
+// Polls continuously while an answer is likely soon, then naps. With more processes than cores hardly any answer comes soon: three
+// processes on two cores took 14 milliseconds a tick of five exchanges when they polled, and 0.6 when they nap at once. If other programs
+// want the core, a poll that yields it takes as long as their time slices, so it is the time that counts and not the number of polls.
 class Backoff {
   public:
     Backoff() = default;
@@ -20,14 +22,18 @@ class Backoff {
     Backoff(const Backoff&) = delete;
     Backoff& operator=(const Backoff&) = delete;
     void reset() {
-        if (idle_polls_ > hard_polls) pulse::wait(false);
-        idle_polls_ = 0;
+        if (naps_ > 0) pulse::wait(false);
+        polls_ = naps_ = 0;
     }
     void wait() {
-        if (++idle_polls_ <= hard_polls) return;
-        if (idle_polls_ == hard_polls + 1) pulse::wait(true);
+        if (naps_ == 0) {
+            const Clock::time_point now = Clock::now();
+            if (polls_++ == 0) first_ = now;
+            if (polls_ <= hard_polls && now - first_ < kHardTime) return;
+            pulse::wait(true);
+        }
         std::this_thread::sleep_for(kNap);
-        if (idle_polls_ % kPollsPerLook == 0 && peers != nullptr) peers->look();
+        if (++naps_ % kNapsPerLook == 0 && peers != nullptr) peers->look();
     }
     // Set once, before the first exchange.
     static void expect_crowd() { hard_polls = 20; }
@@ -35,11 +41,14 @@ class Backoff {
     static void set_peers(Peers* looked_at) { peers = looked_at; }
 
   private:
-    static inline int hard_polls = 4000;  // About a millisecond.
+    using Clock = std::chrono::steady_clock;
+    static inline int hard_polls = std::numeric_limits<int>::max();
     static inline Peers* peers = nullptr;
+    static constexpr auto kHardTime = std::chrono::milliseconds(1);
     static constexpr auto kNap = std::chrono::microseconds(20);
-    static constexpr int kPollsPerLook = 1024;  // About a tenth of a second.
-    int idle_polls_ = 0;
+    static constexpr int kNapsPerLook = 1024;  // About a tenth of a second.
+    Clock::time_point first_;
+    int polls_ = 0, naps_ = 0;
 };
 
 inline void wait_patiently(MPI_Request& request) {

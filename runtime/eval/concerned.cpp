@@ -1,37 +1,70 @@
 // Marks the neighbours whom a change of a record concerns, for columns that say so (ColumnInfo::concerned). All records of the tick are
 // visible by then: a catom is compared with what it holds when it would be evaluated.
 #include <algorithm>
+#include <array>
 
 #include "runtime/base/assert.h"
 #include "runtime/eval/worker.h"
 
 namespace meld::eval {
 
+namespace {
+
+// The neighbours of a catom by port, -1 for none; in the lattice form they are looked up into `room`.
+std::span<const i32> neighbours_of(const Geometry& g, u32 catom, std::array<i32, kMaxPorts>& room) {
+    if (g.link_first != nullptr) return {g.link_catom + g.link_first[catom], g.link_ports[catom]};
+    const u32 site = g.catom_site[catom];
+    const auto ports = static_cast<std::size_t>(g.ports);
+    for (std::size_t port = 0; port < ports; ++port) room[port] = catom_towards(g, site, static_cast<i32>(port));
+    return {room.data(), ports};
+}
+
+// The cells around a site that are in its brick, or nearly all of them.
+void prefetch_cells(const Geometry& g, u32 site) {
+    const u32 layer = 1u << (g.cell_bits[0] + g.cell_bits[1]);
+    __builtin_prefetch(g.cell_catom + site);
+    __builtin_prefetch(g.cell_catom + (site & ~(kBrickCells - 1)) + (site - layer) % kBrickCells);
+    __builtin_prefetch(g.cell_catom + (site & ~(kBrickCells - 1)) + (site + layer) % kBrickCells);
+}
+
+}  // namespace
+
 void Evaluator::mark_concerned(const Geometry& g, Thread& t) {
-    // Nodes that change together are anywhere in memory, so what is read of the next ones is asked for in time.
-    constexpr std::size_t kRows = 8, kRow = 4, kNeighbours = 2;
+    // Catoms that change together may be anywhere in memory, so what is read of the next ones is asked for in time.
+    constexpr std::size_t kFirst = 8, kSecond = 4, kNeighbours = 2;
+    const bool links = g.link_first != nullptr;
     const auto ahead = [&](std::size_t i) -> const PendingRecord* {
         return i < t.records.size() && asks_concerned(t.records[i].column) ? &t.records[i] : nullptr;
     };
-    for (std::size_t i = 0; i < t.records.size(); ++i) {
-        if (const PendingRecord* r = ahead(i + kRows)) {
-            __builtin_prefetch(g.link_first + r->catom);
-            __builtin_prefetch(g.link_ports + r->catom);
+    std::array<std::array<i32, kMaxPorts>, kNeighbours + 1> rooms;
+    std::array<std::span<const i32>, kNeighbours + 1> found;
+    for (std::size_t i = 0; i < t.records.size() + kNeighbours; ++i) {
+        if (const PendingRecord* r = ahead(i + kFirst)) {
+            __builtin_prefetch(links ? g.link_first + r->catom : g.catom_site + r->catom);
+            if (links) __builtin_prefetch(g.link_ports + r->catom);
         }
-        if (const PendingRecord* r = ahead(i + kRow)) __builtin_prefetch(g.link_catom + g.link_first[r->catom]);
-        if (const PendingRecord* r = ahead(i + kNeighbours))
-            each_link(g, r->catom, [&](i32, u32 other) { __builtin_prefetch(columns_.entry(r->column, other)); });
-        if (const PendingRecord* r = ahead(i)) mark_concerned(g, t, r->catom, r->column, r->record);
+        if (const PendingRecord* r = ahead(i + kSecond)) {
+            if (links)
+                __builtin_prefetch(g.link_catom + g.link_first[r->catom]);
+            else
+                prefetch_cells(g, g.catom_site[r->catom]);
+        }
+        if (const PendingRecord* r = ahead(i)) {
+            found[i % found.size()] = neighbours_of(g, r->catom, rooms[i % found.size()]);
+            for (const i32 other : found[i % found.size()])
+                if (other >= 0) __builtin_prefetch(columns_.entry(r->column, static_cast<u32>(other)));
+        }
+        if (i < kNeighbours) continue;
+        const std::size_t now = i - kNeighbours;
+        if (const PendingRecord* r = ahead(now)) mark_concerned(t, found[now % found.size()], r->catom, r->column, r->record);
     }
 }
 
-void Evaluator::mark_concerned(const Geometry& g, Thread& t, u32 catom, u16 column, const u8* before) {
-    MELD_EXPECT(asks_concerned(column) && g.link_first != nullptr, "column {} of catom {}", column, catom);
+void Evaluator::mark_concerned(Thread& t, std::span<const i32> neighbours, u32 catom, u16 column, const u8* before) {
     const ColumnInfo& info = module_.columns[column];
-    const i32* const row = g.link_catom + g.link_first[catom];
-    const u32 ports = g.link_ports[catom];
-    if (t.concerned.size() < ports) t.concerned.resize(std::max(ports, g.most_ports));
-    const u32 count = info.concerned(&t, before, columns_.entry(column, catom), row, ports, t.concerned.data());
+    if (t.concerned.size() < neighbours.size()) t.concerned.resize(neighbours.size());
+    const auto ports = static_cast<u32>(neighbours.size());
+    const u32 count = info.concerned(&t, before, columns_.entry(column, catom), neighbours.data(), ports, t.concerned.data());
     const bool shared = threads_.size() > 1;
     for (u32 i = 0; i < count; ++i)
         if (shared)
@@ -39,11 +72,13 @@ void Evaluator::mark_concerned(const Geometry& g, Thread& t, u32 catom, u16 colu
         else
             agenda().mark(t.concerned[i], info.reader_dirty);
     if (!t.passed_over && count < ports)
-        t.passed_over = std::count_if(row, row + ports, [](i32 other) { return other >= 0; }) > std::ptrdiff_t{count};
+        t.passed_over = std::ranges::count_if(neighbours, [](i32 other) { return other >= 0; }) > std::ptrdiff_t{count};
 }
 
-void Evaluator::mark_concerned(const Geometry& geometry, u32 catom, u16 column, const u8* before) {
-    mark_concerned(geometry, *threads_[0], catom, column, before);
+void Evaluator::mark_concerned(const Geometry& g, u32 catom, u16 column, const u8* before) {
+    MELD_EXPECT(asks_concerned(column), "column {} of catom {}", column, catom);
+    std::array<i32, kMaxPorts> room;
+    mark_concerned(*threads_[0], neighbours_of(g, catom, room), catom, column, before);
 }
 
 }  // namespace meld::eval

@@ -40,6 +40,22 @@ void copy_record(u8* to, const u8* from, u32 bytes) {
             std::memcpy(to, from, bytes);
     }
 }
+template <class Word>
+void swap_words(u8* a, u8* b) {
+    Word x, y;
+    std::memcpy(&x, a, sizeof x);
+    std::memcpy(&y, b, sizeof y);
+    std::memcpy(a, &y, sizeof y);
+    std::memcpy(b, &x, sizeof x);
+}
+void swap_records(u8* a, u8* b, u32 bytes) {
+    if (bytes == 4)
+        swap_words<u32>(a, b);
+    else if (bytes == 8)
+        swap_words<u64>(a, b);
+    else
+        std::swap_ranges(a, a + bytes, b);
+}
 
 }  // namespace
 
@@ -366,12 +382,14 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
     };
     using Lists = tuple::Columns::Lists;
     t.dropped_of = kNone32;
-    for (const PendingRecord& r : t.records) {
+    constexpr std::size_t kAhead = 8;
+    for (std::size_t i = 0; i < t.records.size(); ++i) {
+        const PendingRecord& r = t.records[i];
         const ColumnInfo& column = module_.columns[r.column];
+        if (i + kAhead < t.records.size()) __builtin_prefetch(columns_.entry(t.records[i + kAhead].column, t.records[i + kAhead].catom), 1);
         if (asks_concerned(r.column)) {
             // What the record was is kept in its place until mark_concerned().
-            u8* const entry = columns_.entry(r.column, r.catom);
-            std::swap_ranges(entry, entry + column.stride, r.record);
+            swap_records(columns_.entry(r.column, r.catom), r.record, column.stride);
             if (on_export) on_export(thread, r.catom, r.column);
             continue;
         }

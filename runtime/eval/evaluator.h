@@ -172,7 +172,7 @@ class Evaluator {
     void commit(SubdomainView& subdomain, int thread, const OnExport& on_export);
     bool asks_concerned(u16 column) const { return concerns_ && !apart_ && module_.columns[column].concerned != nullptr; }
     void mark_concerned(const Geometry& geometry, Thread& t);
-    void mark_concerned(const Geometry& geometry, Thread& t, u32 catom, u16 column, const u8* before);
+    void mark_concerned(Thread& t, std::span<const i32> neighbours, u32 catom, u16 column, const u8* before);
     void gather(const SubdomainView& subdomain);
     // Takes the catoms that are not evaluated in this tick out of the agenda, and puts those that only do not act in it back.
     void leave_out_or_postpone(const Geometry& geometry);

@@ -1,6 +1,7 @@
 // Programs of the Meld literature beside the same by hand in C++ (hand_programs.h) in the same run, checked to give the same:
-// diffusion, PageRank without rounds, belief propagation, and queens on a board. CPU seconds from a loaded world to quiet, and
-// bytes a catom. Usage: bench_programs EXAMPLES [small]
+// diffusion, PageRank without rounds, two kinds of belief propagation, and queens on a board. CPU seconds from a loaded world to
+// quiet, and bytes a catom. Usage: bench_programs EXAMPLES PROGRAMS [small]
+#include <bit>
 #include <cinttypes>
 #include <cmath>
 
@@ -141,6 +142,38 @@ void beliefs(const std::string& folder, int side) {
     });
 }
 
+// Stripes of five colours with noise, as a camera sees them.
+void residual_beliefs(const std::string& folder, int side) {
+    const Case c{"belief propagation by residuals, " + std::to_string(side * side) + " catoms", folder + "/residual_beliefs.meld",
+                 box("square", side, side, 1)};
+    const auto potential = [&](Run& run, sim::Catom a) {
+        const double stripe = std::floor(5 * (run.subdomain().ensemble.position(a)[0] + side / 2.0) / side);
+        const double seen = stripe + 3 * (noise(a) + noise(a + 1000000) - 1);
+        Belief5 out;
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] = -(static_cast<double>(i) - seen) * (static_cast<double>(i) - seen) / 2;
+        return out;
+    };
+    const auto prepare = [&](Run& run) {
+        tuple::Arena arena;
+        for (sim::Catom a = 0; a < run.subdomain().ensemble.index_count(); ++a) {
+            std::vector<std::uint64_t> items;
+            for (const double likelihood : potential(run, a)) items.push_back(std::bit_cast<std::uint64_t>(likelihood));
+            give(run, "potential", a, {Value{.list = arena.list(items)}});
+        }
+    };
+    const auto hand = [&](Run& run) {
+        std::vector<Belief5> given(run.subdomain().ensemble.index_count());
+        for (sim::Catom a = 0; a < given.size(); ++a) given[a] = potential(run, a);
+        return hand_residual_beliefs(run.subdomain().geometry(), given, -2, 0.1, 0.0001);
+    };
+    measure(c, prepare, hand, [](Run& run, const ResidualBeliefs& made) {
+        for (sim::Catom a = 0; a < made.belief.size(); ++a) {
+            const List* belief = fact(run, predicate(run, "belief", 1), a)[0].list;
+            for (std::size_t i = 0; i < 5; ++i) same("belief", a, tuple::item(belief, i).real, made.belief[a][i]);
+        }
+    });
+}
+
 void queens(const std::string& folder, int n) {
     const Case c{std::to_string(n) + " queens", folder + "/queens.meld",
                  box("square", n, 1, 1, "[set]\ncolumns = " + std::to_string(n) + "\n[limits]\nmax_derivations_per_tick = 1000000000\n"),
@@ -167,17 +200,18 @@ void queens(const std::string& folder, int n) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 2) {
-        std::fprintf(stderr, "usage: bench_programs EXAMPLES [small]\n");
+    if (argc < 3) {
+        std::fprintf(stderr, "usage: bench_programs EXAMPLES PROGRAMS [small]\n");
         return 2;
     }
     machine_line();
     const std::string folder = argv[1];
-    const bool small = argc > 2;
+    const bool small = argc > 3;
     diffuse(folder, small ? 8 : 40);
     pagerank(folder, small ? 8 : 40, 0.01);
     pagerank(folder, small ? 8 : 40, 0.0001);
     beliefs(folder, small ? 12 : 100);
+    residual_beliefs(argv[2], small ? 12 : 100);
     queens(folder, small ? 6 : 12);
     return 0;
 }

@@ -188,6 +188,84 @@ inline std::vector<Belief> hand_beliefs(const Geometry& g, const std::vector<int
     return belief;
 }
 
+// ---- tests/bench/programs/residual_beliefs.meld
+
+// Logarithms of likelihoods, one for each of five colours.
+using Belief5 = std::array<double, 5>;
+
+inline Belief5 normalized(const Belief5& b) {
+    const double most = *std::max_element(b.begin(), b.end());
+    double all = 0;
+    for (const double x : b) all += std::exp(x - most);
+    Belief5 out;
+    for (std::size_t i = 0; i < b.size(); ++i) out[i] = b[i] - (most + std::log(all));
+    return out;
+}
+
+struct ResidualBeliefs {
+    std::vector<Belief5> belief;
+    std::uint64_t answers = 0;  // How often a catom was due.
+};
+
+// A catom tells its neighbours what it believes without what it heard from them. It does so again in the round after one that changed
+// what it heard from a neighbour by more than `bound`. `step`: the potential of a link, for each step between two colours.
+inline ResidualBeliefs hand_residual_beliefs(const Geometry& g, const std::vector<Belief5>& potential, double step, double damping,
+                                             double bound) {
+    const auto catoms = static_cast<u32>(potential.size());
+    const auto ports = static_cast<std::size_t>(g.ports);
+    const auto slot = [&](u32 catom, i32 port) { return catom * ports + static_cast<std::size_t>(port); };
+    Belief5 even;
+    even.fill(std::log(0.2));
+    ResidualBeliefs out{.belief = std::vector<Belief5>(catoms, even)};
+    std::vector<Belief5> heard(catoms * ports, even), next = heard;
+    std::vector<u32> due(catoms), later;
+    std::vector<bool> is_due(catoms);
+    for (u32 c = 0; c < catoms; ++c) due[c] = c;
+    while (!due.empty()) {
+        for (const u32 c : due) {
+            Belief5 all = potential[c];
+            each_link(g, c, [&](i32 port, u32) {
+                for (std::size_t i = 0; i < all.size(); ++i) all[i] += heard[slot(c, port)][i];
+            });
+            all = out.belief[c] = normalized(all);
+            each_link(g, c, [&](i32 port, u32 other) {
+                Belief5 without, said;
+                for (std::size_t i = 0; i < all.size(); ++i) without[i] = all[i] - heard[slot(c, port)][i];
+                without = normalized(without);
+                for (std::size_t x = 0; x < all.size(); ++x) {
+                    double sum = 0;
+                    for (std::size_t y = 0; y < all.size(); ++y)
+                        sum += std::exp(without[y] + step * std::fabs(static_cast<double>(x) - static_cast<double>(y)));
+                    said[x] = std::log(sum);
+                }
+                said = normalized(said);
+                Belief5& before = next[slot(other, g.opposite[port])];
+                double changed = 0;
+                for (std::size_t i = 0; i < all.size(); ++i) {
+                    said[i] = std::log(damping * std::exp(before[i]) + (1 - damping) * std::exp(said[i]));
+                    changed += std::fabs(std::exp(said[i]) - std::exp(before[i]));
+                }
+                before = said;
+                if (changed / static_cast<double>(all.size()) > bound && !is_due[other]) {
+                    is_due[other] = true;
+                    later.push_back(other);
+                }
+            });
+        }
+        out.answers += due.size();
+        // What was said in this round is heard in the next.
+        for (const u32 c : due)
+            each_link(g, c, [&](i32 port, u32 other) {
+                const std::size_t at = slot(other, g.opposite[port]);
+                heard[at] = next[at];
+            });
+        due.swap(later);
+        later.clear();
+        for (const u32 c : due) is_due[c] = false;
+    }
+    return out;
+}
+
 // ---- examples/meld/queens.meld: how many ways there are to place one queen a row so that none takes another.
 inline std::int64_t hand_queens(int n, int* columns, int row) {
     if (row == n) return 1;

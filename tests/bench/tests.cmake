@@ -23,7 +23,8 @@ add_test(NAME bench_checkpoint_bodies_small
 add_test(NAME bench_balance_small COMMAND bench_balance ${CMAKE_CURRENT_LIST_DIR}/balance/storm.meld 24 3 64)
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
 
-add_test(NAME bench_programs_small COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld small)
+add_test(NAME bench_programs_small
+         COMMAND bench_programs ${CMAKE_SOURCE_DIR}/examples/meld ${CMAKE_CURRENT_LIST_DIR}/programs small)
 add_test(NAME bench_graph_small
          COMMAND bench_graph ${CMAKE_SOURCE_DIR}/examples/meld ${CMAKE_CURRENT_LIST_DIR}/graphs small)
 

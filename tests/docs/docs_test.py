@@ -111,7 +111,7 @@ class Page:
         (scratch / "docs").symlink_to(ROOT / "docs")
         self.environment = dict(os.environ, PATH=f"{tools}:{bin_folder}:{os.environ['PATH']}", XDG_CACHE_HOME=str(scratch.parent / "cache"),
                                 PYTHONPATH=str(ROOT / "python"), PYTHONDONTWRITEBYTECODE="1",
-                                COLUMNS="100", LC_ALL="C.UTF-8", OMPI_MCA_mpi_yield_when_idle="1", **OPEN_MPI)
+                                COLUMNS="100", LC_ALL="C.UTF-8", **OPEN_MPI)
 
     def call(self, command):
         done = subprocess.run(command, cwd=self.scratch, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,

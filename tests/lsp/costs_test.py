@@ -107,7 +107,7 @@ class Costs(Case):
         self.open()
         self.show(place)
         labels = [label for *_, label in self.hints()]
-        self.assertTrue(labels[0].startswith("75.0 % of the time, 2 firings"), labels)
+        self.assertTrue(labels[0].startswith("75.0 % of the time, 1 firing"), labels)
         self.assertTrue(labels[1].startswith("25.0 % of the time, "), labels)
         self.assertNotIn("time", labels[2])
 

@@ -48,10 +48,10 @@ class Counts(Case):
         cells = {(x, y): {(x + dx, y + dy) for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)) if 0 <= x + dx < side and 0 <= y + dy < side}
                  for x in range(side) for y in range(side)}
         # Before the others have a neighbour with a distance, no rule can do anything at them.
-        dist, awake = {}, {(0, 0)}
+        dist, told, awake = {}, {(0, 0)}, {(0, 0)}
         evaluations = derivations = first = messages = rounds = 0
         loads = dict.fromkeys(cells, 0)
-        while awake:
+        while told:
             rounds += 1
             now = {}
             for cell in awake:
@@ -66,7 +66,9 @@ class Counts(Case):
             evaluations += len(awake)
             messages += sum(len(cells[cell]) for cell in now)
             dist.update(now)
-            awake = {other for cell in now for other in cells[cell]}
+            told = {other for cell in now for other in cells[cell]}
+            # The others learn of nothing better, and are not evaluated.
+            awake = {other for cell in now for other in cells[cell] if other not in dist or dist[other] > now[cell] + 1}
         rules = summary["stats"]["rules"]
         self.assertEqual(summary["evaluations"], evaluations)
         self.assertEqual([r["evaluations"] for r in rules], [evaluations, evaluations])

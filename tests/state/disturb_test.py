@@ -149,8 +149,7 @@ class Disturbances(resume_test.Case):
                 shutil.copy(whole / name, self.disk)
         self.shm = whole / "shm"
         self.shm.mkdir()
-        # Processes that wait leave the processors to others.
-        self.environment = {"OMPI_MCA_btl_vader_backing_directory": self.shm, "OMPI_MCA_mpi_yield_when_idle": 1}
+        self.environment = {"OMPI_MCA_btl_vader_backing_directory": self.shm}
         # Compiled once: what is disturbed is the run.
         for program in RUNS:
             links = ["--links"] if program in BY_LINKS else []

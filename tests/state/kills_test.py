@@ -78,8 +78,7 @@ class Kills(resume_test.Case):
         tempfile.tempdir = before
         self.shm = self.folder / "shm"
         self.shm.mkdir()
-        # Processes that wait leave the processors to others.
-        self.environment = {"OMPI_MCA_btl_vader_backing_directory": self.shm, "OMPI_MCA_mpi_yield_when_idle": 1}
+        self.environment = {"OMPI_MCA_btl_vader_backing_directory": self.shm}
         self.done = collections.Counter()
         for program in RUNS:
             self.call("meldc", "compile", f"{program}.meld", "-o", f"{program}.so", "--quiet")
