@@ -4,6 +4,7 @@
 
 #include <system_error>
 
+#include "runtime/base/shallow_json.h"
 #include "runtime/base/units.h"
 
 namespace meld::lsp {
@@ -73,11 +74,11 @@ Result<Costs> Costs::read(const std::string& path) {
             cost.cpu_seconds += seconds;
             cost.counted = counted;
             if (!counted) continue;
-            cost.evaluations += rule.at("evaluations").get<std::uint64_t>();
-            cost.firings += rule.at("firings").get<std::uint64_t>();
-            cost.derivations += rule.at("derivations").get<std::uint64_t>();
-            cost.messages += rule.at("messages").get<std::uint64_t>();
-            cost.bits += rule.at("bits").get<std::uint64_t>();
+            cost.evaluations += whole_number<std::uint64_t>(rule.at("evaluations"));
+            cost.firings += whole_number<std::uint64_t>(rule.at("firings"));
+            cost.derivations += whole_number<std::uint64_t>(rule.at("derivations"));
+            cost.messages += whole_number<std::uint64_t>(rule.at("messages"));
+            cost.bits += whole_number<std::uint64_t>(rule.at("bits"));
         }
     } catch (const Json::exception& error) {
         return profile::part_missing(path, error);

@@ -1,9 +1,13 @@
-// JSON from outside that does not nest deeply. Whoever copies, prints or goes through nested JSON calls itself, so how deep it may be is
-// limited while it is read.
+// JSON from outside. It does not nest deeply: whoever copies, prints or goes through nested JSON calls itself, so how deep it may be is
+// limited while it is read. And its numbers fit: the library converts any number to any type.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace meld {
 
@@ -18,6 +22,20 @@ std::optional<Json> parse_shallow(std::string_view text, int most) {
     Json json = Json::parse(text, look, false);
     if (too_deep) return std::nullopt;
     return json;
+}
+
+// A whole number from `least` to `most`. Throws what the library throws for a value of another type.
+template <class Int, class Json>
+Int whole_number(const Json& json, Int least = std::numeric_limits<Int>::min(), Int most = std::numeric_limits<Int>::max()) {
+    const auto fits = [&](auto number) {
+        return std::in_range<Int>(number) && static_cast<Int>(number) >= least && static_cast<Int>(number) <= most;
+    };
+    if (json.is_number_unsigned()) {
+        if (const auto number = json.template get<std::uint64_t>(); fits(number)) return static_cast<Int>(number);
+    } else if (json.is_number_integer()) {
+        if (const auto number = json.template get<std::int64_t>(); fits(number)) return static_cast<Int>(number);
+    }
+    throw Json::type_error::create(302, "must be a whole number from " + std::to_string(least) + " to " + std::to_string(most), &json);
 }
 
 }  // namespace meld

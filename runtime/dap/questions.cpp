@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdint>
+#include <limits>
 #include <sstream>
 
+#include "runtime/base/shallow_json.h"
 #include "runtime/dap/adapter.h"
 #include "runtime/dap/text.h"
 
@@ -21,13 +24,19 @@ std::string shown(const Json& answer) {
     return text;
 }
 
+// A line, a frame, a reference or how many there are: the protocol's numbers have 31 bits.
+std::int64_t count(const Json& number) { return whole_number<std::int64_t>(number, 0, std::numeric_limits<std::int32_t>::max()); }
+std::size_t count_or_none(const Json& arguments, const char* name) {
+    return arguments.contains(name) ? static_cast<std::size_t>(count(arguments[name])) : 0;
+}
+
 }  // namespace
 
 // ---- breakpoints
 
 Adapter::Body Adapter::set_breakpoints(const Json& arguments) {
     Json asked = arguments.value("breakpoints", Json::array());
-    for (Json& each : asked) each["line"] = each.at("line").get<std::int64_t>() + 1 - first_line_;
+    for (Json& each : asked) each["line"] = count(each.at("line")) + 1 - first_line_;
     Body set = breakpoints_->set_lines(arguments.at("source").at("path").get<std::string>(), asked);
     if (!set) return set;
     for (Json& each : *set)
@@ -45,8 +54,8 @@ Adapter::Body Adapter::set_function_breakpoints(const Json& arguments) {
 Adapter::Body Adapter::set_exception_breakpoints(const Json&) { return Json(); }
 
 Adapter::Body Adapter::breakpoint_locations(const Json& arguments) {
-    const std::int64_t first = arguments.at("line").get<std::int64_t>() + 1 - first_line_;
-    const std::int64_t last = arguments.contains("endLine") ? arguments["endLine"].get<std::int64_t>() + 1 - first_line_ : first;
+    const std::int64_t first = count(arguments.at("line")) + 1 - first_line_;
+    const std::int64_t last = arguments.contains("endLine") ? count(arguments["endLine"]) + 1 - first_line_ : first;
     Json list = Json::array();
     for (const Rule* rule : rules_.of_file(arguments.at("source").at("path").get<std::string>()))
         if (rule->line <= last && rule->last_line >= first)
@@ -57,7 +66,7 @@ Adapter::Body Adapter::breakpoint_locations(const Json& arguments) {
 // ---- the stack and its values
 
 Adapter::Body Adapter::stack_trace(const Json& arguments) {
-    Body stack = place_->stack(arguments.value("startFrame", std::size_t{0}), arguments.value("levels", std::size_t{0}));
+    Body stack = place_->stack(count_or_none(arguments, "startFrame"), count_or_none(arguments, "levels"));
     if (!stack) return stack;
     for (Json& frame : stack->at("stackFrames"))
         for (const auto& [key, first] : {std::pair{"line", first_line_}, {"endLine", first_line_}, {"column", first_column_}})
@@ -65,16 +74,16 @@ Adapter::Body Adapter::stack_trace(const Json& arguments) {
     return stack;
 }
 
-Adapter::Body Adapter::scopes(const Json& arguments) { return place_->scopes(arguments.at("frameId").get<std::int64_t>()); }
+Adapter::Body Adapter::scopes(const Json& arguments) { return place_->scopes(count(arguments.at("frameId"))); }
 
 Adapter::Body Adapter::variables(const Json& arguments) {
-    const Result<Variables> found = place_->variables(arguments.at("variablesReference").get<std::int64_t>());
+    const Result<Variables> found = place_->variables(count(arguments.at("variablesReference")));
     if (!found) return tl::unexpected<Error>(found.error());
-    return Json{{"variables", to_json(*found, arguments.value("start", std::uint64_t{0}), arguments.value("count", std::uint64_t{0}))}};
+    return Json{{"variables", to_json(*found, count_or_none(arguments, "start"), count_or_none(arguments, "count"))}};
 }
 
 Adapter::Body Adapter::set_variable(const Json& arguments) {
-    const Result<Variables> found = place_->variables(arguments.at("variablesReference").get<std::int64_t>());
+    const Result<Variables> found = place_->variables(count(arguments.at("variablesReference")));
     if (!found) return tl::unexpected<Error>(found.error());
     const auto name = arguments.at("name").get<std::string>();
     const auto known = std::ranges::find(*found, name, &Variable::name);
@@ -107,7 +116,7 @@ Adapter::Body Adapter::choose(std::string_view digits) {
 }
 
 Adapter::Body Adapter::catom(const Json& arguments) {
-    const auto number = arguments.at("catom").get<std::uint64_t>();
+    const auto number = whole_number<std::uint64_t>(arguments.at("catom"));
     const Body chosen = choose(std::to_string(number));
     if (!chosen) return chosen;
     return Json{{"catom", number}, {"facts", chosen->at("facts")}};
@@ -209,7 +218,7 @@ Result<void> Adapter::know_words() {
 Adapter::Body Adapter::completions(const Json& arguments) {
     if (const auto known = know_words(); !known) return tl::unexpected<Error>(known.error());
     const auto text = arguments.at("text").get<std::string>();
-    const std::int64_t column = arguments.at("column").get<std::int64_t>() - first_column_;
+    const std::int64_t column = count(arguments.at("column")) - first_column_;
     const std::size_t place = byte_offset(text, column < 0 ? 0 : static_cast<std::size_t>(column));
     const std::string_view word = word_before(text, place);
     const std::int64_t start = column + first_column_ - static_cast<std::int64_t>(word.size());

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "runtime/base/shallow_json.h"
 #include "runtime/base/units.h"
 #include "runtime/base/visible.h"
 #include "runtime/profile/report.h"
@@ -28,9 +29,10 @@ std::string describe(const Profile& profile) {
     const Json& s = profile.statistics;
     return fmt::format("{} in {}: ticks {} to {}, {} catoms, {} process{} of {} thread{}, {} to run\n",
                        visible(run.at("program").get<std::string>()), visible(run.at("world").get<std::string>()),
-                       s.at("first_tick").get<std::int64_t>(), s.at("last_tick").get<std::int64_t>(), run.at("catoms").get<std::uint64_t>(),
-                       run.at("processes").get<int>(), run.at("processes") == 1 ? "" : "es", run.at("threads").get<int>(),
-                       run.at("threads") == 1 ? "" : "s", format_duration(run.at("run_seconds").get<double>())) +
+                       whole_number<std::int64_t>(s.at("first_tick")), whole_number<std::int64_t>(s.at("last_tick")),
+                       whole_number<std::uint64_t>(run.at("catoms")), whole_number<int>(run.at("processes")),
+                       run.at("processes") == 1 ? "" : "es", whole_number<int>(run.at("threads")), run.at("threads") == 1 ? "" : "s",
+                       format_duration(run.at("run_seconds").get<double>())) +
            time_tables(s) + tables(s);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "runtime/base/shallow_json.h"
 #include "runtime/base/units.h"
 #include "runtime/profile/rule_text.h"
 #include "runtime/profile/table.h"
@@ -152,7 +153,7 @@ Json to_json(const ModuleInfo& module, const Gathered& all) {
 
 namespace {
 
-std::string number(const Json& json, const char* key) { return grouped(json.at(key).get<std::uint64_t>()); }
+std::string number(const Json& json, const char* key) { return grouped(whole_number<std::uint64_t>(json.at(key))); }
 
 std::vector<std::string> numbers(const Json& json, std::initializer_list<const char*> keys) {
     std::vector<std::string> cells;
@@ -166,9 +167,9 @@ std::string settling_text(const Json& settling, std::uint64_t left_out) {
     for (const Json& s : settling) {
         if (shown++ == kShown) return text + fmt::format(", and {} more", grouped(settling.size() - kShown + left_out));
         const std::string from = s.at("from").get<std::string>();
-        const std::string what = from == "event"   ? fmt::format("the event in tick {}", s.at("tick").get<std::int64_t>())
+        const std::string what = from == "event"   ? fmt::format("the event in tick {}", whole_number<std::int64_t>(s.at("tick")))
                                  : from == "start" ? std::string("the start")
-                                                   : fmt::format("tick {}", s.at("tick").get<std::int64_t>());
+                                                   : fmt::format("tick {}", whole_number<std::int64_t>(s.at("tick")));
         const std::string rounds = s.at("rounds").is_null() ? "not quiet" : number(s, "rounds");
         text += fmt::format("{}{} from {}", text.empty() ? "" : ", ", rounds, what);
     }
@@ -178,17 +179,17 @@ std::string settling_text(const Json& settling, std::uint64_t left_out) {
 std::string algorithm_text(const Json& a) {
     std::string text = "algorithm\n";
     const auto row = [&](const char* name, const std::string& value) { text += fmt::format("  {:<18}{}\n", name, value); };
-    row("rounds", settling_text(a.at("settling"), a.at("settling_left_out").get<std::uint64_t>()));
+    row("rounds", settling_text(a.at("settling"), whole_number<std::uint64_t>(a.at("settling_left_out"))));
     if (!a.contains("messages")) return text;
     row("messages", fmt::format("{} of {} bits; {:.1f} of {:.0f} bits a catom", number(a, "messages"), number(a, "bits"),
                                 a.at("messages_per_catom").get<double>(), a.at("bits_per_catom").get<double>()));
     if (a.contains("busiest_catom") && a.at("messages") != 0) {
         const Json& catom = a.at("busiest_catom");
-        row("busiest catom",
-            fmt::format("@{}: {} of {} bits", catom.at("catom").get<std::uint64_t>(), number(catom, "messages"), number(catom, "bits")));
+        row("busiest catom", fmt::format("@{}: {} of {} bits", whole_number<std::uint64_t>(catom.at("catom")), number(catom, "messages"),
+                                         number(catom, "bits")));
         const Json& link = a.at("busiest_link");
         row("busiest link", fmt::format("out of @{}: {} of {} bits; at most {} of {} bits in one tick, over any link",
-                                        link.at("catom").get<std::uint64_t>(), number(link, "messages"), number(link, "bits"),
+                                        whole_number<std::uint64_t>(link.at("catom")), number(link, "messages"), number(link, "bits"),
                                         number(a.at("link_in_one_tick"), "messages"), number(a.at("link_in_one_tick"), "bits")));
     }
     row("retractions", number(a, "retractions"));
@@ -206,7 +207,7 @@ std::string rules_text(const Json& rules) {
     std::vector<const Json*> order;
     for (const Json& rule : rules) order.push_back(&rule);
     const auto load = [](const Json& rule) {
-        return rule.at("evaluations").get<std::uint64_t>() + rule.at("derivations").get<std::uint64_t>();
+        return whole_number<std::uint64_t>(rule.at("evaluations")) + whole_number<std::uint64_t>(rule.at("derivations"));
     };
     std::stable_sort(order.begin(), order.end(), [&](const Json* a, const Json* b) { return load(*a) > load(*b); });
     Table table({"evaluations", "firings", "derivations", "messages", "bits", "rule"});
@@ -245,7 +246,7 @@ std::string catoms_text(const std::string& title, const Json& catoms, bool count
             for (auto& cell : numbers(c, {"messages", "bits"})) cells.push_back(std::move(cell));
             cells.push_back(number(c.at("busiest_link"), "messages"));
         }
-        cells.push_back(fmt::format("@{}", c.at("catom").get<std::uint64_t>()));
+        cells.push_back(fmt::format("@{}", whole_number<std::uint64_t>(c.at("catom"))));
         table.add(std::move(cells));
     }
     return section(title, table);
@@ -272,7 +273,7 @@ std::string tables(const Json& s) {
     Table processes({"catoms", "memory", "evaluations", "derivations", "exported changes", "linear messages", "process"});
     for (const Json& p : s.at("processes")) {
         auto cells = numbers(p, work);
-        cells.insert(cells.begin(), {number(p, "catoms"), format_bytes(p.at("bytes").get<std::uint64_t>())});
+        cells.insert(cells.begin(), {number(p, "catoms"), format_bytes(whole_number<std::uint64_t>(p.at("bytes")))});
         cells.push_back(number(p, "process"));
         processes.add(std::move(cells));
     }

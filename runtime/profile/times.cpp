@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/shallow_json.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/at_first.h"
 #include "runtime/profile/rule_text.h"
@@ -115,7 +116,7 @@ void add_times(const sim::Subdomain& subdomain, const TickLog& log, const eval::
     }
     for (std::size_t r = 0; r < rules.size(); ++r) statistics.at("rules")[r]["cpu_seconds"] = rounded(rules[r]);
     // Predicates that are not used are left out there.
-    for (Json& p : statistics.at("predicates")) p["cpu_seconds"] = rounded(predicates.at(p.at("number").get<std::size_t>()));
+    for (Json& p : statistics.at("predicates")) p["cpu_seconds"] = rounded(predicates.at(whole_number<std::size_t>(p.at("number"))));
     statistics["other_cpu_seconds"] = rounded(other);
     statistics["cpu_samples"] = samples;
 }
@@ -147,7 +148,7 @@ std::vector<const Json*> by_time(const Json& list) {
 std::string time_tables(const Json& profile) {
     const double bodies = sum_of(profile.at("rules"), "cpu_seconds"), deciding = sum_of(profile.at("predicates"), "cpu_seconds");
     const double other = profile.at("other_cpu_seconds").get<double>(), all = bodies + deciding + other;
-    const auto samples = profile.at("cpu_samples").get<std::uint64_t>();
+    const auto samples = whole_number<std::uint64_t>(profile.at("cpu_samples"));
     std::string text = fmt::format(
         "CPU time of evaluation: {}, by {} sample{}; {} in bodies of rules, {} in deciding what holds, {} in reading and writing catoms\n",
         format_duration(all), grouped(samples), samples == 1 ? "" : "s", percent(bodies, all), percent(deciding, all), percent(other, all));
@@ -160,7 +161,7 @@ std::string time_tables(const Json& profile) {
         const double seconds = rule->at("cpu_seconds").get<double>();
         std::vector<std::string> cells = {percent(seconds, all), format_duration(seconds)};
         if (counted)
-            for (const char* count : {"evaluations", "derivations"}) cells.push_back(grouped(rule->at(count).get<std::uint64_t>()));
+            for (const char* count : {"evaluations", "derivations"}) cells.push_back(grouped(whole_number<std::uint64_t>(rule->at(count))));
         cells.push_back(rule_text(*rule));
         rules.add(std::move(cells));
         if (rules.size() == kShown) break;
@@ -185,7 +186,7 @@ std::string time_tables(const Json& profile) {
         for (const Json& seconds : process.at("busy_seconds_of_threads"))
             busy += (busy.empty() ? "" : " ") + percent(seconds.get<double>(), process.at("wall_seconds").at("evaluation").get<double>());
         cells.push_back(busy);
-        cells.push_back(std::to_string(process.at("process").get<int>()));
+        cells.push_back(std::to_string(whole_number<int>(process.at("process"))));
         stages.add(std::move(cells));
     }
     return text + "wall-clock time by stages of the tick\n" + stages.text();
@@ -204,13 +205,13 @@ std::string trace_events(const Json& profile) {
                             Json(name).dump());
     };
     for (const Json& process : profile.at("processes")) {
-        const auto pid = process.at("process").get<std::size_t>();
+        const auto pid = whole_number<std::size_t>(process.at("process"));
         name_it("process_name", pid, 0, fmt::format("process {}", pid));
         name_it("thread_name", pid, 0, "ticks");
         for (std::size_t i = 0; i < process.at("busy_seconds_of_threads").size(); ++i)
             name_it("thread_name", pid, i + 1, fmt::format("thread {}", i));
         for (const Json& span : process.at("spans")) {
-            const auto first = span.at(0).get<std::int64_t>(), last = span.at(1).get<std::int64_t>();
+            const auto first = whole_number<std::int64_t>(span.at(0)), last = whole_number<std::int64_t>(span.at(1));
             const double begin = span.at(2).get<double>();
             const auto seconds = span.at(3).get<std::array<double, TickLog::kStages>>();
             // What is between ticks is no part of one.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/byte_text.h"
+#include "runtime/base/shallow_json.h"
 
 namespace meld::record {
 
@@ -69,16 +70,16 @@ Result<Provenance> provenance_from_json(const std::string& text) {
         p.forked_from = bytes_of_text(json.at("forked_from").get<std::string>());
         for (const Json& source : json.at("program"))
             p.program.push_back({bytes_of_text(source.at("path").get<std::string>()), bytes_of_text(source.at("text").get<std::string>())});
-        p.programs = json.at("programs").get<std::uint32_t>();
+        p.programs = whole_number<std::uint32_t>(json.at("programs"));
         for (const Json& folder : json.at("libraries")) p.libraries.push_back(bytes_of_text(folder.get<std::string>()));
-        if (!json.at("optimisation").is_null()) p.optimisation = json.at("optimisation").get<int>();
+        if (!json.at("optimisation").is_null()) p.optimisation = whole_number<int>(json.at("optimisation"));
         p.linked = code_files(json.at("linked"));
         p.extensions = code_files(json.at("extensions"));
         p.world_path = bytes_of_text(json.at("world").at("path").get<std::string>());
         p.world = bytes_of_text(json.at("world").at("text").get<std::string>());
         p.world_files = map_of(json.at("world").at("files"));
         p.set = map_of(json.at("set"));
-        p.seed = json.at("seed").get<std::uint64_t>();
+        p.seed = whole_number<std::uint64_t>(json.at("seed"));
         p.strict = json.at("strict").get<bool>();
         if (p.programs == 0 || p.programs > p.program.size()) return damaged();
         return p;

@@ -453,6 +453,20 @@ class Damage(DapTest):
         self.refused("there is no frame 7", c.ask, "scopes", frameId=7)
         self.assertEqual(c.leave(), 0)
 
+    def test_numbers_that_do_not_fit(self):
+        c = self.client()
+        c.ask("initialize", adapterID="meld")
+        c.ask("launch", program=str(self.folder / "chain.meld"))
+        c.ask("configurationDone")
+        for number in 3.3e21, -1, 2**31, 2**64 - 1, 1.5, "1":
+            self.refused("must be a whole number from 0 to 2147483647", c.ask, "stackTrace", threadId=1, startFrame=number)
+            self.refused("must be a whole number", c.ask, "stackTrace", threadId=1, levels=number)
+            self.refused("must be a whole number", c.ask, "scopes", frameId=number)
+            self.refused("must be a whole number", c.ask, "variables", variablesReference=number)
+            self.refused("must be a whole number", c.ask, "completions", text="di", column=number)
+            self.refused("must be a whole number", c.ask, "breakpointLocations", source={"path": "/a.meld"}, line=number)
+        self.refused("must be a whole number", c.ask, "claymeld/catom", catom=1e20)
+
     def test_random_requests(self):
         """Whatever comes is answered, and the session can still be used."""
         rng = random.Random(5)

@@ -47,9 +47,10 @@ class Requests(Viewing):
                                           "code": said["error"]["code"]}, expected, line)
                         continue
                     expected = self.debug("one.txt")[-1]
+                    # A question about another tick, which is not asked again here, may leave snapshots.
                     for each in (expected, said["answer"]):
-                        each.pop("history_bytes", None)
-                        each.pop("snapshots", None)
+                        for about_snapshots in ("history_bytes", "snapshots", "oldest_snapshot"):
+                            each.pop(about_snapshots, None)
                     self.assertEqual(said["answer"], expected, line)
                 self.assertLess(self.interrupt(), 5)
 

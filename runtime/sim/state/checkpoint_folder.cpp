@@ -17,6 +17,7 @@
 #include "runtime/base/byte_text.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
+#include "runtime/base/shallow_json.h"
 #include "runtime/comm/outcome.h"
 
 namespace meld::sim {
@@ -69,7 +70,7 @@ json to_json(const Manifest& m) {
 // Errors of the library are thrown; whoever reads catches them.
 Manifest from_json(const json& j) {
     Manifest m;
-    m.tick = j.at("tick").get<std::int64_t>();
+    m.tick = whole_number<std::int64_t>(j.at("tick"));
     m.digest = j.at("digest").get<std::string>();
     for (const json& t : j.at("run"))
         m.run.traits.push_back({t.at("name").get<std::string>(), bytes_of_text(t.at("shown").get<std::string>()),
