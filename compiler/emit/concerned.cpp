@@ -81,6 +81,14 @@ bool holds_lists(const Stored& s) {
     return std::ranges::any_of(s.fields, [](const plan::Field& f) { return f.type.compound(); });
 }
 
+// Whether a neighbour's value is offered as it is. Such values meet from all sides, and on a lattice, where links are few, nearly every
+// neighbour of a change is concerned by another one: to ask took leader election a fifth longer. A value that gets worse with each link
+// goes over a catom in one wave, and does not concern those that it came from.
+bool hands_on(const plan::Plan& plan, const RulePlan& r) {
+    const MakeFact& head = r.derived();
+    return head.arguments[plan.program.predicates[head.predicate].aggregate_at - 1].is_variable();
+}
+
 std::string offer_function(const plan::Plan& plan, const RulePlan& r) { return rule_function(plan.program, r.rule) + "_offer"; }
 
 }  // namespace
@@ -101,7 +109,7 @@ std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId id
         if (!keeps_best(plan, s) || stored.storage != Storage::Single || stored.column != id || !offers.empty()) return {};
         for (const RulePlan& r : s.rules) {
             if ((r.inputs & column.reader_dirty) == 0) continue;
-            if (!is_offer(plan, r, p)) return {};
+            if (!is_offer(plan, r, p) || (!plan.program.by_links && hands_on(plan, r))) return {};
             offers.push_back(&r);
         }
     }
@@ -154,9 +162,9 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
             w.line("offers[{0}].had = {1}(s, was, offers[{0}].before);", i, function);
             w.line("offers[{0}].has = {1}(s, is, offers[{0}].after);", i, function);
         }
-        w.open(fmt::format("return concerned_by(*e, offers, {}, neighbours, count, out, [&](u32 catom, {}_t::Row& row) {{", offers.size(),
-                           name));
-        w.line("const {0}& r = record<{0}>(s, {1}, catom);", record, id.index());
+        w.line("const auto* const records = reinterpret_cast<const {}*>(e->subdomain->columns[{}]);", record, id.index());
+        w.open(fmt::format("return concerned_by(*e, offers, neighbours, count, out, [&](u32 catom, {}_t::Row& row) {{", name));
+        w.line("const {}& r = records[catom];", record);
         for (std::size_t i = 1; i <= plan.of(p).fields.size(); ++i) w.line("row.{0} = r.{1}_{0};", field_name(i), name);
         w.line("row.rank = r.{}_rank;", name);
         w.line("return r.{}_rank != kAbsent;", name);

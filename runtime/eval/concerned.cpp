@@ -2,6 +2,8 @@
 // visible by then: a catom is compared with what it holds when it would be evaluated.
 #include <algorithm>
 #include <array>
+#include <span>
+#include <type_traits>
 
 #include "runtime/base/assert.h"
 #include "runtime/eval/worker.h"
@@ -11,8 +13,9 @@ namespace meld::eval {
 namespace {
 
 // The neighbours of a catom by port, -1 for none; in the lattice form they are looked up into `room`.
+template <bool kLinks>
 std::span<const i32> neighbours_of(const Geometry& g, u32 catom, std::array<i32, kMaxPorts>& room) {
-    if (g.link_first != nullptr) return {g.link_catom + g.link_first[catom], g.link_ports[catom]};
+    if (kLinks) return {g.link_catom + g.link_first[catom], g.link_ports[catom]};
     const u32 site = g.catom_site[catom];
     const auto ports = static_cast<std::size_t>(g.ports);
     for (std::size_t port = 0; port < ports; ++port) room[port] = catom_towards(g, site, static_cast<i32>(port));
@@ -31,32 +34,41 @@ void prefetch_cells(const Geometry& g, u32 site) {
 
 void Evaluator::mark_concerned(const Geometry& g, Thread& t) {
     // Catoms that change together may be anywhere in memory, so what is read of the next ones is asked for in time.
-    constexpr std::size_t kFirst = 8, kSecond = 4, kNeighbours = 2;
-    const bool links = g.link_first != nullptr;
-    const auto ahead = [&](std::size_t i) -> const PendingRecord* {
-        return i < t.records.size() && asks_concerned(t.records[i].column) ? &t.records[i] : nullptr;
+    constexpr std::size_t kFirst = 8, kSecond = 4, kNeighbours = 2, kRooms = 4;
+    static_assert(kRooms > kNeighbours);
+    std::array<std::array<i32, kMaxPorts>, kRooms> rooms;
+    std::array<std::span<const i32>, kRooms> found;
+    const auto mark_run = [&]<bool kLinks>(std::bool_constant<kLinks>, std::span<const PendingRecord> records) {
+        const u16 column = records[0].column;
+        for (std::size_t i = 0; i < records.size() + kNeighbours; ++i) {
+            if (i + kFirst < records.size()) {
+                const u32 catom = records[i + kFirst].catom;
+                __builtin_prefetch(kLinks ? g.link_first + catom : g.catom_site + catom);
+                if (kLinks) __builtin_prefetch(g.link_ports + catom);
+            }
+            if (i + kSecond < records.size()) {
+                const u32 catom = records[i + kSecond].catom;
+                kLinks ? __builtin_prefetch(g.link_catom + g.link_first[catom]) : prefetch_cells(g, g.catom_site[catom]);
+            }
+            if (i < records.size()) {
+                found[i % kRooms] = neighbours_of<kLinks>(g, records[i].catom, rooms[i % kRooms]);
+                for (const i32 other : found[i % kRooms])
+                    if (other >= 0) __builtin_prefetch(columns_.entry(column, static_cast<u32>(other)));
+            }
+            if (i < kNeighbours) continue;
+            const PendingRecord& now = records[i - kNeighbours];
+            mark_concerned(t, found[(i - kNeighbours) % kRooms], now.catom, column, now.record);
+        }
     };
-    std::array<std::array<i32, kMaxPorts>, kNeighbours + 1> rooms;
-    std::array<std::span<const i32>, kNeighbours + 1> found;
-    for (std::size_t i = 0; i < t.records.size() + kNeighbours; ++i) {
-        if (const PendingRecord* r = ahead(i + kFirst)) {
-            __builtin_prefetch(links ? g.link_first + r->catom : g.catom_site + r->catom);
-            if (links) __builtin_prefetch(g.link_ports + r->catom);
-        }
-        if (const PendingRecord* r = ahead(i + kSecond)) {
-            if (links)
-                __builtin_prefetch(g.link_catom + g.link_first[r->catom]);
-            else
-                prefetch_cells(g, g.catom_site[r->catom]);
-        }
-        if (const PendingRecord* r = ahead(i)) {
-            found[i % found.size()] = neighbours_of(g, r->catom, rooms[i % found.size()]);
-            for (const i32 other : found[i % found.size()])
-                if (other >= 0) __builtin_prefetch(columns_.entry(r->column, static_cast<u32>(other)));
-        }
-        if (i < kNeighbours) continue;
-        const std::size_t now = i - kNeighbours;
-        if (const PendingRecord* r = ahead(now)) mark_concerned(t, found[now % found.size()], r->catom, r->column, r->record);
+    // Run by run of records of the same column.
+    const std::span<const PendingRecord> all(t.records);
+    for (std::size_t from = 0, to = 0; from < all.size(); from = to) {
+        while (to < all.size() && all[to].column == all[from].column) ++to;
+        if (!asks_concerned(all[from].column)) continue;
+        if (g.link_first != nullptr)
+            mark_run(std::true_type(), all.subspan(from, to - from));
+        else
+            mark_run(std::false_type(), all.subspan(from, to - from));
     }
 }
 
@@ -78,7 +90,8 @@ void Evaluator::mark_concerned(Thread& t, std::span<const i32> neighbours, u32 c
 void Evaluator::mark_concerned(const Geometry& g, u32 catom, u16 column, const u8* before) {
     MELD_EXPECT(asks_concerned(column), "column {} of catom {}", column, catom);
     std::array<i32, kMaxPorts> room;
-    mark_concerned(*threads_[0], neighbours_of(g, catom, room), catom, column, before);
+    const auto neighbours = g.link_first != nullptr ? neighbours_of<true>(g, catom, room) : neighbours_of<false>(g, catom, room);
+    mark_concerned(*threads_[0], neighbours, catom, column, before);
 }
 
 }  // namespace meld::eval

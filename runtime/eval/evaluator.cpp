@@ -49,12 +49,10 @@ void swap_words(u8* a, u8* b) {
     std::memcpy(b, &x, sizeof x);
 }
 void swap_records(u8* a, u8* b, u32 bytes) {
-    if (bytes == 4)
-        swap_words<u32>(a, b);
-    else if (bytes == 8)
-        swap_words<u64>(a, b);
-    else
-        std::swap_ranges(a, a + bytes, b);
+    u32 at = 0;
+    for (; at + sizeof(u64) <= bytes; at += sizeof(u64)) swap_words<u64>(a + at, b + at);
+    for (; at + sizeof(u32) <= bytes; at += sizeof(u32)) swap_words<u32>(a + at, b + at);
+    for (; at < bytes; ++at) swap_words<u8>(a + at, b + at);
 }
 
 }  // namespace

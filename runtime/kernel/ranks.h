@@ -148,8 +148,8 @@ struct Offer {
 // Of these neighbours (-1: none) of a catom that changes, writes to `out` those that are to decide the only group of T again. One that
 // holds a value does not, if no offer supports it that has gone, and none has come that is better: decide_group() would keep the value.
 // fact(catom, row): whether it holds a value, which becomes `row`.
-template <class T, class Fact>
-u32 concerned_by(Eval& e, const Offer<T>* offers, u32 offer_count, const i32* neighbours, u32 count, u32* out, const Fact& fact) {
+template <class T, u32 N, class Fact>
+u32 concerned_by(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u32 count, u32* out, const Fact& fact) {
     // An offer without a value, which is known where it is derived.
     const bool undefined = e.trap != Trap::None;
     e.trap = Trap::None;
@@ -159,10 +159,10 @@ u32 concerned_by(Eval& e, const Offer<T>* offers, u32 offer_count, const i32* ne
         typename T::Row held{};
         const bool holds = fact(static_cast<u32>(neighbours[i]), held);
         bool concerned = undefined;
-        for (u32 k = 0; k < offer_count; ++k) {
+        for (u32 k = 0; k < N && !concerned; ++k) {
             const Offer<T>& o = offers[k];
-            concerned |= o.has & (!holds | T::better(o.after, held));
-            concerned |= o.had & holds & (o.before.rank <= held.rank) & T::same(o.before, held);
+            concerned = (o.has && (!holds || T::better(o.after, held))) ||
+                        (o.had && holds && o.before.rank <= held.rank && T::same(o.before, held));
         }
         out[n] = static_cast<u32>(neighbours[i]);
         n += concerned;
