@@ -224,7 +224,6 @@ Term Resolver::aggregate_parameter(Aggregate aggregate, const syntax::ExprPtr& n
     return takes ? limit : Term{};
 }
 
-// The function that folds the values of matches: f(so far, value), with the type of the result so far.
 // What is folded has no type: of a variable that nothing gives a value, if no error before says why.
 void Resolver::report_without_value(const Term& folded) {
     if (refused_ || report_.error_count() > errors_before_) return;
@@ -236,6 +235,7 @@ void Resolver::report_without_value(const Term& folded) {
     });
 }
 
+// The function that folds the values of matches: f(so far, value), with the type of the result so far.
 std::optional<FunctionId> Resolver::fold_function(const std::string& name, const Term& value, FoldStart start, Span span) {
     const auto own = names_.functions.find(name);
     if (own == names_.functions.end()) {

@@ -22,14 +22,6 @@ std::span<const i32> neighbours_of(const Geometry& g, u32 catom, std::array<i32,
     return {room.data(), ports};
 }
 
-// The cells around a site that are in its brick, or nearly all of them.
-void prefetch_cells(const Geometry& g, u32 site) {
-    const u32 layer = 1u << (g.cell_bits[0] + g.cell_bits[1]);
-    __builtin_prefetch(g.cell_catom + site);
-    __builtin_prefetch(g.cell_catom + (site & ~(kBrickCells - 1)) + (site - layer) % kBrickCells);
-    __builtin_prefetch(g.cell_catom + (site & ~(kBrickCells - 1)) + (site + layer) % kBrickCells);
-}
-
 }  // namespace
 
 void Evaluator::mark_concerned(const Geometry& g, Thread& t) {
@@ -48,7 +40,7 @@ void Evaluator::mark_concerned(const Geometry& g, Thread& t) {
             }
             if (i + kSecond < records.size()) {
                 const u32 catom = records[i + kSecond].catom;
-                kLinks ? __builtin_prefetch(g.link_catom + g.link_first[catom]) : prefetch_cells(g, g.catom_site[catom]);
+                __builtin_prefetch(kLinks ? g.link_catom + g.link_first[catom] : g.cell_catom + g.catom_site[catom]);
             }
             if (i < records.size()) {
                 found[i % kRooms] = neighbours_of<kLinks>(g, records[i].catom, rooms[i % kRooms]);

@@ -159,10 +159,10 @@ u32 concerned_by(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u3
         typename T::Row held{};
         const bool holds = fact(static_cast<u32>(neighbours[i]), held);
         bool concerned = undefined;
-        for (u32 k = 0; k < N && !concerned; ++k) {
+        for (u32 k = 0; k < N; ++k) {
             const Offer<T>& o = offers[k];
-            concerned = (o.has && (!holds || T::better(o.after, held))) ||
-                        (o.had && holds && o.before.rank <= held.rank && T::same(o.before, held));
+            concerned |= o.has & (!holds | T::better(o.after, held));
+            concerned |= o.had & holds & (o.before.rank <= held.rank) & T::same(o.before, held);
         }
         out[n] = static_cast<u32>(neighbours[i]);
         n += concerned;

@@ -116,7 +116,7 @@ void add_times(const sim::Subdomain& subdomain, const TickLog& log, const eval::
     }
     for (std::size_t r = 0; r < rules.size(); ++r) statistics.at("rules")[r]["cpu_seconds"] = rounded(rules[r]);
     // Predicates that are not used are left out there.
-    for (Json& p : statistics.at("predicates")) p["cpu_seconds"] = rounded(predicates.at(whole_number<std::size_t>(p.at("number"))));
+    for (Json& p : statistics.at("predicates")) p["cpu_seconds"] = rounded(predicates.at(p.at("number").get<std::size_t>()));
     statistics["other_cpu_seconds"] = rounded(other);
     statistics["cpu_samples"] = samples;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/base/nearest.h"
+#include "runtime/base/shallow_json.h"
 #include "runtime/base/visible.h"
 
 namespace meld::view {
@@ -63,11 +64,9 @@ void Fields::read(const char* key, double& value, double least, double most) {
 void Fields::read(const char* key, std::optional<std::int64_t>& value, std::int64_t least, std::int64_t most) {
     const Json* const found = find(key);
     if (found == nullptr) return;
-    // A number beyond 64 bits is a float here, and one beyond 63 not signed.
-    const bool fits = found->is_number_integer() && (!found->is_number_unsigned() || found->get<std::uint64_t>() <= INT64_MAX);
-    if (!fits || found->get<std::int64_t>() < least || found->get<std::int64_t>() > most)
-        return wrong(key, fmt::format("no whole number from {} to {}", least, most));
-    value = found->get<std::int64_t>();
+    const std::optional<std::int64_t> number = if_whole_number(*found, least, most);
+    if (!number) return wrong(key, fmt::format("no whole number from {} to {}", least, most));
+    value = number;
 }
 
 void Fields::read(const char* key, std::optional<double>& value, double least, double most) {

@@ -166,10 +166,10 @@ void residual_beliefs(const std::string& folder, int side) {
         for (sim::Catom a = 0; a < given.size(); ++a) given[a] = potential(run, a);
         return hand_residual_beliefs(run.subdomain().geometry(), given, -2, 0.1, 0.0001);
     };
-    measure(c, prepare, hand, [](Run& run, const ResidualBeliefs& made) {
-        for (sim::Catom a = 0; a < made.belief.size(); ++a) {
+    measure(c, prepare, hand, [](Run& run, const std::vector<Belief5>& made) {
+        for (sim::Catom a = 0; a < made.size(); ++a) {
             const List* belief = fact(run, predicate(run, "belief", 1), a)[0].list;
-            for (std::size_t i = 0; i < 5; ++i) same("belief", a, tuple::item(belief, i).real, made.belief[a][i]);
+            for (std::size_t i = 0; i < 5; ++i) same("belief", a, tuple::item(belief, i).real, made[a][i]);
         }
     });
 }

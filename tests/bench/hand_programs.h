@@ -130,23 +130,29 @@ inline Ranks hand_pagerank(const Geometry& g, std::size_t catoms, double damping
 
 // ---- examples/meld/belief_propagation.meld
 
-// Logarithms of likelihoods, one for each of three colours.
-using Belief = std::array<double, 3>;
+// Logarithms of likelihoods, one for each colour.
+template <std::size_t N>
+using Beliefs = std::array<double, N>;
+using Belief = Beliefs<3>;
 
-inline Belief normalized(const Belief& b) {
-    const double most = std::max(b[0], std::max(b[1], b[2]));
+template <std::size_t N>
+Beliefs<N> normalized(const Beliefs<N>& b) {
+    const double most = *std::max_element(b.begin(), b.end());
     double all = 0;
     for (const double x : b) all += std::exp(x - most);
     const double shift = most + std::log(all);
-    return {b[0] - shift, b[1] - shift, b[2] - shift};
+    Beliefs<N> out;
+    for (std::size_t i = 0; i < N; ++i) out[i] = b[i] - shift;
+    return out;
 }
 
-// What a neighbour hears from one who believes this.
-inline Belief said(const Belief& b, double rough) {
-    Belief out{};
-    for (std::size_t x = 0; x < 3; ++x) {
+// What a neighbour hears from one who believes this. potential(x, y): of a link between these colours.
+template <std::size_t N, class Potential>
+Beliefs<N> said(const Beliefs<N>& b, const Potential& potential) {
+    Beliefs<N> out{};
+    for (std::size_t x = 0; x < N; ++x) {
         double all = 0;
-        for (std::size_t y = 0; y < 3; ++y) all += std::exp(b[y] + (x == y ? 0.0 : -rough));
+        for (std::size_t y = 0; y < N; ++y) all += std::exp(b[y] + potential(x, y));
         out[x] = std::log(all);
     }
     return normalized(out);
@@ -158,6 +164,7 @@ inline std::vector<Belief> hand_beliefs(const Geometry& g, const std::vector<int
     const auto ports = static_cast<std::size_t>(g.ports);
     const auto slot = [&](u32 catom, i32 port) { return catom * ports + static_cast<std::size_t>(port); };
     std::vector<Belief> heard(catoms * ports), next(catoms * ports), belief(catoms);
+    const auto smooth = [&](std::size_t x, std::size_t y) { return x == y ? 0.0 : -rough; };
     const auto evidence = [&](u32 c) {
         Belief b{};
         for (std::size_t i = 0; i < 3; ++i) b[i] = static_cast<int>(i) == seen[c] ? 0.0 : -doubt;
@@ -179,7 +186,7 @@ inline std::vector<Belief> hand_beliefs(const Geometry& g, const std::vector<int
                 Belief without = all;
                 if (round > 0)
                     for (std::size_t i = 0; i < 3; ++i) without[i] -= heard[slot(c, port)][i];
-                next[slot(static_cast<u32>(other), g.opposite[port])] = said(without, rough);
+                next[slot(static_cast<u32>(other), g.opposite[port])] = said(without, smooth);
             }
         }
         heard.swap(next);
@@ -190,69 +197,46 @@ inline std::vector<Belief> hand_beliefs(const Geometry& g, const std::vector<int
 
 // ---- tests/bench/programs/residual_beliefs.meld
 
-// Logarithms of likelihoods, one for each of five colours.
-using Belief5 = std::array<double, 5>;
-
-inline Belief5 normalized(const Belief5& b) {
-    const double most = *std::max_element(b.begin(), b.end());
-    double all = 0;
-    for (const double x : b) all += std::exp(x - most);
-    Belief5 out;
-    for (std::size_t i = 0; i < b.size(); ++i) out[i] = b[i] - (most + std::log(all));
-    return out;
-}
-
-struct ResidualBeliefs {
-    std::vector<Belief5> belief;
-    std::uint64_t answers = 0;  // How often a catom was due.
-};
+using Belief5 = Beliefs<5>;
 
 // A catom tells its neighbours what it believes without what it heard from them. It does so again in the round after one that changed
 // what it heard from a neighbour by more than `bound`. `step`: the potential of a link, for each step between two colours.
-inline ResidualBeliefs hand_residual_beliefs(const Geometry& g, const std::vector<Belief5>& potential, double step, double damping,
-                                             double bound) {
-    const auto catoms = static_cast<u32>(potential.size());
+inline std::vector<Belief5> hand_residual_beliefs(const Geometry& g, const std::vector<Belief5>& evidence, double step, double damping,
+                                                  double bound) {
+    const auto catoms = static_cast<u32>(evidence.size());
     const auto ports = static_cast<std::size_t>(g.ports);
     const auto slot = [&](u32 catom, i32 port) { return catom * ports + static_cast<std::size_t>(port); };
+    const auto stepwise = [&](std::size_t x, std::size_t y) { return step * std::fabs(static_cast<double>(x) - static_cast<double>(y)); };
     Belief5 even;
     even.fill(std::log(0.2));
-    ResidualBeliefs out{.belief = std::vector<Belief5>(catoms, even)};
-    std::vector<Belief5> heard(catoms * ports, even), next = heard;
+    std::vector<Belief5> belief(catoms, even), heard(catoms * ports, even), next = heard;
     std::vector<u32> due(catoms), later;
     std::vector<bool> is_due(catoms);
     for (u32 c = 0; c < catoms; ++c) due[c] = c;
     while (!due.empty()) {
         for (const u32 c : due) {
-            Belief5 all = potential[c];
+            Belief5 all = evidence[c];
             each_link(g, c, [&](i32 port, u32) {
                 for (std::size_t i = 0; i < all.size(); ++i) all[i] += heard[slot(c, port)][i];
             });
-            all = out.belief[c] = normalized(all);
+            all = belief[c] = normalized(all);
             each_link(g, c, [&](i32 port, u32 other) {
-                Belief5 without, said;
+                Belief5 without;
                 for (std::size_t i = 0; i < all.size(); ++i) without[i] = all[i] - heard[slot(c, port)][i];
-                without = normalized(without);
-                for (std::size_t x = 0; x < all.size(); ++x) {
-                    double sum = 0;
-                    for (std::size_t y = 0; y < all.size(); ++y)
-                        sum += std::exp(without[y] + step * std::fabs(static_cast<double>(x) - static_cast<double>(y)));
-                    said[x] = std::log(sum);
-                }
-                said = normalized(said);
+                Belief5 now = said(normalized(without), stepwise);
                 Belief5& before = next[slot(other, g.opposite[port])];
                 double changed = 0;
                 for (std::size_t i = 0; i < all.size(); ++i) {
-                    said[i] = std::log(damping * std::exp(before[i]) + (1 - damping) * std::exp(said[i]));
-                    changed += std::fabs(std::exp(said[i]) - std::exp(before[i]));
+                    now[i] = std::log(damping * std::exp(before[i]) + (1 - damping) * std::exp(now[i]));
+                    changed += std::fabs(std::exp(now[i]) - std::exp(before[i]));
                 }
-                before = said;
+                before = now;
                 if (changed / static_cast<double>(all.size()) > bound && !is_due[other]) {
                     is_due[other] = true;
                     later.push_back(other);
                 }
             });
         }
-        out.answers += due.size();
         // What was said in this round is heard in the next.
         for (const u32 c : due)
             each_link(g, c, [&](i32 port, u32 other) {
@@ -263,7 +247,7 @@ inline ResidualBeliefs hand_residual_beliefs(const Geometry& g, const std::vecto
         later.clear();
         for (const u32 c : due) is_due[c] = false;
     }
-    return out;
+    return belief;
 }
 
 // ---- examples/meld/queens.meld: how many ways there are to place one queen a row so that none takes another.
