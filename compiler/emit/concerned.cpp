@@ -1,5 +1,5 @@
 // Emits for a column whom of the neighbours a change of a record concerns.
-//     dist(B, D + 1) :- neighbor(A, B), dist(A, D).          type dist(node, min int).
+//     dist(B, D + 1, A) :- neighbor(A, B), dist(A, D, _).          type dist(node, min int, node).
 // If the rules that read a column at neighbours are all of this form, a catom that has a distance does not need to be evaluated for a
 // neighbour whose distance offers nothing better and has not been what its own rests on: nearly all changes that it is told.
 #include <algorithm>
@@ -54,7 +54,7 @@ bool is_offer(const plan::Plan& plan, const RulePlan& r, PredicateId predicate) 
     const auto* match = as<Match>(r.steps[1]);
     if (each == nullptr || !each->place.valid() || each->port.bind.valid() || each->port.equals.op != Op::Anonymous) return false;
     if (match == nullptr || match->predicate != predicate || match->at_site || match->place != each->place || !match->ranks) return false;
-    std::set<plan::VariableId> known;
+    std::set<plan::VariableId> known = {each->place};  // The neighbour itself: a value may remember whom it came from.
     for (std::size_t i = 0; i < match->arguments.size(); ++i) {
         if (match->uses[i] == ArgumentUse::Compare) return false;
         if (match->uses[i] == ArgumentUse::Bind) known.insert(match->arguments[i].variable);
@@ -87,6 +87,19 @@ bool holds_lists(const Stored& s) {
 bool hands_on(const plan::Plan& plan, const RulePlan& r) {
     const MakeFact& head = r.derived();
     return head.arguments[plan.program.predicates[head.predicate].aggregate_at - 1].is_variable();
+}
+
+// Whether what a rule offers depends on which catom offers it.
+bool names_itself(const RulePlan& r) {
+    const plan::VariableId itself = as<plan::EachNeighbour>(r.steps[0])->place;
+    bool named = false;
+    const auto look = [&](const Term& t) { check::each_variable(t, [&](plan::VariableId v) { named = named || v == itself; }); };
+    for (const Step& s : std::span(r.steps).subspan(2)) {
+        if (const auto* set = as<plan::Set>(s)) look(set->value);
+        if (const auto* test = as<plan::Test>(s)) look(test->condition);
+    }
+    for (const Term& t : r.derived().arguments) look(t);
+    return named;
 }
 
 std::string offer_function(const plan::Plan& plan, const RulePlan& r) { return rule_function(plan.program, r.rule) + "_offer"; }
@@ -129,6 +142,7 @@ void RuleEmitter::offer() {
     const std::size_t outside = w_.depth();
     w_.open(fmt::format("if (f.{}_rank != kAbsent) {{", name));
     scope_.ranks.push_back(fmt::format("f.{}_rank", name));
+    if (names_itself(rule_plan_)) bind(as<plan::EachNeighbour>(rule_plan_.steps[0])->place, "id_of(*s.g, s.catom)");
     use(match, [&](std::size_t k) { return fmt::format("f.{}_{}", name, field_name(k)); });
     steps({rule_plan_.steps.begin() + 2, rule_plan_.steps.end()});
     make_row(head);
@@ -149,10 +163,13 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
         const std::string name = predicate_name(plan.program, p), record = record_name(id);
         w.raw("");
         w.line("// The neighbours that a change of {} concerns.", plan.program.predicates[p].name);
-        w.open(fmt::format("static u32 {}(Eval* e, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) {{",
-                           concerned_function(id)));
+        w.open(fmt::format(
+            "static u32 {}(Eval* e, u32 catom, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) {{",
+            concerned_function(id)));
         w.raw("Self s;");
         w.raw("s.e = e;");
+        w.raw("s.g = &e->subdomain->geometry;");
+        w.raw("s.catom = catom;");
         if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
         w.line("const {0}& was = *static_cast<const {0}*>(before);", record);
         w.line("const {0}& is = *static_cast<const {0}*>(after);", record);
@@ -163,8 +180,8 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
             w.line("offers[{0}].has = {1}(s, is, offers[{0}].after);", i, function);
         }
         w.line("const auto* const records = reinterpret_cast<const {}*>(e->subdomain->columns[{}]);", record, id.index());
-        w.open(fmt::format("return concerned_by(*e, offers, neighbours, count, out, [&](u32 catom, {}_t::Row& row) {{", name));
-        w.line("const {}& r = records[catom];", record);
+        w.open(fmt::format("return concerned_by(*e, offers, neighbours, count, out, [&](u32 other, {}_t::Row& row) {{", name));
+        w.line("const {}& r = records[other];", record);
         for (std::size_t i = 1; i <= plan.of(p).fields.size(); ++i) w.line("row.{0} = r.{1}_{0};", field_name(i), name);
         w.line("row.rank = r.{}_rank;", name);
         w.line("return r.{}_rank != kAbsent;", name);

@@ -132,7 +132,7 @@ struct ColumnInfo {
     // Of these neighbours of a catom whose record has changed, with -1 for none: writes to `out` those whose evaluation can come to another
     // result because of it, and returns how many there are. The column is up to date. Null: any of them may be. Only for
     // records without lists.
-    u32 (*concerned)(Eval*, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) = nullptr;
+    u32 (*concerned)(Eval*, u32 catom, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) = nullptr;
 };
 
 // One entry of a rows column. Rows are sorted, each row_bytes long.

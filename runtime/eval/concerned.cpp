@@ -68,7 +68,7 @@ void Evaluator::mark_concerned(Thread& t, std::span<const i32> neighbours, u32 c
     const ColumnInfo& info = module_.columns[column];
     if (t.concerned.size() < neighbours.size()) t.concerned.resize(neighbours.size());
     const auto ports = static_cast<u32>(neighbours.size());
-    const u32 count = info.concerned(&t, before, columns_.entry(column, catom), neighbours.data(), ports, t.concerned.data());
+    const u32 count = info.concerned(&t, catom, before, columns_.entry(column, catom), neighbours.data(), ports, t.concerned.data());
     const bool shared = threads_.size() > 1;
     for (u32 i = 0; i < count; ++i)
         if (shared)

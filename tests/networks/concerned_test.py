@@ -16,8 +16,12 @@ from frame import CAMPAIGN, Case, main  # noqa: E402
 
 DISTANCE = ("type source(node).\ntype dist(node, min int).\ndist(A, 0) :- source(A).\n"
             "dist(B, D + 1) :- neighbor(A, B), dist(A, D).\n")
+# It remembers whom the value came from.
+PARENT = ("type source(node).\ntype dist(node, min int, node).\ndist(A, 0, A) :- source(A).\n"
+          "dist(B, D + 1, A) :- neighbor(A, B), dist(A, D, _).\n")
 PROGRAMS = {
     "distance": DISTANCE,
+    "parent": PARENT,
     # With what comes along with the winner, a test, and a second rule that offers.
     "widest": "type source(node).\ntype wide(node, max int, int Far).\nwide(A, 40, 0) :- source(A).\n"
               "wide(B, W - 3, F + 1) :- neighbor(A, B), wide(A, W, F), W > 6.\n"
@@ -78,10 +82,11 @@ class Concerned(Case):
         self.assertGreater(self.run_in(PROGRAMS["others"], world)[0]["evaluations"], 1000)
 
     def test_a_wave_through_a_lattice_evaluates_each_catom_once(self):
-        found, facts, _ = self.run_in(DISTANCE, BOX + '[facts]\nsource = "id == 0"\n')
-        self.assertEqual(found["evaluations"], found["catoms"])
-        depth = max(int(line.split(", ")[1].rstrip(").")) for line in facts.splitlines() if line.startswith("dist("))
-        self.assertEqual(found["ticks"], depth + 2)
+        for program in (DISTANCE, PARENT):
+            found, facts, _ = self.run_in(program, BOX + '[facts]\nsource = "id == 0"\n')
+            self.assertEqual(found["evaluations"], found["catoms"])
+            depth = max(int(line.split(", ")[1].rstrip(").")) for line in facts.splitlines() if line.startswith("dist("))
+            self.assertEqual(found["ticks"], depth + 2)
 
     def test_all_ticks_are_as_if_every_neighbour_were_evaluated(self):
         runs = [(1, 1), (1, 2), (2, 1), (3, 2), (4, 1)] if CAMPAIGN else [(1, 2), (3, 1)]

@@ -16,6 +16,9 @@ add_test(NAME random_graphs
 add_test(NAME random_variants
          COMMAND test_random --seeds 8 --worlds 1 --shipped 0 --jobs 2 --graphs --variants --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_graphs random_variants PROPERTIES TIMEOUT 600 PROCESSORS 2)
+# As users run them, over MPI.
+meld_sizes_test(random_processes ${CMAKE_CURRENT_LIST_DIR}/processes_test.py --random $<TARGET_FILE:test_random>
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 # The campaign goes on where the default runs end.
 add_test(NAME random_programs_campaign
          COMMAND test_random --first 51 --seeds 1950 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
