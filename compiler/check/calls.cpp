@@ -26,7 +26,7 @@ Term Scope::call(const std::string& name, const Arguments& arguments, Span span,
     if (const auto own = names_.functions.find(name); own != names_.functions.end()) return call_function(own->second, arguments, span);
     if (const LibraryFunction* f = library_function(name, arguments.size())) return call_library(*f, arguments, span, wanted);
     if (std::optional<Term> known = scheduling(name, arguments, span)) return *known;
-    return unknown_function(name, arguments, span);
+    return unknown_function(name, arguments, span, wanted);
 }
 
 // Linear Meld's functions about the processor of a node: here all nodes are on one, which changes no result.
@@ -59,7 +59,7 @@ Term Scope::condition(const syntax::Atom& atom) {
     return convert(call(atom.name.text, atom.arguments, atom.span, Type::Bool), Type::Bool, "a condition");
 }
 
-Term Scope::unknown_function(const std::string& name, const Arguments& arguments, Span span) {
+Term Scope::unknown_function(const std::string& name, const Arguments& arguments, Span span, const Type& wanted) {
     Term term;
     term.span = span;
     if (names_.tree.is_lost(name)) return term;
@@ -88,6 +88,11 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
             fmt::format("write `delta(X; {})`, where X is that argument", syntax::print(*arguments[0]));
         return term;
     }
+    if (is_older(name)) {
+        report_.add(Kind::UnknownFunction, span, fmt::format("`{}` is in the library of functions for programs of Linear Meld", name))
+            .help = kUseOlder;
+        return term;
+    }
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
     for (const auto& [own, id] : names_.functions) known.push_back(own);
@@ -98,8 +103,9 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     const std::string near = other != elsewhere.end() ? other->second : diagnostics::nearest_name(name, known);
     auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name));
     if (near.empty())
-        d.help = fmt::format("declare it, `fun {0}({1}) : int = ...`, or, if it is written in C, `extern int {0}({2}).`", name,
-                             parameters(arguments, Named::Yes), parameters(arguments, Named::No));
+        d.help = fmt::format("declare it, `fun {0}({1}) : {3} = ...`, or, if it is written in C, `extern {3} {0}({2}).`", name,
+                             parameters(arguments, Named::Yes), parameters(arguments, Named::No),
+                             has_unknown(wanted) || wanted == Type::Error ? "int" : type_name(wanted));
     else
         d.did_you_mean(near, span, Fit::Name);
     return term;

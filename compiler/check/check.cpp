@@ -5,9 +5,11 @@
 
 namespace meld::check {
 
-Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report, Worlds worlds) {
+Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report, Worlds worlds,
+              bool links_c) {
     Program program;
     program.worlds = worlds;
+    program.links_c = links_c;
     merge_programs(tree, report);
     expand_stable(tree, report);
     expand_type_names(tree, report);

@@ -11,7 +11,7 @@ namespace meld::check {
 // constructs that are correct but make no sense. The result is complete only if no error was reported; it is safe to print in any case.
 // Names in the tree are replaced by their meaning. prelude_files: how many files of the set are ours.
 Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report,
-              Worlds worlds = Worlds::Any);
+              Worlds worlds = Worlds::Any, bool links_c = false);
 
 // ---- the passes, one file each, in this order
 

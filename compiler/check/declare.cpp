@@ -279,17 +279,31 @@ class Declarer {
         f.name = tree.name.text;
         f.span = tree.name.span;
         f.external = true;
-        if (const LibraryFunction* same = library_function(tree.name.text, tree.arguments.size())) {
-            auto& hides = report_.add(Kind::HidesLibrary, tree.name.span,
-                                      fmt::format("`{}` is a function of the library too, and this declaration hides it", tree.name.text));
-            hides.help = fmt::format("to call the library's, {}, leave the declaration out", same->signature);
-            hides.fixes = {diagnostics::leave_out(tree.span, "this declaration", Fit::Item)};
-        }
         for (std::size_t i = 0; i < tree.arguments.size(); ++i)
             f.variables.add(
                 {fmt::format("argument {}", i + 1), tree.arguments[i].span, to_type(tree.arguments[i], types_, tree_, report_)});
         f.result = to_type(*tree.result, types_, tree_, report_);
+        if (const LibraryFunction* same = library_function(tree.name.text, tree.arguments.size())) {
+            // Older implementations wanted to be told of their functions.
+            const bool library = !program_.links_c && alike(*same, f);
+            auto& note =
+                report_.add(Kind::HidesLibrary, tree.name.span,
+                            library ? fmt::format("`{}` is a function of the library, which is called where no C file is linked", f.name)
+                                    : fmt::format("`{}` is a function of the library too, and this declaration hides it", f.name));
+            note.help = fmt::format("to call the library's{}, leave the declaration out",
+                                    library ? " in any case" : fmt::format(", {}", same->signature));
+            note.fixes = {diagnostics::leave_out(tree.span, "this declaration", Fit::Item)};
+            if (library) return;
+        }
         add(std::move(f), tree.span);
+    }
+    // Whether a declaration says of a function what the library says.
+    static bool alike(const LibraryFunction& library, const Function& f) {
+        LibraryBindings bindings;
+        if (library.parameters.size() != f.variables.count()) return false;
+        for (std::size_t i = 0; i < library.parameters.size(); ++i)
+            if (!match(library.parameters[i], f.variables[VariableId(i)].type, bindings)) return false;
+        return match(library.result, f.result, bindings);
     }
     void add(Function f, Span item) {
         f.parameter_count = f.variables.count();

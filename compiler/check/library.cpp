@@ -115,6 +115,12 @@ const LibraryFunction* library_function(const std::string& name, std::size_t arg
     return first == last ? nullptr : first->second;
 }
 
+bool is_older(std::string_view name) {
+    static constexpr std::string_view kNames[] = {"wastetime",      "queens_violation", "minimax_score",    "minimax_points",
+                                                  "minimax_score2", "minimax_points2",  "degeneratevector", "demergemessages"};
+    return std::ranges::find(kNames, name) != std::end(kNames);
+}
+
 bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& bindings) {
     if (argument == Type::Error) return true;
     if (parameter.variable != 0) {

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/check/program.h"
@@ -35,6 +36,10 @@ struct LibraryFunction {
 const std::vector<LibraryFunction>& library();
 // The function with this name and number of arguments; otherwise any with the name, or null.
 const LibraryFunction* library_function(const std::string& name, std::size_t arguments);
+
+// Whether the library `older` (stdlib/older.meld) declares it, for programs of Linear Meld; and what to write then.
+bool is_older(std::string_view name);
+inline constexpr const char* kUseOlder = "write `use \"older\".` before it";
 
 // What the letters of a parameter stand for if its argument has this type. False if it does not fit.
 bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& bindings);

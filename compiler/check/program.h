@@ -232,6 +232,8 @@ struct Program {
     std::vector<Rule> questions;
     std::vector<Stratum> strata;  // In the order of evaluation.
     Worlds worlds = Worlds::Any;
+    // C files are linked: an extern is defined there, also where the library has a function of its name.
+    bool links_c = false;
     // It is compiled in the links form: neighbours are found in a table, and there may be any number of them (runtime/abi/geometry_abi.h).
     bool by_links = false;
 };
@@ -288,6 +290,32 @@ void each_variable(const Head& head, const Visit& visit) {
     }
     for (const Head& h : head.heads) each_variable(h, visit);
     for (const Head& h : head.others) each_variable(h, visit);
+}
+
+// Every term of a body, of heads or of a rule, whole: not its subterms. visit(const Term&).
+template <class Visit>
+void each_term(const std::vector<Clause>& body, const Visit& visit) {
+    for (const Clause& clause : body) {
+        for (const Term& argument : clause.atom.arguments) visit(argument);
+        visit(clause.test);
+        visit(clause.parameter);
+        each_term(clause.inner, visit);
+    }
+}
+template <class Visit>
+void each_term(const std::vector<Head>& heads, const Visit& visit) {
+    each_head(heads, [&](const Head& h) {
+        for (const Term& argument : h.atom.arguments) visit(argument);
+        visit(h.delay);
+        visit(h.term);
+        each_term(h.body, visit);
+        for (const HeadAggregate& f : h.aggregates) visit(f.parameter);
+    });
+}
+template <class Visit>
+void each_term(const Rule& rule, const Visit& visit) {
+    each_term(rule.body, visit);
+    each_term(rule.heads, visit);
 }
 
 // Calls change(VariableId&) on every variable.

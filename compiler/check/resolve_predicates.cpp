@@ -1,6 +1,7 @@
 // Pass 2, names of predicates: which one a fact of a rule means, the cure where there is none, and its sign.
 #include <algorithm>
 
+#include "compiler/check/library.h"
 #include "compiler/check/resolver.h"
 #include "runtime/abi/actions.h"
 
@@ -75,6 +76,7 @@ Resolver::Unknown Resolver::unknown_predicate(const syntax::Name& name, std::opt
     auto& d = report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text));
     if (name.text == "stable") d.help = "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks";
     if (name.text == "terminate") d.help = "to end the run, write `stop-program(...)`";
+    if (is_older(name.text)) d.help = kUseOlder;
     if (!d.help.empty()) return {d, false};
     // The program's own names come before those that it did not declare.
     std::vector<std::string> own, of_the_runtime;

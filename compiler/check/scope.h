@@ -80,7 +80,7 @@ class Scope {
     Term call_function(FunctionId id, const Arguments& arguments, Span span);
     Term call_library(const LibraryFunction& f, const Arguments& arguments, Span span, const Type& wanted);
     std::optional<Term> scheduling(const std::string& name, const Arguments& arguments, Span span);
-    Term unknown_function(const std::string& name, const Arguments& arguments, Span span);
+    Term unknown_function(const std::string& name, const Arguments& arguments, Span span, const Type& wanted);
     enum class Named { No, Yes };
     std::string parameters(const Arguments& arguments, Named named);
     void wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared);

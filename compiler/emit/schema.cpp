@@ -257,6 +257,26 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
     w.close("};");
 }
 
+// One more than the greatest number of a node that the text names anywhere.
+std::uint64_t named_nodes(const Program& program) {
+    std::uint64_t nodes = 0;
+    const auto name = [&](std::int64_t node) { nodes = std::max(nodes, static_cast<std::uint64_t>(node) + 1); };
+    const auto note = [&](const Term& whole) {
+        check::each_subterm(whole, [&](const Term& t) {
+            if (t.op == Op::Node) name(t.integer);
+        });
+    };
+    for (const Rule& r : program.rules) check::each_term(r, note);
+    for (const Predicate& p : program.predicates)
+        for (const Fact& f : p.facts) {
+            name(f.catom);
+            for (const Term& argument : f.arguments) note(argument);
+        }
+    for (const check::Constant& c : program.constants) note(c.value);
+    for (const check::Function& f : program.functions) note(f.body);
+    return nodes;
+}
+
 // The routes that the text gives to a catom that it names: edge(@0, @3).
 void emit_link_table(const plan::Plan& plan, Writer& w) {
     std::string rows;
@@ -348,11 +368,12 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     w.line("kAbiVersion, {}, {}, {}, kSources, {}, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(), p.programs,
            p.includes.size());
     w.line(
-        "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, evaluate, {}, {}, {}, {}, {}, {}, "
+        "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, {}, evaluate, {}, {}, {}, {}, {}, "
+        "{}, "
         "{}, {}, {},",
-        types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), plan.reads_tick, plan.counts,
-        plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan), makes_nodes(plan),
-        plan.idle_births);
+        types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), named_nodes(p), plan.reads_tick,
+        plan.counts, plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan),
+        makes_nodes(plan), plan.idle_births);
     w.close("};");
 }
 

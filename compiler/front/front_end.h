@@ -20,6 +20,7 @@ struct ParsedProgram {
     syntax::Tree program;
     std::vector<std::uint32_t> others = {};  // ParseOptions::programs
     check::Worlds worlds = check::Worlds::Any;
+    bool links_c = false;  // Program::links_c
 };
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options);

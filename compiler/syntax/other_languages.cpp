@@ -25,6 +25,7 @@ Cure cure_of_word(const Stop& stop) {
     if (word == "or") return {"write `||` within a condition; for clauses, write one rule for each alternative"};
     if (word == "where" || word == "when" || word == "if")
         return {"conditions are clauses of the body, with a `,` between them", write(stop.tokens[stop.at].span, ",", Fit::Sign)};
+    if (word == "ins") return {"write `lexistss(X, Y)` for `X ins Y`"};
     if (word == "elseif" || word == "elif" || word == "elsif") return {"write `else if ... then ... else ... end end`"};
     return {};
 }

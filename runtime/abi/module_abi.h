@@ -45,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 20;
+inline constexpr u32 kAbiVersion = 21;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -382,6 +382,7 @@ struct ModuleInfo {
     const RuleInfo* rules;
     u32 link_count;
     const LinkInfo* links;  // In the order of the rules that give them.
+    u64 named_nodes;        // One more than the number of the greatest node that the text names, as @7; 0: it names none.
     bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);

@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "runtime/abi/geometry_abi.h"
+#include "runtime/abi/senses.h"
 #include "runtime/comm/communicator.h"
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/tuple/facts.h"
 #include "runtime/world/target.h"
 
 namespace meld::driver {
@@ -39,30 +41,23 @@ Result<const LinkInfo*> first_apart(const ModuleInfo& module, const world::World
     return nullptr;
 }
 
-// The links of the text, and the nodes that it names by them and by facts at them.
-struct Named {
-    explicit Named(const ModuleInfo& module) {
-        for (u32 i = 0; i < module.link_count; ++i) {
-            const LinkInfo& link = module.links[i];
-            nodes = std::max({nodes, link.from + 1, link.to + 1});
-            if (link.from != link.to) links.insert(std::minmax(link.from, link.to));
-        }
-        std::set<std::uint64_t> at;
-        for (u32 i = 0; i < module.rule_count; ++i)
-            if (module.rules[i].at != kEverywhere) at.insert(module.rules[i].at);
-        if (!at.empty()) nodes = std::max(nodes, *at.rbegin() + 1);
-        more_than_one = at.size() > 1;
+using Links = std::set<std::pair<std::uint64_t, std::uint64_t>>;
+// The links of the text.
+Links links_of(const ModuleInfo& module) {
+    Links links;
+    for (u32 i = 0; i < module.link_count; ++i) {
+        const LinkInfo& link = module.links[i];
+        if (link.from != link.to) links.insert(std::minmax(link.from, link.to));
     }
-    std::set<std::pair<std::uint64_t, std::uint64_t>> links = {};
-    std::uint64_t nodes = 1;  // One more than the greatest.
-    bool more_than_one = false;
-};
+    return links;
+}
 
-// Whether some rule asks for the links of the world.
+// Whether some rule asks for the links of the world, or for its cells.
 bool reads_links(const ModuleInfo& module) {
-    for (u32 i = 0; i < module.predicate_count; ++i) {
-        const PredicateInfo& p = module.predicates[i];
-        if (p.storage == Storage::World && p.read && std::string_view(p.name) == "neighbor") return true;
+    for (const auto& [name, arity, source] : sense_names()) {
+        const bool links = name == "neighbor" || name == "neighborCount" || info(source).has(SenseInfo::kCells);
+        const std::optional<u32> p = links ? tuple::find_sensed(module, name, arity) : std::nullopt;
+        if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
     }
     return false;
 }
@@ -76,17 +71,19 @@ Result<world::World> default_world() {
 Result<world::World> default_world(const ModuleInfo& module) {
     Result<world::World> cube = default_world();
     if (!cube) return cube;
-    const Named named(module);
-    const bool knows_nodes = module.makes_nodes || (module.finds_ways && named.more_than_one && !reads_links(module));
+    const Links links = links_of(module);
+    const std::uint64_t nodes = std::max<std::uint64_t>(module.named_nodes, 1);
+    const bool own_links = !links.empty() || (module.finds_ways && nodes > 1);
+    const bool knows_nodes = module.makes_nodes || (own_links && !reads_links(module));
     if (module.link_count == 0 && !knows_nodes) return cube;
     const Result<const LinkInfo*> apart = first_apart(module, *cube);
     if (!apart) return tl::unexpected<Error>(apart.error());
-    if ((*apart == nullptr && !knows_nodes) || named.nodes > kMostNodes) return cube;
+    if ((*apart == nullptr && !knows_nodes) || nodes > kMostNodes) return cube;
     std::vector<std::string> listed;
-    for (const auto& [from, to] : named.links) listed.push_back(fmt::format("[{}, {}]", from, to));
-    Result<world::World> graph = world::parse_world(
-        fmt::format("lattice = \"graph\"\nnodes = {}\nlinks = [\n    {}\n]\n", named.nodes, fmt::join(listed, ",\n    ")),
-        fmt::format("the default, the graph of the program's {} links", named.links.size()));
+    for (const auto& [from, to] : links) listed.push_back(fmt::format("[{}, {}]", from, to));
+    Result<world::World> graph =
+        world::parse_world(fmt::format("lattice = \"graph\"\nnodes = {}\nlinks = [\n    {}\n]\n", nodes, fmt::join(listed, ",\n    ")),
+                           fmt::format("the default, the graph of the program's {} links", links.size()));
     if (!graph) return graph;
     // Nodes of such programs send to any that they know.
     graph->network.reach = world::Reach::Any;
@@ -96,10 +93,14 @@ Result<world::World> default_world(const ModuleInfo& module) {
             "lists; --world chooses another one",
             (*apart)->file, (*apart)->line, (*apart)->from, (*apart)->to));
     else
-        graph->warnings.push_back(fmt::format(
-            "{}: its rules {}, so this run takes place in the graph of {} and the links that it lists; --world chooses another one",
-            module.sources[0].path, module.makes_nodes ? "make nodes" : "send facts to nodes that no link leads to",
-            named.nodes == 1 ? "@0" : fmt::format("@0 to @{}", named.nodes - 1)));
+        graph->warnings.push_back(
+            fmt::format("{}: its rules {}, so this run takes place in the graph of {} and the links that the program lists; --world "
+                        "chooses another one",
+                        module.sources[0].path,
+                        module.makes_nodes  ? "make nodes"
+                        : module.finds_ways ? "send facts to nodes that no link leads to"
+                                            : "read only links that the program lists",
+                        nodes == 1 ? "@0" : fmt::format("@0 to @{}", nodes - 1)));
     return graph;
 }
 

@@ -60,9 +60,10 @@ std::string warning_of_dropped(const sim::Summary& s, const world::World& world)
     // A program for a raw network expects it.
     if (s.dropped == 0 || world.network.kind == world::NetworkKind::Raw) return "";
     return fmt::format(
-        "{} linear fact{} dropped, since the catom {} for was no longer a neighbour. Declare `type linear undelivered-p(node, node To, "
+        "{} linear fact{} dropped, since the catom {} for {}. Declare `type linear undelivered-p(node, node To, "
         "...)` for the predicate p that is sent, and they come back",
-        grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were");
+        grouped(s.dropped), s.dropped == 1 ? " was" : "s were", s.dropped == 1 ? "it was" : "they were",
+        s.far_facts > 0 ? "is not there, or out of reach" : "was no longer a neighbour");
 }
 
 nlohmann::ordered_json to_json(const std::vector<sim::Refused>& refused) {
@@ -146,8 +147,9 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     row("evaluations", grouped(s.evaluations));
     row("derivations", grouped(s.derivations));
     row("exported changes", grouped(s.changes));
-    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: {}their target was not a neighbour)",
-                                                                              grouped(s.dropped), about.raw ? "lost on the way, or " : "")
+    const char* const missed = s.far_facts > 0 ? "not there, or out of reach" : "not a neighbour";
+    row("linear messages", grouped(s.messages) + (s.dropped > 0 ? fmt::format(" ({} dropped: {}their target was {})", grouped(s.dropped),
+                                                                              about.raw ? "lost on the way, or " : "", missed)
                                                                 : ""));
     if (s.far_facts > 0)
         row("facts sent far", fmt::format("{}, in {} message{}", grouped(s.far_facts), grouped(s.far_hops), s.far_hops == 1 ? "" : "s"));

@@ -126,7 +126,11 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         for (u32 i = 0; i < column.list_count; ++i) t.send_list({all.types, column.list_types[i]}, p.column, kept + column.list_offsets[i]);
         if (column.list_count > 0) t.check_length(p.column);
     };
-    host_.next_hop = [](Eval* e, u64 target) { return of(e).owner->next_hop_(e->catom, target); };
+    // A node that this catom has made in this tick is no node yet: what it sends there comes with what the node begins with.
+    host_.next_hop = [](Eval* e, u64 target) {
+        const Thread& t = of(e);
+        return t.owner->anywhere_ && t.bears(target) ? target : t.owner->next_hop_(e->catom, target);
+    };
     host_.send_far = [](Eval* e, u64 to, u16 predicate, const Value* arguments) {
         Thread& t = of(e);
         const u64 from = id_of(e->subdomain->geometry, e->catom);
@@ -135,8 +139,8 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
             return false;
         }
         ++e->far_hops;
-        t.far_messages.push_back(
-            {to, predicate, from, t.next_sequence(), t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+        (t.bears(to) ? t.births : t.far_messages)
+            .push_back({to, predicate, from, t.next_sequence(), t.keep_values(arguments, t.owner->module_.predicates[predicate])});
         return true;
     };
     host_.new_node = [](Eval* e) {

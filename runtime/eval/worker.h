@@ -58,6 +58,14 @@ struct Evaluator::Thread : Eval {
     std::vector<u32> concerned;  // Of one record; used again and again.
     bool passed_over = false;
 
+    // Whether the catom under evaluation has made this node in this tick, and given it a fact.
+    bool bears(u64 node) const {
+        if (nodes_made_of != catom) return false;
+        const u64 maker = id_of(subdomain->geometry, catom);
+        for (auto birth = births.rbegin(); birth != births.rend() && birth->from == maker; ++birth)
+            if (birth->to == node) return true;
+        return false;
+    }
     // The failure that Eval::trap describes, with its catom.
     Failure failure_here() const {
         Failure f{trap, trap_rule, failed_column, id_of(subdomain->geometry, catom), subdomain->now, trap_left, trap_right, trap_real, {}};

@@ -179,9 +179,15 @@ class Far(Case):
                              "go(A) -o letter(@3, A).\nletter(A, B) -o got(A, B).\n")
         out, err = self.call("meldsim", "run", "p.meld", "--quiet", "--facts-out", "-")
         self.assertIn("got(@3, @0).", out)
-        # Where its links are those of the cube, they are no reason for a graph.
-        self.write("q.meld", "type linear go(node).\ntype linear letter(node).\ntype got(node).\ngo(@0).\ngo(A) -o letter(@3).\n"
-                             "letter(A) -o got(A).\n")
+        # It needs no links either, if it reads none of the world.
+        post = ("type linear go(node).\ntype linear letter(node).\ntype got(node).\ngo(@0).\ngo(A) -o letter(@3).\n"
+                "letter(A) -o got(A).\n")
+        self.write("q.meld", post)
+        out, err = self.call("meldsim", "run", "q.meld", "--quiet", "--facts-out", "-")
+        self.assertEqual(out, "got(@3).\n")
+        self.assertIn("the graph of @0 to @3", err)
+        # One that reads the links of the cube is in the cube.
+        self.write("q.meld", post + "type near(node, node).\nnear(A, B) :- neighbor(A, B).\n")
         _, err = self.call("meldsim", "run", "q.meld", code=1)
         self.assertIn("E0502", err)
         self.assertIn('lattice = "graph"', err)

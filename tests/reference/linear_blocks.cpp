@@ -83,9 +83,10 @@ class LinearRules {
             if (t.counts) given.arguments.push_back({0, 3});
             block_.given.push_back(given);
         }
+        // Nodes that rules make would begin with one for all, and make others for ever.
         if (chance(random_, 30))
             block_.rules.push_back(
-                {.heads = {atom(t, chance(random_, 40) ? "@1" : "A", std::to_string(below(random_, 4)), "[3]") + delay(10)}});
+                {.heads = {atom(t, chance(random_, 40) || far_ ? "@1" : "A", std::to_string(below(random_, 4)), "[3]") + delay(10)}});
     }
 
     void rule() {

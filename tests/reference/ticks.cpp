@@ -226,6 +226,8 @@ void Ticks::send(const Scene& scene, std::int64_t from, Message&& message) {
 // one that has gone since, the fact is dropped.
 void Ticks::send_far(const Scene& scene, std::int64_t from, Catom& catom, Message&& message) {
     const std::int64_t goal = message.way.back();
+    // It is there from the next tick on, and nobody else knows it yet.
+    if (ways_ == Ways::Hop && born_.contains(goal)) return first_facts_.at(goal).push_back(std::move(message.fact));
     const std::int64_t next = ways_ == Ways::Hop && known_.contains(goal) ? goal : next_hop(scene, from, goal);
     if (goal == from) {
         catom.waiting.insert(std::move(message.fact));

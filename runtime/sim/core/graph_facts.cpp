@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "runtime/abi/senses.h"
@@ -135,6 +137,13 @@ Result<void> check_degrees(const ModuleInfo& module, const world::World& world) 
     return {};
 }
 
+// Whether the text states facts of a predicate: then it is the program's own, whatever its name.
+bool states_facts(const ModuleInfo& module, u32 predicate) {
+    return std::ranges::any_of(std::span(module.rules, module.rule_count), [&](const RuleInfo& r) {
+        return r.at != kEverywhere && std::find(r.heads, r.heads + r.head_count, predicate) != r.heads + r.head_count;
+    });
+}
+
 bool may_be_given(const PredicateInfo& p) { return !p.auxiliary && p.base != kNone16 && p.column != kNone16; }
 
 }  // namespace
@@ -155,7 +164,7 @@ Result<void> give_graph_facts(Subdomain& subdomain, const std::vector<Catom>* on
     GraphFacts facts(subdomain, only);
     for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
         const PredicateInfo& p = subdomain.module.predicates[i];
-        if (!may_be_given(p)) continue;
+        if (!may_be_given(p) || states_facts(subdomain.module, i)) continue;
         if (p.name == kLink && p.arity > 0)
             if (auto given = facts.give_links(p); !given) return given;
         if (p.arity != 1) continue;
