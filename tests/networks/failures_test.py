@@ -179,6 +179,25 @@ class Failures(Case):
                     found = [line.split() for line in self.read("d.txt").decode().splitlines() if line.startswith("tick ")]
                     self.assertEqual(found, whole)
 
+    def test_what_is_under_way_to_nobody_is_lost_when_it_would_have_arrived(self):
+        # Also in a run that stops in between and goes on.
+        go = "type linear go(node).\ntype linear letter(node).\ngo(@0).\n"
+        graph = 'lattice = "graph"\n{}[network]\nkind = "latency"\nleast = 8\nmost = 8\n'
+        linked = go + "go(A), !neighbor(A, B) -o letter(B).\n", graph.format('graph = "line(2)"\n')
+        far = go + "go(A) -o letter(@1).\n", graph.format("links = []\nnodes = 3\n") + 'reach = "any"\n'
+        for number, ((program, world), strike) in enumerate(((linked, "cut = [[0, 1]]"), (linked, "kill = 1"), (far, "kill = 1"))):
+            self.write("q.meld", program)
+            whole = self.summary(world + f"[[event]]\ntick = 3\n{strike}\n", program="q.meld")
+            self.assertEqual(whole["dropped_messages"], 1)
+            self.assertGreaterEqual(whole["ticks"], 8)
+            for n in (1, 2):
+                checkpoint = f"c{number}{n}"
+                self.call("meldsim", "run", "q.meld", "--world", "w.toml", "--ticks", 5, "--quiet", "--checkpoint", checkpoint, "-n", n)
+                out, _ = self.call("meldsim", "resume", checkpoint, "--ticks", 100, "--json", "--quiet", "-n", 3 - n)
+                again = json.loads(out)
+                for key in ("ticks", "dropped_messages"):
+                    self.assertEqual(again[key], whole[key], (program, strike, n, key))
+
     def test_a_recording_makes_its_run_again(self):
         self.write("w.toml", SQUARE + FAULTS + PARTIAL)
         self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--record", "r.vtkhdf", "--digest", "d", "--quiet")

@@ -56,18 +56,21 @@ void Network::save_far(i64 now, ByteWriter& out) const {
         out.write(far.to);
         out.write(far.from);
         out.write(far.predicate);
+        const std::optional<Catom> to = members_.ensemble.find(far.to);
+        out.write(to && members_.owned(*to));
         out.write_block(far.bytes);
     }
 }
 
-void Network::load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in) {
+void Network::load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
     for (std::size_t left = in.read_count(3 * sizeof(u64)); left > 0 && !in.failed(); --left) {
         const auto ticks = in.read<i64>();
         const auto to = in.read<u64>(), from = in.read<u64>();
         const auto predicate = in.read<u16>();
+        const bool arrives = in.read<bool>();
         const std::span<const std::byte> bytes = in.read_block();
         if (in.failed() || ticks <= 0 || predicate >= module_.predicate_count) return;
-        if (!find(to)) continue;
+        if (arrives ? !find(to) : !takes_lost) continue;
         // This world's network may be faster.
         const i64 arrival = now + std::min<i64>(ticks, world_.latency());
         i64& last = last_far_[{from, to}];

@@ -372,7 +372,7 @@ void Network::save(i64 now, ByteWriter& out) const {
     save_far(now, out);
 }
 
-void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in) {
+void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
     const world::Ensemble& ensemble = members_.ensemble;
     if (in.done()) {
         for (u32 mailbox = 0; mailbox < mailboxes_.size() && !exported_.empty(); ++mailbox) tell_state(now, mailbox);
@@ -405,21 +405,27 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
         const auto number = in.read<u16>();
         read.push_back({kind, number, in.read_block()});
     }
+    u32 gone = kNone32;  // A mailbox whose link is gone.
     for (std::size_t left = in.read_count(3 * sizeof(u32)); left > 0 && !in.failed(); --left) {
         const auto ticks = in.read<u32>(), mailbox = in.read<u32>(), parcel = in.read<u32>();
         const auto late = in.read<bool>();
         if (ticks == 0 || parcel >= read.size()) return;
-        if (mailbox >= numbers.size() || numbers[mailbox] == kNone32) continue;
+        if (mailbox == kNone32 && takes_lost && gone == kNone32) {
+            gone = static_cast<u32>(mailboxes_.size());
+            mailboxes_.emplace_back();
+        }
+        const u32 to = mailbox == kNone32 ? gone : mailbox < numbers.size() ? numbers[mailbox] : kNone32;
+        if (to == kNone32) continue;
         if (parcels[parcel] == kNone32) {
             const std::span<const std::byte> bytes = read[parcel].bytes;
             parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, {bytes.begin(), bytes.end()});
         }
         // This world's network may be faster.
-        put(now + std::min<i64>(ticks, world_.latency()), numbers[mailbox], parcels[parcel], late);
+        put(now + std::min<i64>(ticks, world_.latency()), to, parcels[parcel], late);
     }
     // Each process has noted those that it may have to take down.
     for (std::size_t left = in.read_count(sizeof(Down)); left > 0 && !in.failed(); --left) down_.push_back(in.read<Down>());
-    load_far(now, find, in);
+    load_far(now, find, takes_lost, in);
 }
 
 std::size_t Network::bytes() const {

@@ -73,8 +73,9 @@ class Network {
     // The mailboxes of this process and what is under way to them, for a snapshot; and back for those of catoms that `find` finds here,
     // once all catoms of the ensemble are back. Not before follow_links_empty().
     void save(i64 now, ByteWriter& out) const;
-    // Of a run in whose world nothing was under way, everything is told anew.
-    void load(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
+    // Of a run in whose world nothing was under way, everything is told anew. takes_lost: one process goes on with what is under way over
+    // links that have gone, since a run waits for it and counts it as lost when it would have arrived.
+    void load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
     // Gives links mailboxes that hold nothing, and to which nothing is under way.
     void follow_links_empty() { follow(0, false); }
 
@@ -126,7 +127,7 @@ class Network {
                                 tuple::Arena& lists) const;
     std::vector<std::byte> argument_bytes(u16 predicate, const Value* arguments) const;
     void save_far(i64 now, ByteWriter& out) const;
-    void load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, ByteReader& in);
+    void load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
     // If what one catom sends to another in this tick is lost for good.
     void note_loss(i64 now, Catom from, Catom to);
     // Puts a parcel on its way to a mailbox, as sent in tick `now`.

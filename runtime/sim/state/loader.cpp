@@ -250,7 +250,8 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
             subdomain_.facts_.load_passing(subdomain_.tick(), owned, in);
         ByteReader under_way(in.read_block(), "what is under way in a snapshot", ByteReader::Origin::Outside);
         // What another program has told is derived anew.
-        if (subdomain_.network_ && !take_over_) subdomain_.network_->load(subdomain_.tick(), owned, under_way);
+        if (subdomain_.network_ && !take_over_)
+            subdomain_.network_->load(subdomain_.tick(), owned, subdomain_.comm.process() == 0, under_way);
         codes.load(subdomain_, share == 0, in);
         for (SimModule* module : kept_by_) {
             ByteReader own(in.read_block(), "what a module keeps", ByteReader::Origin::Outside);
