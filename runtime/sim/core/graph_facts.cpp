@@ -164,8 +164,8 @@ Result<void> give_graph_facts(Subdomain& subdomain, const std::vector<Catom>* on
     GraphFacts facts(subdomain, only);
     for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
         const PredicateInfo& p = subdomain.module.predicates[i];
-        if (!may_be_given(p) || states_facts(subdomain.module, i)) continue;
-        if (p.name == kLink && p.arity > 0)
+        if (!may_be_given(p)) continue;
+        if (p.name == kLink && p.arity > 0 && !states_facts(subdomain.module, i))
             if (auto given = facts.give_links(p); !given) return given;
         if (p.arity != 1) continue;
         for (const Column& column : subdomain.world.graph->node_columns)
