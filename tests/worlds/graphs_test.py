@@ -2,6 +2,7 @@
 
     graphs_test.py --meldc PATH --meldsim PATH [unittest options]
 """
+import json
 import pathlib
 import re
 import resource
@@ -161,10 +162,12 @@ sum(A, L) :- neighbor(A, B), level(B, L).
         self.assertEqual({int(a): int(d) for a, d in found.items()}, nx.single_source_shortest_path_length(graph, 3))
         out, _ = self.call("meldsim", "replay", "r2.vtkhdf")
         self.assertIn("same", out)
-        # Catoms that touch stay in the cube, and a world that is chosen counts.
-        self.write("near.meld", "type route edge(node, node).\ntype p(node).\nedge(@0, @1).\np(A) :- edge(A, _).\n")
-        out, _ = self.call("meldsim", "run", "near.meld")
-        self.assertIn("1000 catoms", out.replace(",", ""))
+        # Catoms that touch stay in the cube if the program needs it, and a world that is chosen counts.
+        near = "type route edge(node, node).\ntype p(node).\nedge(@0, @1).\np(A) :- edge(A, _).\n"
+        for more, catoms in (("", 2), ("p(A) :- neighborCount(A, 6).\n", 1000), ("p(A) :- vacant(A, 0).\n", 1000)):
+            self.write("near.meld", near + more)
+            out, _ = self.call("meldsim", "run", "near.meld", "--json", "--quiet")
+            self.assertEqual(json.loads(out)["catoms"], catoms)
         self.write("cube.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(5, 5, 5)"\n')
         _, err = self.call("meldsim", "run", "p.meld", "--world", "cube.toml", code=2)
         self.assertIn("do not touch", err)
