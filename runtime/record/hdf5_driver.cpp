@@ -10,6 +10,10 @@ namespace meld::record {
 namespace {
 
 constexpr haddr_t kFewestBytesAhead = 64;
+// The system writes page by page, and a kill may come between two.
+constexpr haddr_t kPage_bytes = 4096;
+// A packed chunk is written again in its place if it has as many bytes as before: of longer ones hardly any.
+constexpr haddr_t kShortData_bytes = 1024;
 
 H5FD_class_t own_driver;
 struct Space {
@@ -33,7 +37,10 @@ H5FD_t* open_file(const char* name, unsigned flags, hid_t access, haddr_t most) 
 
 haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
     pulse::beat();
-    const haddr_t address = next_address(file);
+    haddr_t address = next_address(file);
+    // What can only be read as a whole is in one page, so that a kill leaves it as it was before a write or after it.
+    if (size_bytes <= (type == H5FD_MEM_DRAW ? kShortData_bytes : kPage_bytes) && address % kPage_bytes + size_bytes > kPage_bytes)
+        address += kPage_bytes - address % kPage_bytes;
     const haddr_t next = address + size_bytes;
     spaces[file] = {.next = next, .given = true};
     // Never just before the end: the library would let the data there grow into the space ahead without notice.

@@ -309,15 +309,28 @@ def check_some_steps(path, said, total, every, most=None):
         return count
 
 
+PAGE = 4096
+
+
+def cut_short(file, at, data):
+    """The beginnings of a write that a kill may leave alone, where they change only a part of what was there: the system writes page by
+    page."""
+    old = os.pread(file.fileno(), len(data), at)
+    for cut in range(PAGE - at % PAGE, len(old), PAGE):
+        if data[:cut] != old[:cut] and data[cut : len(old)] != old[cut:]:
+            yield data[:cut]
+
+
 def check_every_write(writer, folder, steps=40, stride=11, every=False):
-    """The writer, killed after each of its writes (after every `stride`-th): all steps that it had told are there."""
+    """The writer, killed after each of its writes (after every `stride`-th) and in the midst of them (in every `stride`-th, or in all of
+    a short recording): all steps that it had told are there."""
     path, log = os.path.join(folder, "a.vtkhdf"), os.path.join(folder, "log")
     subprocess.run([writer, str(steps), path], check=True, stdout=subprocess.PIPE, env={**os.environ, "WRITE_LOG": log})
     inode, killed = os.stat(path).st_ino, os.path.join(folder, "killed.vtkhdf")
-    said, seen, tried = 0, 0, 0
+    said, seen, tried, cuts = 0, 0, 0, 0
     # Before the file has its name nobody looks for it.
     named = not any(where == inode and kind == NAMED for where, kind, _, _ in listed_writes(log))
-    with open(killed, "wb", buffering=0) as file:
+    with open(killed, "w+b", buffering=0) as file:
         for number, (where, kind, at, data) in enumerate(listed_writes(log)):
             if kind == SAID:
                 said = int(data.split()[-1])
@@ -326,6 +339,14 @@ def check_every_write(writer, folder, steps=40, stride=11, every=False):
             if kind == NAMED:
                 named = True
             if kind == WRITE:
+                for beginning in cut_short(file, at, data) if named else ():
+                    cuts += 1
+                    os.pwrite(file.fileno(), beginning, at)
+                    if steps <= 40 or cuts % stride == 0:
+                        try:
+                            check_some_steps(killed, said, steps, every)
+                        except Exception as error:
+                            raise AssertionError(f"killed in write {number} of {len(data)} at {at}, {said} steps told") from error
                 os.pwrite(file.fileno(), data, at)
             elif kind == LENGTH:
                 os.ftruncate(file.fileno(), at)
@@ -339,7 +360,7 @@ def check_every_write(writer, folder, steps=40, stride=11, every=False):
     check_some_steps(killed, steps, steps, True)
     with open(killed, "rb") as made, open(path, "rb") as whole:
         assert made.read() == whole.read(), "the list of writes lacks some"
-    print(f"{tried} kills, {os.path.getsize(path)} bytes")
+    print(f"{tried} kills after writes, {cuts} writes cut short, {os.path.getsize(path)} bytes")
 
 
 def check_every_write_long(writer, folder):
