@@ -159,13 +159,17 @@ class Why {
             const bool before = any;
             for (const bool spread : {false, true}) {
                 if (any || (spread && e_.states().settled && facts_[i].fact.age == 0)) continue;
-                for (const Rule* rule : e_.derivations(facts_[i].fact.predicate)) {
-                    if (any && !several) break;
-                    const Result<Outcome> one = by_rule(i, *rule, {spread, ranks, several ? ~std::size_t{0} : std::size_t{1}});
-                    if (!one) return tl::unexpected<Error>(one.error());
-                    any = any || one->found > 0;
-                    lacks = lacks || one->lacks;
-                }
+                // Whether the body of a rule with a delay has been met for long enough is not known from this state alone: such a rule
+                // is the answer where no other is.
+                for (const bool delayed : {false, true})
+                    for (const Rule* rule : e_.derivations(facts_[i].fact.predicate)) {
+                        if (any && (!several || delayed)) break;
+                        if ((rule->heads[0].delay.op != check::Op::Anonymous) != delayed) continue;
+                        const Result<Outcome> one = by_rule(i, *rule, {spread, ranks, several ? ~std::size_t{0} : std::size_t{1}});
+                        if (!one) return tl::unexpected<Error>(one.error());
+                        any = any || one->found > 0;
+                        lacks = lacks || one->lacks;
+                    }
                 // With more states it is tried again.
                 if (!any && lacks && !e_.before_the_first() && e_.wanted() < kMostStates) return {};
             }

@@ -328,6 +328,14 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             self.assertTrue(any(p["is"] == "fails" and says in p["text"] for p in way["parts"]), way)
         self.assertIn("were not checked", ways[3]["note"])
 
+    def test_a_rule_that_waits_is_no_reason_while_another_is(self):
+        self.write("p.meld", "type far(node, int).\nfar(B, node2int(A))@+3 :- neighbor(A, B).\nfar(B, node2int(A)) :- neighbor(A, B).\n")
+        self.write("p.toml", self.PAIR)
+        for options in ([], ["--all"]):
+            out, _ = self.call("meldsim", "why", "p.meld", "far(@1, 0)", "--world", "p.toml", "--tick", 1, "--json", *options)
+            ways = json.loads(out)["nodes"][0]["ways"]
+            self.assertEqual([way["line"] for way in ways], [3])
+
     def test_what_never_ends(self):
         """dist(@0, 4) would come of dist(@1, 3), and so on below 0."""
         self.write("p.meld", GRADIENT)
