@@ -93,11 +93,14 @@ class Falsifier {
                     if (part.contains("node") && part["node"] == at && part["is"] == "fact") part["text"] = text;
         return "the fact " + text;
     }
-    // What is combined has no way too few, and what is missing no rule too few.
+    // What is combined has no way too few, and what is missing no rule too few. That a rule cannot be looked up is no way.
     std::string way() {
         std::vector<Json*> found;
+        const auto is_way = [](const Json& way) {
+            return way.contains("text") && way.value("note", "").find("cannot be looked up") == std::string::npos;
+        };
         for (Json& node : answer_["nodes"])
-            if (!node["ways"].empty() && (node["is"] == "combined" || node["is"] == "missing") && node["ways"][0].contains("text"))
+            if (!node["ways"].empty() && (node["is"] == "combined" || node["is"] == "missing") && is_way(node["ways"][0]))
                 found.push_back(&node);
         if (found.empty()) return "";
         Json& ways = (*pick(random_, found))["ways"];

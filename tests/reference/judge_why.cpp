@@ -274,14 +274,16 @@ class WhyJudge {
                 if (!fits) continue;
                 const Part& part = w.parts[next++];
                 const std::optional<Pattern> row = parse_fact(program_, part.text);
-                fits = row && row->whole() && row->predicate == c.atom.predicate && part.tick == tick - 1 &&
-                       past_.holds(tick - 1, row->predicate, row->row());
+                // What is given in a tick is there for the rules of that tick.
+                fits = row && row->whole() && row->predicate == c.atom.predicate && (part.tick == tick - 1 || part.tick == tick) &&
+                       past_.holds(*part.tick, row->predicate, row->row());
                 if (fits) named[&c.atom] = {row->row()};
             }
             if (!fits || next != w.parts.size()) continue;
-            if (bodies_.solve({*h.rule, h.clauses, ages, {tick - 1, false}, Environment(h.rule->variables.count()), named},
-                              [&](const Environment& env) { return may_give(h, env, fact); }))
-                return true;
+            for (const std::int64_t seen : {tick - 1, tick})
+                if (bodies_.solve({*h.rule, h.clauses, ages, {seen, false}, Environment(h.rule->variables.count()), named},
+                                  [&](const Environment& env) { return may_give(h, env, fact); }))
+                    return true;
         }
         return fails("no linear rule makes it of what is named: " + w.text);
     }
