@@ -19,6 +19,7 @@ set_tests_properties(random_graphs random_variants PROPERTIES TIMEOUT 600 PROCES
 # As users run them, over MPI.
 meld_sizes_test(random_processes ${CMAKE_CURRENT_LIST_DIR}/processes_test.py --random $<TARGET_FILE:test_random>
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(random_processes_sizes PROPERTIES TIMEOUT 1800)
 # The campaign goes on where the default runs end.
 add_test(NAME random_programs_campaign
          COMMAND test_random --first 51 --seeds 1950 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
