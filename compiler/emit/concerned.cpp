@@ -169,6 +169,7 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
         w.raw("Self s;");
         w.raw("s.e = e;");
         w.raw("s.g = &e->subdomain->geometry;");
+        w.raw("s.columns = e->subdomain->columns;");
         w.raw("s.catom = catom;");
         if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
         w.line("const {0}& was = *static_cast<const {0}*>(before);", record);
@@ -179,7 +180,7 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
             w.line("offers[{0}].had = {1}(s, was, offers[{0}].before);", i, function);
             w.line("offers[{0}].has = {1}(s, is, offers[{0}].after);", i, function);
         }
-        w.line("const auto* const records = reinterpret_cast<const {}*>(e->subdomain->columns[{}]);", record, id.index());
+        w.line("const auto* const records = reinterpret_cast<const {}*>(s.columns[{}]);", record, id.index());
         w.open(fmt::format("return concerned_by(*e, offers, neighbours, count, out, [&](u32 other, {}_t::Row& row) {{", name));
         w.line("const {}& r = records[other];", record);
         for (std::size_t i = 1; i <= plan.of(p).fields.size(); ++i) w.line("row.{0} = r.{1}_{0};", field_name(i), name);

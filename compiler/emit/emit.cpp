@@ -29,7 +29,7 @@ std::string emit_module(const plan::Plan& plan) {
     for (const plan::StratumPlan& s : plan.strata)
         for (const RulePlan& r : s.rules) emit_view_rule(plan, r, w);
     for (const plan::StratumPlan& s : plan.strata) emit_deltas(plan, s, w);
-    for (const RulePlan& r : plan.initial_facts) emit_linear_rule(plan, r, w);
+    for (const RulePlan& r : plan.initial_facts) emit_initial_fact(plan, r, w);
     for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
     emit_strata(plan, w);
     emit_concerned(plan, w);

@@ -1,6 +1,7 @@
 // Emits evaluate(), which runs a catom to its local fixpoint: its strata, its linear rules, and its actions.
 #include <algorithm>
 
+#include "compiler/emit/marks.h"
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -43,13 +44,63 @@ void emit_try(const plan::Plan& plan, std::size_t i, Writer& w) {
     w.line("e.rule = {};", r.rule.index());
     if (plan.places) w.line("note_place(e, {});", r.rule.index());
     w.line("fired = {}(s);", rule_function(plan.program, r.rule));
+    if (const std::optional<Marks> marks = fixed_marks(plan) ? marks_of(plan, r) : std::nullopt) {
+        for (std::size_t word = 0; word * 64 < plan.linear_rules.size(); ++word) {
+            std::uint64_t woken = 0;
+            for (std::size_t k = word * 64; k < std::min(plan.linear_rules.size(), (word + 1) * 64); ++k)
+                if (wakes(*marks, plan.linear_rules[k])) woken |= std::uint64_t{1} << (k % 64);
+            if (woken != 0) w.line("if (fired) active[{}] |= {};", word, hex(woken));
+        }
+    }
     w.raw("if (fired || e.trap != Trap::None) break;");
     w.line("active[{}] &= ~(u64{{1}} << {});", i / 64, i % 64);
     w.close();
 }
 
+void emit_views(const plan::Plan& plan, Writer& w) {
+    for (std::size_t i = 0; i < plan.strata.size(); ++i)
+        w.line("if (todo & {}) todo |= evaluate_{}(s{});", hex(plan.strata[i].inputs), i,
+               plan.strata[i].deltas.inputs != 0 ? ", todo" : "");
+}
+
+// Which rules are to be tried, by what has changed.
+void emit_active(const plan::Plan& plan, const char* lowered, Writer& w) {
+    for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) {
+        const RulePlan& r = plan.linear_rules[i];
+        const std::string absent = *lowered == '\0' || r.absent == 0 ? "" : fmt::format(" | ({} & {})", lowered, hex(r.absent));
+        w.line("active[{}] |= ((todo & {}){}) != 0 ? u64{{1}} << {} : 0;", i / 64, hex(r.inputs), absent, i % 64);
+    }
+}
+
+void emit_linear_rules(const plan::Plan& plan, Writer& w) {
+    const bool fixed = fixed_marks(plan);
+    w.line("u64 active[{}] = {{}};", (plan.linear_rules.size() + 63) / 64);
+    w.raw("s.fired = 0;");
+    if (fixed) emit_active(plan, "", w);
+    w.open("for (;;) {");
+    emit_views(plan, w);
+    if (plan::may_fail(plan)) w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, [&](u32 failed) { return would_read(s, failed); });");
+    if (!fixed) {
+        w.raw("const u64 lowered = s.lowered;");
+        w.raw("s.lowered = 0;");
+        emit_active(plan, "lowered", w);
+    }
+    w.raw("bool fired = false;");
+    w.open("do {");
+    for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, w);
+    w.close("} while (false);");
+    w.raw("if (!fired || e.trap != Trap::None) break;");
+    w.raw("if (++s.fired > e.subdomain->max_derivations)");
+    w.raw("    return trap(e, Trap::TooManyDerivations, e.rule, static_cast<i64>(e.subdomain->max_derivations));");
+    if (!fixed) {
+        w.raw("todo = s.raised;");
+        w.raw("s.raised = 0;");
+    }
+    w.raw("s.again = true;");
+    w.close();
+}
+
 void emit_catom(const plan::Plan& plan, Writer& w) {
-    const bool linear = !plan.linear_rules.empty();
     w.raw("");
     w.raw("// One catom to its local fixpoint: views by strata, then linear rules in order, each firing followed by the views.");
     w.open("static void evaluate_catom(Self& s, u64 todo) {");
@@ -69,36 +120,10 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("s.raised = 0;");
         w.close();
     }
-    if (linear) {
-        w.line("u64 active[{}] = {{}};", (plan.linear_rules.size() + 63) / 64);
-        w.raw("s.fired = 0;");
-        w.open("for (;;) {");
-    }
-    for (std::size_t i = 0; i < plan.strata.size(); ++i)
-        w.line("if (todo & {}) todo |= evaluate_{}(s{});", hex(plan.strata[i].inputs), i,
-               plan.strata[i].deltas.inputs != 0 ? ", todo" : "");
-    if (linear) {
-        if (plan::may_fail(plan))
-            w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, [&](u32 failed) { return would_read(s, failed); });");
-        w.raw("const u64 lowered = s.lowered;");
-        w.raw("s.lowered = 0;");
-        for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) {
-            const RulePlan& r = plan.linear_rules[i];
-            const std::string absent = r.absent == 0 ? "" : fmt::format(" | (lowered & {})", hex(r.absent));
-            w.line("active[{}] |= ((todo & {}){}) != 0 ? u64{{1}} << {} : 0;", i / 64, hex(r.inputs), absent, i % 64);
-        }
-        w.raw("bool fired = false;");
-        w.open("do {");
-        for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, w);
-        w.close("} while (false);");
-        w.raw("if (!fired || e.trap != Trap::None) break;");
-        w.raw("if (++s.fired > e.subdomain->max_derivations)");
-        w.raw("    return trap(e, Trap::TooManyDerivations, e.rule, static_cast<i64>(e.subdomain->max_derivations));");
-        w.raw("todo = s.raised;");
-        w.raw("s.raised = 0;");
-        w.raw("s.again = true;");
-        w.close();
-    }
+    if (plan.linear_rules.empty())
+        emit_views(plan, w);
+    else
+        emit_linear_rules(plan, w);
     if (plan::may_fail(plan)) w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, would_act);");
     w.raw("if (e.trap != Trap::None) return;");
     w.raw("e.rule = kNone32;");
@@ -145,7 +170,7 @@ void emit_links_ahead(const plan::Plan& plan, Writer& w) {
         if (!c.exported || fetched == kFetched) continue;
         ++fetched;
         w.open(fmt::format("if ((dirty[2] & {}) != 0) {{", hex(c.reader_dirty)));
-        w.line("const u8* const entries = s.e->subdomain->columns[{}];", column.index());
+        w.line("const u8* const entries = s.columns[{}];", column.index());
         w.line("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(entries + i64{{ends[port]}} * {});", c.stride);
         w.close();
     }
@@ -159,15 +184,15 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
     w.raw("// Finds the neighbours of a catom that is evaluated soon, and asks the processor for what has changed there.");
     w.open("inline void look_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo, i32* neighbour) {");
     w.raw("const u32 site = s.g->catom_site[catom];");
-    w.raw("for (i32 port = 0; port < s.g->ports; ++port) neighbour[port] = catom_towards(*s.g, site, port);");
+    w.raw("for (i32 port = 0; port < s.ports; ++port) neighbour[port] = catom_towards(*s.g, site, port);");
     std::size_t fetched = 0;
     for (const plan::ColumnId column : plan.columns.ids()) {
         const plan::Column& c = plan.columns[column];
         if (!c.exported || fetched == kFetched) continue;
         ++fetched;
         w.open(fmt::format("if ((todo & {}) != 0) {{", hex(c.reader_dirty)));
-        w.line("const u8* const entries = s.e->subdomain->columns[{}];", column.index());
-        w.line("for (i32 port = 0; port < s.g->ports; ++port) __builtin_prefetch(entries + i64{{neighbour[port]}} * {});", c.stride);
+        w.line("const u8* const entries = s.columns[{}];", column.index());
+        w.line("for (i32 port = 0; port < s.ports; ++port) __builtin_prefetch(entries + i64{{neighbour[port]}} * {});", c.stride);
         if (c.follows_rows) w.line("__builtin_prefetch(entries + u64{{catom}} * {});", c.stride);
         w.close();
     }
@@ -191,7 +216,7 @@ void emit_look_closer(const plan::Plan& plan, Writer& w) {
         if (!c.follows_rows) continue;
         w.open(fmt::format("if ((todo & {}) != 0) {{", hex(c.reader_dirty)));
         w.line("const RowChanges* const* const changes = s.e->subdomain->changes[{}];", column.index());
-        w.raw("for (i32 port = 0; port < s.g->ports; ++port)");
+        w.raw("for (i32 port = 0; port < s.ports; ++port)");
         w.raw("    if (neighbour[port] >= 0) __builtin_prefetch(changes[neighbour[port]]);");
         w.line("ask_for_halves(rows_of(s, {}, catom), {});", column.index(), c.row_bytes);
         w.close();
@@ -216,9 +241,11 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     w.raw("Self s;");
     w.raw("s.e = e;");
     w.raw("s.g = &e->subdomain->geometry;");
+    w.raw("s.columns = e->subdomain->columns;");
     if (ahead) {
+        w.raw("s.ports = s.g->ports;");
         w.raw("constexpr u32 kAhead = 4;");
-        w.raw("i32 ahead[kAhead][kMaxPorts];");
+        w.raw("i32 ahead[kAhead][kNeighbourRoom] = {};");
         w.raw("for (u32 i = 0; i < kAhead && i < count; ++i) look_ahead(s, catoms[i], dirty[i], ahead[i]);");
     }
     w.open("for (u32 i = 0; i < count && e->trap == Trap::None; ++i) {");

@@ -324,7 +324,7 @@ void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAgg
         const bool may_fail = plan::may_fail(plan_.program, fact->arguments);
         if (may_fail) w_.open("if (any_neighbour(s.neighbour, ports_of(s))) {");
         make_row(*fact);
-        w_.line("send_to_neighbours(*s.e, s.neighbour, ports_of(s), {}, {}, row);", fact->predicate.index(),
+        w_.line("send_to_neighbours<{}>(*s.e, s.neighbour, ports_of(s), {}, {}, row);", !plan_.program.by_links, fact->predicate.index(),
                 plan_.of(fact->predicate).column.index());
         if (may_fail) w_.close();
         restore(before);

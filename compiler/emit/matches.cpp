@@ -194,6 +194,7 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
     const auto value = [&](const std::string& text) { use(s, [&](std::size_t) { return text; }); };
     switch (source) {
         case WorldSource::NeighborCount: {
+            if (!plan_.program.by_links) return value("count_neighbours(s.neighbour, s.ports)");
             const std::string n = fresh("n");
             w_.line("i64 {} = 0;", n);
             w_.line("for (i32 port = 0; port < ports_of(s); ++port) {} += s.neighbour[port] >= 0;", n);

@@ -28,7 +28,8 @@ class RuleEmitter {
         scope_.places.insert(scope_.rule.site);
     }
     void view();
-    void linear();
+    // `marks`: it notes what it makes and consumes (marks.h).
+    void linear(bool marks);
     // What a rule derives from the fact of one neighbour alone (concerned.cpp).
     void offer();
     // A delta rule: the groups of the head that changed rows of one input can affect. `offer`: the rule itself, if what it derives from the
@@ -154,9 +155,13 @@ class RuleEmitter {
     // For a row of an aggregate that waits: the ports of the neighbours it comes from.
     void heard_from(const MakeFact& h);
     void consume();
-    void raise(PredicateId id) { w_.line("s.raised |= {};", own_bit(id)); }
+    void raise(PredicateId id) {
+        if (marks_) w_.line("s.raised |= {};", own_bit(id));
+    }
     // Consuming facts enables no rule that could not fire before, except one that tests for their absence.
-    void lower(PredicateId id) { w_.line("s.lowered |= {};", own_bit(id)); }
+    void lower(PredicateId id) {
+        if (marks_) w_.line("s.lowered |= {};", own_bit(id));
+    }
     std::string own_bit(PredicateId id) const { return hex(plan_.columns[plan_.of(id).column].own_dirty); }
     void heads(const std::vector<HeadPlan>& all);
     void head(const MakeFact& h);
@@ -193,6 +198,7 @@ class RuleEmitter {
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
     bool sweeping_ = false;  // Within sweep().
+    bool marks_ = false;     // As for linear().
     std::string last_fact_;  // The C++ name of the row that was matched last.
     struct Changed {
         std::string row, gone;  // C++: the row, and whether it holds no longer.

@@ -1,6 +1,7 @@
 // Emits one function per rule: nested loops over the plan's steps, with the heads innermost.
 #include <algorithm>
 
+#include "compiler/emit/marks.h"
 #include "compiler/emit/rule_emitter.h"
 
 namespace meld::emit {
@@ -103,7 +104,8 @@ void RuleEmitter::group() {
     w_.close();
 }
 
-void RuleEmitter::linear() {
+void RuleEmitter::linear(bool marks) {
+    marks_ = marks;
     MELD_EXPECT(scope_.rule.linear && rule_plan_.branches.empty(), "view {} among linear rules", scope_.rule.name);
     comment(scope_.rule);
     w_.open(fmt::format("{} bool {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
@@ -315,6 +317,7 @@ void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Write
     }
     for (const RulePlan& r : stratum.deltas.regroup) RuleEmitter(plan, r, w).group();
 }
-void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(); }
+void emit_initial_fact(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(true); }
+void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(!fixed_marks(plan)); }
 
 }  // namespace meld::emit

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "compiler/emit/emit.h"
+#include "compiler/emit/picks.h"
 #include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
 
@@ -89,8 +90,9 @@ std::string chained_compare(const Predicate& p, const std::vector<std::size_t>& 
     return text + "return 0;";
 }
 
-std::string better(const Predicate& p, std::size_t field) {
-    const char* sign = keeps_least(p.aggregate) || keeps_least(p.front) ? "<" : ">";
+std::string better(const Predicate& p, Aggregate kept) {
+    const std::size_t field = p.aggregate_at;
+    const char* sign = keeps_least(kept) ? "<" : ">";
     const std::string a = "a." + field_name(field), b = "b." + field_name(field);
     if (!p.arguments[field].type.compound()) return fmt::format("{} {} {}", a, sign, b);
     return fmt::format("{} {} 0", compared(p.arguments[field].type, a, b), sign);
@@ -137,7 +139,8 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     emit_members(std::move(members), w);
     w.close("};");
     if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
-    w.line("static constexpr Reduce kReduce = Reduce::{};", info(p.aggregate).reduction_name);
+    const std::optional<Aggregate> picked = picks(plan, id);
+    w.line("static constexpr Reduce kReduce = Reduce::{};", info(picked.value_or(p.aggregate)).reduction_name);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
     w.line("static constexpr bool kFollowed = {};", followed);
     if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
@@ -147,9 +150,9 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
     const bool front = p.front != Aggregate::None;
-    const bool ordered = keeps_best(p.aggregate) || front;
+    const bool ordered = keeps_best(picked.value_or(p.aggregate)) || front;
     w.line("static bool better({}) {{ return {}; }}", signature(ordered ? std::vector{p.aggregate_at} : std::vector<std::size_t>{}),
-           !ordered ? "false" : better(p, p.aggregate_at));
+           !ordered ? "false" : better(p, picked.value_or(front ? p.front : p.aggregate)));
     std::vector<std::size_t> rest = fields.value;
     rest.insert(rest.end(), fields.ride.begin(), fields.ride.end());
     // The tick since which a group holds is not part of its value: the existing row stays.
@@ -199,14 +202,13 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.open("struct Self {");
     w.raw("Eval* e;");
     w.raw("const Geometry* g;");
+    // Here, because what a rule writes might otherwise be where these are, and they would be read again for every neighbour.
+    w.raw("const u8* const* columns;   // SubdomainView::columns");
     w.raw("u32 catom;");
     w.raw("u32 site;");
-    if (plan.program.by_links) {
-        w.raw("const i32* neighbour;       // Where the exports of its neighbours are read, by port.");
-        w.raw("i32 ports;");
-    } else {
-        w.raw("const i32* neighbour;       // By port, or -1.");
-    }
+    w.line("const i32* neighbour;       // {}",
+           plan.program.by_links ? "Where the exports of its neighbours are read, by port." : "By port, or -1.");
+    w.raw("i32 ports;");
     // Volatile: a bit would be set by an access to one byte, and reading the whole word would have to wait for it.
     const bool linear = !plan.linear_rules.empty();
     w.line("{:<28}// Dirty bits of what linear rules made,", linear ? "volatile u64 raised;" : "u64 raised;");
@@ -232,12 +234,12 @@ void emit_self(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.raw("template <class R>");
     w.open("const R& record(const Self& s, u16 column, u32 catom) {");
-    w.raw("return reinterpret_cast<const R*>(s.e->subdomain->columns[column])[catom];");
+    w.raw("return reinterpret_cast<const R*>(s.columns[column])[catom];");
     w.close();
     w.open("inline const RowsHead& rows_of(const Self& s, u16 column, u32 catom) {");
-    w.raw("return reinterpret_cast<const RowsHead*>(s.e->subdomain->columns[column])[catom];");
+    w.raw("return reinterpret_cast<const RowsHead*>(s.columns[column])[catom];");
     w.close();
-    w.line("inline i32 ports_of(const Self& s) {{ return {}; }}", plan.program.by_links ? "s.ports" : "s.g->ports");
+    w.raw("inline i32 ports_of(const Self& s) { return s.ports; }");
     w.raw("// The port of the neighbour with this id, or -1.");
     w.open("inline i32 port_of(const Self& s, u64 id) {");
     w.raw("for (i32 port = 0; port < ports_of(s); ++port)");

@@ -37,17 +37,20 @@ class Agenda {
     static std::size_t bytes_for(std::size_t catoms, std::size_t bits) { return catoms * bits / 8 + catoms / 16 + catoms / 512; }
 
     // Adds bits to a catom's dirty word. Not while other threads mark, unless catoms of other blocks.
-    void mark(u32 catom, u64 bits) {
-        check(catom, bits);
-        const u32 group = catom / kGroup;
+    void mark(u32 catom, u64 bits) { mark_all({&catom, 1}, bits); }
+    void mark_all(std::span<const u32> catoms, u64 bits) {
         for (u64 left = stored(bits); left != 0; left &= left - 1) {
             const u32 bit = static_cast<u32>(std::countr_zero(left));
-            u64& word = plane(bit)[group];
-            const u64 before = word;
-            word = before | u64{1} << (catom % kGroup);
-            if (before != 0) continue;
-            if (active_[group] == 0) summary_[group / 64] |= u64{1} << (group % 64);
-            active_[group] |= u32{1} << bit;
+            u64* const words = plane(bit);
+            for (const u32 catom : catoms) {
+                check(catom, bits);
+                const u32 group = catom / kGroup;
+                const u64 before = words[group];
+                words[group] = before | u64{1} << (catom % kGroup);
+                if (before != 0) continue;
+                if (active_[group] == 0) summary_[group / 64] |= u64{1} << (group % 64);
+                active_[group] |= u32{1} << bit;
+            }
         }
     }
     // The same from several threads at once; the result does not depend on their order.

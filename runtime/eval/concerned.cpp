@@ -32,6 +32,8 @@ void Evaluator::mark_concerned(const Geometry& g, Thread& t) {
     std::array<std::span<const i32>, kRooms> found;
     const auto mark_run = [&]<bool kLinks>(std::bool_constant<kLinks>, std::span<const PendingRecord> records) {
         const u16 column = records[0].column;
+        const u8* const entries = columns_.entry(column, 0);
+        const i64 stride = module_.columns[column].stride;
         for (std::size_t i = 0; i < records.size() + kNeighbours; ++i) {
             if (i + kFirst < records.size()) {
                 const u32 catom = records[i + kFirst].catom;
@@ -44,8 +46,8 @@ void Evaluator::mark_concerned(const Geometry& g, Thread& t) {
             }
             if (i < records.size()) {
                 found[i % kRooms] = neighbours_of<kLinks>(g, records[i].catom, rooms[i % kRooms]);
-                for (const i32 other : found[i % kRooms])
-                    if (other >= 0) __builtin_prefetch(columns_.entry(column, static_cast<u32>(other)));
+                // -1 is asked for as well, which does nothing: to test for it takes longer.
+                for (const i32 other : found[i % kRooms]) __builtin_prefetch(entries + other * stride);
             }
             if (i < kNeighbours) continue;
             const PendingRecord& now = records[i - kNeighbours];
@@ -69,12 +71,10 @@ void Evaluator::mark_concerned(Thread& t, std::span<const i32> neighbours, u32 c
     if (t.concerned.size() < neighbours.size()) t.concerned.resize(neighbours.size());
     const auto ports = static_cast<u32>(neighbours.size());
     const u32 count = info.concerned(&t, catom, before, columns_.entry(column, catom), neighbours.data(), ports, t.concerned.data());
-    const bool shared = threads_.size() > 1;
-    for (u32 i = 0; i < count; ++i)
-        if (shared)
-            agenda().mark_shared(t.concerned[i], info.reader_dirty);
-        else
-            agenda().mark(t.concerned[i], info.reader_dirty);
+    if (threads_.size() == 1)
+        agenda().mark_all({t.concerned.data(), count}, info.reader_dirty);
+    else
+        for (u32 i = 0; i < count; ++i) agenda().mark_shared(t.concerned[i], info.reader_dirty);
     if (!t.passed_over && count < ports)
         t.passed_over = std::ranges::count_if(neighbours, [](i32 other) { return other >= 0; }) > std::ptrdiff_t{count};
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <tuple>
 
@@ -23,6 +24,19 @@ constexpr std::size_t kArena = 1 << 16;
 // Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
 // one matter again, and then all processes must agree on whether it still exists.
 constexpr i64 kSweepTicks = 64;
+
+// Marks the neighbours of a catom, several at a time.
+void mark_around(const Geometry& g, u32 catom, u64 bits, Agenda& agenda) {
+    std::array<u32, 16> others;
+    std::size_t count = 0;
+    each_link(g, catom, [&](i32, u32 other) {
+        others[count++] = other;
+        if (count < others.size()) return;
+        agenda.mark_all(others, bits);
+        count = 0;
+    });
+    agenda.mark_all({others.data(), count}, bits);
+}
 
 // A copy of a length known at compile time is a few instructions.
 void copy_record(u8* to, const u8* from, u32 bytes) {
@@ -74,8 +88,11 @@ Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers&
         tuple::Columns& all = t.owner->columns_;
         const ColumnInfo& c = t.owner->module_.columns[column];
         if (c.exported) {
-            t.records.push_back({e->catom, column, t.keep(record, c.stride)});
-            all.keep_lists(column, t.records.back().record, 1, t.number);
+            u8* const kept = t.bytes.take(c.stride);
+            copy_record(kept, static_cast<const u8*>(record), c.stride);
+            t.records.push_back({e->catom, column, kept});
+            if (c.list_count == 0) return;
+            all.keep_lists(column, kept, 1, t.number);
         } else {
             t.begin_write(c);
             all.set_record(column, e->catom, record, t.number);
@@ -373,13 +390,10 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
     const auto changed = [&](u32 catom, u16 column) {
         MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
         const u64 bits = module_.columns[column].reader_dirty;
-        if (!apart_)
-            each_link(g, catom, [&](i32, u32 other) {
-                if (shared)
-                    next.mark_shared(other, bits);
-                else
-                    next.mark(other, bits);
-            });
+        if (!apart_ && shared)
+            each_link(g, catom, [&](i32, u32 other) { next.mark_shared(other, bits); });
+        else if (!apart_)
+            mark_around(g, catom, bits, next);
         if (on_export) on_export(thread, catom, column);
     };
     using Lists = tuple::Columns::Lists;

@@ -20,9 +20,15 @@ class Kept {
   public:
     T* copy(const T* from, std::size_t count) {
         MELD_EXPECT(from != nullptr || count == 0);
-        if (left_ < count) grow(count);
-        T* to = next_;
+        T* to = take(count);
         if (count > 0) std::memcpy(to, from, count * sizeof(T));
+        return to;
+    }
+    // Room that the caller fills.
+    T* take(std::size_t count) {
+        if (left_ < count) [[unlikely]]
+            grow(count);
+        T* to = next_;
         next_ += count;
         left_ -= count;
         return to;
@@ -35,7 +41,7 @@ class Kept {
 
   private:
     static constexpr std::size_t kFirstChunk = 4096 / sizeof(T);
-    void grow(std::size_t count) {
+    [[gnu::noinline]] void grow(std::size_t count) {
         size_ = std::max({count, 2 * size_, kFirstChunk});
         chunks_.push_back(std::make_unique_for_overwrite<T[]>(size_));
         next_ = chunks_.back().get();

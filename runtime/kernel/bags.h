@@ -1,6 +1,7 @@
 // Facts that are given, not derived: linear ones in a bag, persistent ones in a set that only grows.
 #pragma once
 
+#include "runtime/kernel/neighbours.h"
 #include "runtime/kernel/relation.h"
 
 #ifdef __clang__
@@ -208,12 +209,13 @@ inline bool any_neighbour(const i32* neighbours, i32 ports) {
         if (neighbours[port] >= 0) return true;
     return false;
 }
-// Sends it to all neighbours of the catom under evaluation, written once.
-template <class Row>
+// Sends it to all neighbours of the catom under evaluation, written once. Lattice: `neighbours` are those of a lattice (neighbours.h).
+template <bool Lattice, class Row>
 void send_to_neighbours(Eval& e, const i32* neighbours, i32 ports, u16 predicate, u16 column, const Row& row) {
     Outgoing& out = e.outgoing[column];
     constexpr u64 size = sent_bytes(sizeof(Row));
-    if (static_cast<u64>(out.end - out.next) < size + sizeof(u32) * static_cast<u64>(ports)) [[unlikely]] {
+    const u64 room = sizeof(u32) * static_cast<u64>(Lattice ? kNeighbourRoom : ports);
+    if (static_cast<u64>(out.end - out.next) < size + room) [[unlikely]] {
         Letter letter;
         for (i32 port = 0; port < ports; ++port) {
             if (neighbours[port] < 0) continue;
@@ -224,9 +226,15 @@ void send_to_neighbours(Eval& e, const i32* neighbours, i32 ports, u16 predicate
     }
     u8* const entry = out.next;
     u32 count = 0;
-    for (i32 port = 0; port < ports; ++port) {
-        __builtin_memcpy(entry + size + sizeof(u32) * count, &neighbours[port], sizeof(u32));
-        count += neighbours[port] >= 0;
+    // Most have all.
+    if (Lattice && missing(neighbours) == 0) [[likely]] {
+        __builtin_memcpy(entry + size, neighbours, sizeof(u32) * kNeighbourRoom);
+        count = static_cast<u32>(ports);
+    } else {
+        for (i32 port = 0; port < ports; ++port) {
+            __builtin_memcpy(entry + size + sizeof(u32) * count, &neighbours[port], sizeof(u32));
+            count += neighbours[port] >= 0;
+        }
     }
     if (count == 0) return;
     const SentRow head = {e.catom, count};

@@ -145,14 +145,12 @@ struct Offer {
     bool had, has;
 };
 
-// Of these neighbours (-1: none) of a catom that changes, writes to `out` those that are to decide the only group of T again. One that
-// holds a value does not, if no offer supports it that has gone, and none has come that is better: decide_group() would keep the value.
-// fact(catom, row): whether it holds a value, which becomes `row`.
-template <class T, u32 N, class Fact>
-u32 concerned_by(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u32 count, u32* out, const Fact& fact) {
+// Had: whether there were offers before, or one has no value. A wave that arrives for the first time takes half of the instructions.
+template <bool Had, class T, u32 N, class Fact>
+u32 concerned_where(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u32 count, u32* out, const Fact& fact) {
     // An offer without a value, which is known where it is derived.
-    const bool undefined = e.trap != Trap::None;
-    e.trap = Trap::None;
+    const bool undefined = Had && e.trap != Trap::None;
+    if (Had) e.trap = Trap::None;
     u32 n = 0;
     for (u32 i = 0; i < count; ++i) {
         if (neighbours[i] < 0) continue;
@@ -162,12 +160,23 @@ u32 concerned_by(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u3
         for (u32 k = 0; k < N; ++k) {
             const Offer<T>& o = offers[k];
             concerned |= o.has & (!holds | T::better(o.after, held));
-            concerned |= o.had & holds & (o.before.rank <= held.rank) & T::same(o.before, held);
+            if (Had) concerned |= o.had & holds & (o.before.rank <= held.rank) & T::same(o.before, held);
         }
         out[n] = static_cast<u32>(neighbours[i]);
         n += concerned;
     }
     return n;
+}
+
+// Of these neighbours (-1: none) of a catom that changes, writes to `out` those that are to decide the only group of T again. One that
+// holds a value does not, if no offer supports it that has gone, and none has come that is better: decide_group() would keep the value.
+// fact(catom, row): whether it holds a value, which becomes `row`.
+template <class T, u32 N, class Fact>
+u32 concerned_by(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u32 count, u32* out, const Fact& fact) {
+    bool had = e.trap != Trap::None;
+    for (u32 k = 0; k < N; ++k) had |= offers[k].had;
+    return had ? concerned_where<true>(e, offers, neighbours, count, out, fact)
+               : concerned_where<false>(e, offers, neighbours, count, out, fact);
 }
 
 // A recursive predicate whose rules read it only at neighbours: each group is decided once.

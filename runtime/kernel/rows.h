@@ -167,14 +167,23 @@ struct ChoiceOrder {
     }
 };
 
-// Call it before reduce_group().
+// Call it before reduce_group(). Without a key all are of one group, of which only the first matters.
 template <class T>
 void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
     using Row = typename T::Row;
-    if constexpr (T::kReduce == Reduce::Combine)
-        sort_rows(e, rows, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
-    else
+    if constexpr (T::kReduce == Reduce::CombineInOrder || (T::kKeyed && T::kReduce != Reduce::Combine)) {
         sort_rows(e, rows, n, ChoiceOrder<T>{});
+    } else if constexpr (T::kKeyed) {
+        sort_rows(e, rows, n, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+    } else if constexpr (T::kReduce != Reduce::Combine) {
+        if (n < 2) return;
+        const Row before = rows[0];
+        u32 first = 0;
+        for (u32 i = 1; i < n; ++i)
+            if (ChoiceOrder<T>{}(rows[i], rows[first])) first = i;
+        rows[0] = rows[first];
+        rows[first] = before;
+    }
 }
 
 // The combination of T itself. A combination by a function of the program is an argument.

@@ -102,7 +102,7 @@ void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
     }
     if (info.list_count > 0) evaluator.hand_over_lists(column, arrived.lists());
     arrived.end(workers_);
-    for (const u32 catom : arrived.receivers()) mark(catom, info.own_dirty);
+    evaluator.agenda().mark_all(arrived.receivers(), info.own_dirty);
 }
 
 bool FactStore::take(u32 predicate, u32 catom, const Value* arguments, int worker) {

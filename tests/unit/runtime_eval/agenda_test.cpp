@@ -41,6 +41,20 @@ TEST(Agenda, GivesEachCatomTheBitsThatWereMarked) {
     EXPECT_TRUE(words_of(agenda).empty());
 }
 
+TEST(Agenda, MarksManyAsOneAfterTheOther) {
+    std::mt19937 random(2);
+    std::vector<u32> catoms(3000);
+    for (u32& catom : catoms) catom = random() % 70000;
+    for (const u64 bits : {u64{kDirtyBirths}, u64{kDirtyLinks | kFirstModuleBit}}) {
+        Agenda many, single;
+        for (Agenda* agenda : {&many, &single}) agenda->resize(70000);
+        many.mark_all(catoms, bits);
+        for (const u32 catom : catoms) single.mark(catom, bits);
+        EXPECT_EQ(words_of(many), words_of(single));
+        EXPECT_EQ(words_of(many).begin()->second, bits);
+    }
+}
+
 TEST(Agenda, ForgetsOneCatomOfAGroup) {
     Agenda agenda;
     agenda.resize(100);
