@@ -1,8 +1,8 @@
 // Emits a function for each stratum, which derives the facts of its predicates at one catom.
 #include <algorithm>
 
-#include "compiler/emit/picks.h"
 #include "compiler/emit/writer.h"
+#include "compiler/plan/picks.h"
 
 namespace meld::emit {
 
@@ -50,7 +50,7 @@ std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.co
 void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
-    if (combines_at_catom(p) && !picks(plan, id)) {
+    if (combines_at_catom(p) && !plan::picks(plan, id)) {
         const std::string value = field_name(p.aggregate_at);
         const Type& type = p.arguments[p.aggregate_at].type;
         const RuleId first = stratum.rules[0].rule;
@@ -91,7 +91,7 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
     std::string text;
-    if (combines_at_catom(p) && !picks(plan, id))
+    if (combines_at_catom(p) && !plan::picks(plan, id))
         text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ combine_{0}(s, rows, n, out); }}", name);
     else if (p.complete_link.valid())
         text = fmt::format(", OwnCombine<{}_t>{{}}", name);

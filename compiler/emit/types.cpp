@@ -3,9 +3,9 @@
 #include <map>
 
 #include "compiler/emit/emit.h"
-#include "compiler/emit/picks.h"
 #include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
+#include "compiler/plan/picks.h"
 
 namespace meld::emit {
 
@@ -139,7 +139,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     emit_members(std::move(members), w);
     w.close("};");
     if (s.storage == Storage::Rows) w.line("static_assert(sizeof(Row) == {});", plan.columns[s.column].row_bytes);
-    const std::optional<Aggregate> picked = picks(plan, id);
+    const std::optional<Aggregate> picked = plan::picks(plan, id);
     w.line("static constexpr Reduce kReduce = Reduce::{};", info(picked.value_or(p.aggregate)).reduction_name);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
     w.line("static constexpr bool kFollowed = {};", followed);

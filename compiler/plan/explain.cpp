@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "compiler/plan/picks.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -34,6 +35,9 @@ class Explainer {
             } else if (p.kind == PredicateKind::Action) {
                 out_ += " not stored: carried out";
             }
+            if (const std::optional<Aggregate> picked = picks(plan_, id))
+                out_ += fmt::format(", the {} of its values without a call of {}", *picked == Aggregate::Min ? "least" : "greatest",
+                                    program_.functions[p.fold].name);
             out_ += "\n";
         }
         out_ += fmt::format("  all columns: {} bytes a catom\n\nRules\n", bytes_per_catom(plan_));

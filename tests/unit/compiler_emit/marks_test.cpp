@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "compiler/emit/emit.h"
-#include "tests/unit/compiler_emit/planned.h"
+#include "tests/unit/compiler_plan/planned.h"
 
 namespace meld::emit {
 namespace {
@@ -16,7 +16,7 @@ constexpr const char* kPassedOn =
     "rank(A, E), E > 1.0 -o rank(A, 0.0), { B | neighbor(A, B) | gain(B, E / 6.0) }.\n";
 
 TEST(Marks, OfARuleAreThoseOfWhatItMakesAndConsumesHere) {
-    const plan::Plan plan = plan_of(kPassedOn);
+    const plan::Plan plan = plan::plan_of(kPassedOn);
     ASSERT_EQ(plan.linear_rules.size(), 2U);
     EXPECT_TRUE(fixed_marks(plan));
     const std::optional<Marks> adds = marks_of(plan, plan.linear_rules[0]), passes_on = marks_of(plan, plan.linear_rules[1]);
@@ -28,7 +28,7 @@ TEST(Marks, OfARuleAreThoseOfWhatItMakesAndConsumesHere) {
 }
 
 TEST(Marks, WakeARuleThatWaitsUntilAFactIsGone) {
-    const plan::Plan plan = plan_of(
+    const plan::Plan plan = plan::plan_of(
         "type linear busy(node).\ntype linear job(node).\ntype linear done(node).\n"
         "busy(A) -o done(A).\njob(A), not busy(A) -o busy(A).\n");
     ASSERT_EQ(plan.linear_rules.size(), 2U);
@@ -42,13 +42,15 @@ TEST(Marks, WakeARuleThatWaitsUntilAFactIsGone) {
 TEST(Marks, AreNotKnownBeforehandWhereTheyDependOnTheFacts) {
     for (const char* rule : {"p(A, X) -o { Y | q(A, Y) | q(A, Y + X) }.", "p(A, X) -o seen(A, X).",
                              "p(A, X) -o if X > 3 then q(A, X) otherwise r(A, X) end.", "p(A, X) -o { Y | q(A, Y) | 1 }, r(A, X)."}) {
-        const plan::Plan plan = plan_of(
+        const plan::Plan plan = plan::plan_of(
             std::string("type linear p(node, int).\ntype linear q(node, int).\ntype linear r(node, int).\ntype seen(node, int).\n") + rule);
         EXPECT_FALSE(fixed_marks(plan)) << rule;
         EXPECT_NE(emit_module(plan).find("s.raised |="), std::string::npos) << rule;
     }
-    EXPECT_FALSE(fixed_marks(plan_of(std::string(kPassedOn) + "type far(node, min int).\nfar(B, D + 1) :- neighbor(A, B), far(A, D).\n")));
-    EXPECT_EQ(emit_module(plan_of("type linear p(node, int).\np(A, X), X > 0 -o p(A, X - 1).\n")).find("s.raised |="), std::string::npos);
+    EXPECT_FALSE(
+        fixed_marks(plan::plan_of(std::string(kPassedOn) + "type far(node, min int).\nfar(B, D + 1) :- neighbor(A, B), far(A, D).\n")));
+    EXPECT_EQ(emit_module(plan::plan_of("type linear p(node, int).\np(A, X), X > 0 -o p(A, X - 1).\n")).find("s.raised |="),
+              std::string::npos);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
-#include "compiler/emit/picks.h"
+#include "compiler/plan/picks.h"
 
 #include <algorithm>
 
-namespace meld::emit {
+namespace meld::plan {
 
 using namespace check;
 
@@ -38,16 +38,16 @@ std::optional<Aggregate> picks(const Function& function) {
     return less == then_first ? Aggregate::Min : Aggregate::Max;
 }
 
-std::optional<Aggregate> picks(const plan::Plan& plan, PredicateId id) {
+std::optional<Aggregate> picks(const Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     // What rides along is that of the least value, also where the greatest is kept.
     const bool alone = p.arguments.size() == p.aggregate_at + 1;
     if (p.aggregate != Aggregate::Custom || p.arguments[p.aggregate_at].type != Type::Int || !alone) return std::nullopt;
-    const bool decided_at_once = std::ranges::any_of(plan.strata, [&](const plan::StratumPlan& s) {
-        const bool all_there = s.recursion == plan::Recursion::None || s.recursion == plan::Recursion::Tree;
+    const bool decided_at_once = std::ranges::any_of(plan.strata, [&](const StratumPlan& s) {
+        const bool all_there = s.recursion == Recursion::None || s.recursion == Recursion::Tree;
         return all_there && std::ranges::find(s.predicates, id) != s.predicates.end();
     });
     return decided_at_once ? picks(plan.program.functions[p.fold]) : std::nullopt;
 }
 
-}  // namespace meld::emit
+}  // namespace meld::plan

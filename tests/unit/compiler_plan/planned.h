@@ -8,9 +8,9 @@
 #include "compiler/front/front_end.h"
 #include "compiler/plan/plan.h"
 
-namespace meld::emit {
+namespace meld::plan {
 
-inline plan::Plan plan_of(const std::string& text) {
+inline Plan plan_of(const std::string& text) {
     source::FileSet files;
     diagnostics::Reporter report;
     const std::uint32_t prelude = front::add_prelude(files);
@@ -18,7 +18,7 @@ inline plan::Plan plan_of(const std::string& text) {
     front::ParsedProgram parsed = front::parse_program(files, file, prelude, report, {});
     check::Program checked = front::check_program(files, file, prelude, std::move(parsed), report);
     if (report.has_errors()) throw std::runtime_error("there are errors in\n" + text);
-    return plan::make_plan(std::move(checked));
+    return make_plan(std::move(checked));
 }
 
-}  // namespace meld::emit
+}  // namespace meld::plan

@@ -5,14 +5,14 @@
 
 #include <optional>
 
-#include "compiler/emit/writer.h"
+#include "compiler/plan/plan.h"
 
-namespace meld::emit {
+namespace meld::plan {
 
 // Min or Max, if this function picks the one of its two ints that is less or greater.
 std::optional<check::Aggregate> picks(const check::Function& function);
 
 // The same for the fold of a predicate whose candidates are all there when it is decided.
-std::optional<check::Aggregate> picks(const plan::Plan& plan, PredicateId id);
+std::optional<check::Aggregate> picks(const Plan& plan, PredicateId id);
 
-}  // namespace meld::emit
+}  // namespace meld::plan

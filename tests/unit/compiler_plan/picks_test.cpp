@@ -1,10 +1,10 @@
-#include "compiler/emit/picks.h"
+#include "compiler/plan/picks.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/compiler_emit/planned.h"
+#include "tests/unit/compiler_plan/planned.h"
 
-namespace meld::emit {
+namespace meld::plan {
 namespace {
 
 using check::Aggregate;
@@ -12,7 +12,7 @@ using check::Aggregate;
 // Of the function f in a program where it folds the ids of the neighbours.
 std::optional<Aggregate> picked(const std::string& function, const std::string& type = "int",
                                 const std::string& rules = "p(A, I) :- neighbor(A, B), id(B, I).") {
-    const plan::Plan plan = plan_of(function + "\ntype p(node, f " + type + ").\n" + rules + "\n");
+    const Plan plan = plan_of(function + "\ntype p(node, f " + type + ").\n" + rules + "\n");
     for (const PredicateId id : plan.program.predicates.ids())
         if (plan.program.predicates[id].name == "p") return picks(plan, id);
     throw std::runtime_error("there is no p");
@@ -44,4 +44,4 @@ TEST(Picks, AlsoWhereItIsComputedAnewFromTheNeighbours) {
 }
 
 }  // namespace
-}  // namespace meld::emit
+}  // namespace meld::plan
