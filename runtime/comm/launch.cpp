@@ -64,7 +64,12 @@ bool tells_place_in_another_run(std::string_view variable) {
 
 std::vector<std::string> environment_for(int processes, const Heartbeat* heartbeat, const SharedFolder& shared) {
     std::map<std::string, std::string> settings = settings_for(processes, heartbeat);
-    if (!shared.path().empty()) settings[SharedFolder::kVariable] = shared.path();
+    if (!shared.path().empty()) {
+        settings[SharedFolder::kVariable] = shared.path();
+        // mpirun keeps files of its own under a folder that all runs of a user share and that the last one to end removes, and then one
+        // that begins at that moment fails. So each has its own.
+        settings["OMPI_MCA_orte_tmpdir_base"] = shared.path();
+    }
     std::vector<std::string> result;
     for (char** variable = environ; *variable != nullptr; ++variable) {
         const std::string_view text = *variable;

@@ -81,13 +81,13 @@ class Timers {
   public:
     void add(i64 now, i64 tick, u32 catom, u64 bits) {
         MELD_EXPECT(tick > now, "catom {} is to be woken in tick {}, which is past in {}", catom, tick, now);
-        at_[tick].catoms.push_back({{catom, now}, static_cast<u32>(bits)});
+        at_[tick].catoms.push_back({{catom, forgettings_}, static_cast<u32>(bits)});
     }
     // `row` is one of the group, with this many bytes.
     void add_group(i64 now, i64 tick, u32 catom, u16 column, const u8* row, std::size_t bytes) {
         MELD_EXPECT(tick > now && bytes > 0, "a group of catom {} is to be woken in tick {}, which is past in {}", catom, tick, now);
         Due& due = at_[tick];
-        due.groups.push_back({{catom, now}, column, due.rows.size()});
+        due.groups.push_back({{catom, forgettings_}, column, due.rows.size()});
         due.rows.insert(due.rows.end(), row, row + bytes);
     }
     bool empty() const { return at_.empty(); }
@@ -95,9 +95,9 @@ class Timers {
         MELD_EXPECT(!empty());
         return at_.begin()->first;
     }
-    // Timers added before this tick for a catom that is removed or has migrated are not for the next user of its index.
-    void forget(i64 now, u32 catom) {
-        if (!at_.empty()) forgotten_[catom] = now;
+    // Timers added so far for a catom that is removed or has migrated are not for the next user of its index.
+    void forget(u32 catom) {
+        if (!at_.empty()) forgotten_[catom] = ++forgettings_;
     }
 
     // What still waits, in the order in which it will be marked: mark(tick, catom, bits) and wake_group(tick, catom, column, row); and
@@ -139,7 +139,7 @@ class Timers {
   private:
     struct Who {
         u32 catom;
-        i64 added;  // The tick in which it was added.
+        u64 after;  // How many times something had been forgotten when it was added. In one tick a catom may come and go, and another come.
     };
     struct Catom {
         Who who;
@@ -157,11 +157,12 @@ class Timers {
     };
     bool holds(const Who& who) const {
         const auto found = forgotten_.find(who.catom);
-        return found == forgotten_.end() || who.added >= found->second;
+        return found == forgotten_.end() || who.after >= found->second;
     }
 
     std::map<i64, Due> at_;
-    std::unordered_map<u32, i64> forgotten_;  // While a timer waits: which catoms' timers from before a tick are invalid.
+    u64 forgettings_ = 0;
+    std::unordered_map<u32, u64> forgotten_;  // While a timer waits: which catoms' timers from before a forgetting are invalid.
 };
 
 }  // namespace meld::eval

@@ -329,6 +329,12 @@ class Why {
             Explainer::Search search{.age = group.age, .spread = spread};
             Result<void> within;
             const auto one = [&](const Solution& solution) {
+                const Result<std::optional<bool>> counts = waited(*fitted, search, solution);
+                if (!counts) {
+                    within = tl::unexpected<Error>(counts.error());
+                    return false;
+                }
+                if (!counts->value_or(true)) return true;
                 if (node(i).ways.size() >= most_ways()) {
                     ++node(i).more;
                     return true;
@@ -340,6 +346,7 @@ class Why {
                 }
                 way->note =
                     "gives " + check::print(e_.checked(), e_.named(*fitted, solution.values, bound_by(*fitted)), rule->heads[0].atom);
+                if (!counts->has_value()) way->note += "; whether for long enough is not known";
                 node(i).ways.push_back(std::move(*way));
                 return true;
             };
@@ -355,6 +362,33 @@ class Why {
             if (!within) return within;
         }
         return {};
+    }
+
+    // Whether the body of a rule with a delay has been met with these values for so long. Nothing: the states that there are do not tell.
+    Result<std::optional<bool>> waited(const Fitted& fitted, const Explainer::Search& search, const Solution& solution) {
+        const check::Term& delay = fitted.of->heads[0].delay;
+        if (delay.op == check::Op::Anonymous) return true;
+        Values values = solution.values;
+        const i64 ticks = e_.terms().value(delay, values).integer;
+        Fitted same = fitted;
+        same.values = solution.values;
+        same.bound = bound_by(fitted);
+        const States& states = e_.states();
+        for (i64 back = 1; back <= ticks; ++back) {
+            Explainer::Search earlier = search;
+            earlier.age += static_cast<std::size_t>(back);
+            // Nothing is evaluated before the first tick.
+            if (states.first_tick == 0 && states.tick - static_cast<i64>(earlier.age) < 1) return false;
+            bool met = false;
+            const Result<bool> done = e_.search(same, earlier, [&](const Solution&) {
+                met = true;
+                return false;
+            });
+            if (!done) return tl::unexpected<Error>(done.error());
+            if (!*done) return std::nullopt;
+            if (!met) return false;
+        }
+        return true;
     }
 
     Explainer& e_;

@@ -156,6 +156,14 @@ exit"""
         self.ended(run, [130])
         self.assertIsNotNone(self.check_outputs())
 
+    def test_has_a_folder_of_its_own(self):
+        """In one that is shared, a run that ends removes what another one has just begun to use."""
+        run = self.start("forever.meld", "-n", 2, *self.OUTPUTS)
+        self.ticks_are_made(run)
+        self.assertTrue(list((self.folder / "shm").glob("claymeld-*/ompi.*/pid.*")))
+        run.send_signal(signal.SIGTERM)
+        self.ended(run, [143])
+
     def test_that_is_stopped(self):
         self.forget_outputs()
         run = self.start("forever.meld", "-n", 2, *self.OUTPUTS)

@@ -336,6 +336,14 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             ways = json.loads(out)["nodes"][0]["ways"]
             self.assertEqual([way["line"] for way in ways], [3])
 
+    def test_what_still_waits_is_not_combined(self):
+        self.write("p.meld", "type total(node, sum int).\ntotal(A, 1)@+2 :- id(A, _).\ntotal(A, 1)@+4 :- id(A, _).\n")
+        self.write("p.toml", self.PAIR)
+        for tick, total, lines in ((3, 1, [2]), (4, 1, [2]), (5, 2, [2, 3])):
+            out, _ = self.call("meldsim", "why", "p.meld", f"total(@1, {total})", "--world", "p.toml", "--tick", tick, "--json")
+            ways = json.loads(out)["nodes"][0]["ways"]
+            self.assertEqual([(way["line"], way["note"]) for way in ways], [(line, "gives total(@1, 1)") for line in lines])
+
     def test_what_never_ends(self):
         """dist(@0, 4) would come of dist(@1, 3), and so on below 0."""
         self.write("p.meld", GRADIENT)

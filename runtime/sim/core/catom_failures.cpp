@@ -196,7 +196,7 @@ void CatomFailures::hang(std::span<const Killed> hung) {
     for (const Killed& each : hung) {
         subdomain_.fall_silent(each.id);
         const std::optional<Catom> catom = here(each);
-        if (catom && subdomain_.owned(*catom)) subdomain_.facts_.evaluator.timers().forget(subdomain_.tick(), *catom);
+        if (catom && subdomain_.owned(*catom)) subdomain_.facts_.evaluator.timers().forget(*catom);
     }
 }
 

@@ -21,18 +21,18 @@ void FactStore::resize(std::size_t catoms) {
     if (eval::Counts* counts = evaluator.counts()) counts->resize(catoms);
 }
 
-void FactStore::forget(u32 catom, u64 id, i64 now) {
+void FactStore::forget(u32 catom, u64 id) {
     MELD_EXPECT(catom < columns.count(), "catom {} of {}", catom, columns.count());
     columns.clear(catom, 0);
     evaluator.agenda().forget(catom);
     evaluator.tombstones().forget(catom);
     evaluator.undefined().forget(catom);
-    evaluator.timers().forget(now, catom);
+    evaluator.timers().forget(catom);
     if (eval::Counts* counts = evaluator.counts()) counts->forget(catom, id);
 }
 
-void FactStore::wake_moved(u32 catom, i64 now) {
-    evaluator.timers().forget(now, catom);
+void FactStore::wake_moved(u32 catom) {
+    evaluator.timers().forget(catom);
     mark(catom, kDirtyWake | kDirtyLinks | kDirtyPlace);
 }
 

@@ -24,9 +24,9 @@ class FactStore {
     // Makes room for this many catoms; new ones are empty.
     void resize(std::size_t catoms);
     // The catom is removed from this process, with everything stored for it.
-    void forget(u32 catom, u64 id, i64 now);
+    void forget(u32 catom, u64 id);
     // Drops the catom's timers, which it sets again, as when it migrates: how often it is evaluated must not depend on where it came from.
-    void wake_moved(u32 catom, i64 now);
+    void wake_moved(u32 catom);
 
     // Facts given from outside: returns whether they change anything; if so, the catom is marked. Several workers may do so at once, for
     // catoms of different blocks of the agenda.

@@ -85,7 +85,7 @@ Catom Subdomain::add_catom(std::uint64_t id, Cell cell, CatomState state) {
 void Subdomain::remove_catom(Catom catom) {
     MELD_EXPECT(!ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
     const Cell cell = ensemble.cell(catom);
-    facts_.forget(catom, ensemble.id(catom), abi_.now);
+    facts_.forget(catom, ensemble.id(catom));
     members_.ensemble.remove(catom);
     mark_around(cell, kDirtyLinks);
 }
@@ -110,7 +110,7 @@ void Subdomain::restart(Catom catom) {
     members_.ensemble.links().renew(catom);
     if (network_) each_neighbour(catom, [&](Catom other) { network_->forget_loss(id, ensemble.id(other)); });
     mark_neighbours(catom, kDirtyLinks);
-    facts_.forget(catom, id, abi_.now);
+    facts_.forget(catom, id);
     if (owned(catom)) mark(catom, kDirtyBirths);
 }
 
@@ -120,7 +120,7 @@ void Subdomain::move_catom(Catom catom, Cell to) {
     members_.ensemble.move(catom, to);
     members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(to)));
     mark_around(to, kDirtyLinks);
-    facts_.wake_moved(catom, abi_.now);
+    facts_.wake_moved(catom);
 }
 
 std::uint64_t Subdomain::take_ids(std::uint64_t count) { return std::exchange(members_.next_id, members_.next_id + count); }
@@ -133,7 +133,7 @@ Catom Subdomain::add_freely(std::uint64_t id, const world::Vec3& position, Catom
 
 void Subdomain::remove_freely(Catom catom) {
     MELD_EXPECT(ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
-    facts_.forget(catom, ensemble.id(catom), abi_.now);
+    facts_.forget(catom, ensemble.id(catom));
     members_.ensemble.remove(catom);
 }
 

@@ -128,7 +128,7 @@ void HandOver::take_out(const Plan& plan) {
     for (const NamedModule& each : modules_) each.module->leave(subdomain_, plan.leave);
     subdomain_.facts_.evaluator.drop_actions([&](u32 catom) { return plan.owner[catom] >= 0; });
     for (const Catom catom : plan.taken_out) {
-        subdomain_.facts_.forget(catom, subdomain_.ensemble.id(catom), subdomain_.tick());
+        subdomain_.facts_.forget(catom, subdomain_.ensemble.id(catom));
         subdomain_.members_.ensemble.remove(catom);
     }
 }
