@@ -31,6 +31,9 @@ using retraction::Mirror;
 
 namespace {
 
+// Derivations in one tick: as many as the reference makes in a round before it gives up.
+constexpr std::size_t kMostInATick = 1'000'000;
+
 // More than any trial needs to quiesce. With linear rules some never do.
 constexpr int kPatience = 2000, kLinearPatience = 50;
 
@@ -282,8 +285,9 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, 
         if (s.watcher) s.watcher->tally.undefined += totals.undefined;
         // After an error some catoms have been evaluated and others not.
         if (speaks && !trapped) s.outcome.states.push_back(state);
-        if (totals.failure.trap == Trap::TooManyDerivations || totals.failure.trap == Trap::TooManyFacts) {
-            // The limit of a run, which the reference does not have.
+        const bool limited = totals.failure.trap == Trap::TooManyDerivations || totals.failure.trap == Trap::TooManyFacts;
+        if (limited || totals.tick.derivations > kMostInATick) {
+            // The limit of a run, which the reference does not have; or a dozen runs with such ticks would take minutes.
             if (s.watcher) ++s.watcher->tally.too_large;
             return End::Failed;
         }
