@@ -1,6 +1,7 @@
 // The whole module, part by part.
 #include "compiler/emit/emit.h"
 
+#include "compiler/emit/marks.h"
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {
@@ -29,8 +30,9 @@ std::string emit_module(const plan::Plan& plan) {
     for (const plan::StratumPlan& s : plan.strata)
         for (const RulePlan& r : s.rules) emit_view_rule(plan, r, w);
     for (const plan::StratumPlan& s : plan.strata) emit_deltas(plan, s, w);
-    for (const RulePlan& r : plan.initial_facts) emit_initial_fact(plan, r, w);
-    for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, w);
+    for (const RulePlan& r : plan.initial_facts) emit_linear_rule(plan, r, true, w);
+    const bool marks = !fixed_marks(plan);
+    for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, marks, w);
     emit_strata(plan, w);
     emit_concerned(plan, w);
     emit_stops(plan, w);

@@ -37,14 +37,14 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
 }
 
 // Fires the i-th linear rule, if something it reads has changed since it was last tried. Each rule has a call of its own instead of a
-// place in a table, so that the functions of short modules are inlined.
-void emit_try(const plan::Plan& plan, std::size_t i, Writer& w) {
+// place in a table, so that the functions of short modules are inlined. `fixed`: as fixed_marks().
+void emit_try(const plan::Plan& plan, std::size_t i, bool fixed, Writer& w) {
     const RulePlan& r = plan.linear_rules[i];
     w.open(fmt::format("if (active[{}] >> {} & 1) {{", i / 64, i % 64));
     w.line("e.rule = {};", r.rule.index());
     if (plan.places) w.line("note_place(e, {});", r.rule.index());
     w.line("fired = {}(s);", rule_function(plan.program, r.rule));
-    if (const std::optional<Marks> marks = fixed_marks(plan) ? marks_of(plan, r) : std::nullopt) {
+    if (const std::optional<Marks> marks = fixed ? marks_of(plan, r) : std::nullopt) {
         for (std::size_t word = 0; word * 64 < plan.linear_rules.size(); ++word) {
             std::uint64_t woken = 0;
             for (std::size_t k = word * 64; k < std::min(plan.linear_rules.size(), (word + 1) * 64); ++k)
@@ -87,7 +87,7 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     }
     w.raw("bool fired = false;");
     w.open("do {");
-    for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, w);
+    for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, fixed, w);
     w.close("} while (false);");
     w.raw("if (!fired || e.trap != Trap::None) break;");
     w.raw("if (++s.fired > e.subdomain->max_derivations)");

@@ -1,7 +1,6 @@
 // Emits one function per rule: nested loops over the plan's steps, with the heads innermost.
 #include <algorithm>
 
-#include "compiler/emit/marks.h"
 #include "compiler/emit/rule_emitter.h"
 
 namespace meld::emit {
@@ -317,7 +316,6 @@ void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Write
     }
     for (const RulePlan& r : stratum.deltas.regroup) RuleEmitter(plan, r, w).group();
 }
-void emit_initial_fact(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(true); }
-void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).linear(!fixed_marks(plan)); }
+void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, bool marks, Writer& w) { RuleEmitter(plan, rule, w).linear(marks); }
 
 }  // namespace meld::emit

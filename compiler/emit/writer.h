@@ -154,8 +154,8 @@ std::string constant_name(const check::Program& program, check::ConstantId id);
 void emit_facts(const plan::Plan& plan, Writer& w);
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w);
-void emit_initial_fact(const plan::Plan& plan, const RulePlan& rule, Writer& w);
-void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
+// `marks`: it notes what it makes and consumes (marks.h).
+void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, bool marks, Writer& w);
 void emit_strata(const plan::Plan& plan, Writer& w);
 // The functions that report, before it is too late, which action or linear rule would read a derivation without a value.
 void emit_stops(const plan::Plan& plan, Writer& w);
