@@ -63,11 +63,11 @@ void emit_views(const plan::Plan& plan, Writer& w) {
                plan.strata[i].deltas.inputs != 0 ? ", todo" : "");
 }
 
-// Which rules are to be tried, by what has changed.
-void emit_active(const plan::Plan& plan, const char* lowered, Writer& w) {
+// Which rules are to be tried, by what has changed. `consumed`: facts may have been consumed since that was asked last.
+void emit_active(const plan::Plan& plan, bool consumed, Writer& w) {
     for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) {
         const RulePlan& r = plan.linear_rules[i];
-        const std::string absent = *lowered == '\0' || r.absent == 0 ? "" : fmt::format(" | ({} & {})", lowered, hex(r.absent));
+        const std::string absent = !consumed || r.absent == 0 ? "" : fmt::format(" | (lowered & {})", hex(r.absent));
         w.line("active[{}] |= ((todo & {}){}) != 0 ? u64{{1}} << {} : 0;", i / 64, hex(r.inputs), absent, i % 64);
     }
 }
@@ -76,14 +76,14 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     const bool fixed = fixed_marks(plan);
     w.line("u64 active[{}] = {{}};", (plan.linear_rules.size() + 63) / 64);
     w.raw("s.fired = 0;");
-    if (fixed) emit_active(plan, "", w);
+    if (fixed) emit_active(plan, false, w);
     w.open("for (;;) {");
     emit_views(plan, w);
     if (plan::may_fail(plan)) w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, [&](u32 failed) { return would_read(s, failed); });");
     if (!fixed) {
         w.raw("const u64 lowered = s.lowered;");
         w.raw("s.lowered = 0;");
-        emit_active(plan, "lowered", w);
+        emit_active(plan, true, w);
     }
     w.raw("bool fired = false;");
     w.open("do {");

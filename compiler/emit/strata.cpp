@@ -46,11 +46,15 @@ void run_all_rules(const plan::Plan& plan, const StratumPlan& stratum, Writer& w
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
 
+bool calls_catom(const plan::Plan& plan, PredicateId id) {
+    return combines_at_catom(plan.program.predicates[id]) && !plan::picks(plan, id);
+}
+
 // A combination that needs the catom, or the neighbours that an aggregate waits for.
 void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, PredicateId id, Writer& w) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
-    if (combines_at_catom(p) && !plan::picks(plan, id)) {
+    if (calls_catom(plan, id)) {
         const std::string value = field_name(p.aggregate_at);
         const Type& type = p.arguments[p.aggregate_at].type;
         const RuleId first = stratum.rules[0].rule;
@@ -91,7 +95,7 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
     const std::string name = predicate_name(plan.program, id);
     std::string text;
-    if (combines_at_catom(p) && !plan::picks(plan, id))
+    if (calls_catom(plan, id))
         text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ combine_{0}(s, rows, n, out); }}", name);
     else if (p.complete_link.valid())
         text = fmt::format(", OwnCombine<{}_t>{{}}", name);

@@ -145,7 +145,7 @@ struct Offer {
     bool had, has;
 };
 
-// Had: whether there were offers before, or one has no value. A wave that arrives for the first time takes half of the instructions.
+// Had: whether there were offers before, or one has no value. Of a wave that arrives for the first time less is asked.
 template <bool Had, class T, u32 N, class Fact>
 u32 concerned_where(Eval& e, const Offer<T> (&offers)[N], const i32* neighbours, u32 count, u32* out, const Fact& fact) {
     // An offer without a value, which is known where it is derived.
