@@ -314,6 +314,8 @@ Result<int> debug_run(const RunOptions& options, Inputs& inputs, const std::vect
     timeline::Timeline& timeline = **started;
     // What is done is ended between two ticks, and the session by whoever reads its commands.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
+    // Whoever sees a prompt may answer it with Ctrl-C, which would end a process that is not so far yet.
+    comm.barrier();
     if (draws) {
         Result<timeline::Timeline::Make> with = begin_drawing(options, inputs, comm, timeline, std::move(make), drawings);
         if (!with) return tl::unexpected<Error>(with.error());

@@ -23,9 +23,11 @@ from running import LONG_TICK, SECONDS  # noqa: E402
 
 
 class AtATerminal(DebugTest):
-    def start(self, *arguments, output=None, **variables):
+    def start(self, *arguments, output=None, cores=None, **variables):
         pid, self.terminal = pty.fork()
         if pid == 0:
+            if cores is not None:
+                os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:cores])
             if output is not None:
                 os.dup2(output, 1)
             # The files of whoever runs the tests are not theirs.
@@ -144,6 +146,19 @@ class AtATerminal(DebugTest):
             for _ in range(2):
                 self.expect("tick 0> ")
                 self.say("\x03")
+            self.expect("tick 0> ")
+            self.say("step 2\n")
+            self.expect("tick 2\r\n")
+            self.expect("tick 2> ")
+            self.say("\x04")
+            self.ends(0)
+
+    def test_ctrl_c_as_soon_as_there_is_a_prompt(self):
+        """All processes share one core, so that some are slow to come as far as the one that shows the prompt."""
+        for _ in range(8):
+            self.start(GRADIENT, "-n", 2, cores=1)
+            self.expect("tick 0> ")
+            self.say("\x03")
             self.expect("tick 0> ")
             self.say("step 2\n")
             self.expect("tick 2\r\n")
