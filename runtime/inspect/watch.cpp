@@ -158,6 +158,11 @@ std::vector<u32> Watch::starts_of(sim::Subdomain& subdomain, const Changes& chan
     });
     if (!all) subdomain.add_changed(columns_read_, catoms);
     if (reads_linear_ && subdomain.totals.tick.messages > 0) subdomain.agenda().each([&](u32 catom, u64) { catoms.push_back(catom); });
+    // Nodes that rules have made are there, and are evaluated in the next tick.
+    if (subdomain.totals.nodes_made > 0)
+        subdomain.agenda().each([&](u32 catom, u64 reasons) {
+            if ((reasons & kDirtyBorn) != 0) catoms.push_back(catom);
+        });
     if (reads_actions_) catoms.insert(catoms.end(), changes.had_asked.begin(), changes.had_asked.end());
     // Some may have gone to another process.
     std::erase_if(catoms, [&](u32 catom) { return !subdomain.owned(catom); });

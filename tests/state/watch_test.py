@@ -20,8 +20,8 @@ EXAMPLES = ROOT / "examples/meld"
 GRADIENT = EXAMPLES / "gradient.meld"
 PROGRAMS = Path(__file__).resolve().parent / "programs"
 STORM = PROGRAMS / "storm.meld"
-# Programs, ticks, and bodies: at a catom, over a link and over two, back over links, without any, with negation, aggregates, a literal, and
-# what was asked for in the tick.
+# Programs, ticks, and bodies: at a catom, over a link and over two, back over links, without any, with negation, aggregates, a literal,
+# what was asked for in the tick, and catoms that rules make.
 CASES = (
     (GRADIENT, 12, ("dist(A, D), D > 3", "dist(A, D), neighbor(A, B), dist(B, D)", "dist(A, 2), neighbor(A, C), neighbor(C, B), dist(B, 4)",
                     "source(A), dist(B, 5)",
@@ -30,6 +30,8 @@ CASES = (
     (PROGRAMS / "seen.meld", 3, ("seen(A, C), neighbor(A, B), seen(B, A)", "seen(A, @3)", "neighbor(A, B), not seen(A, B)",
                                  "seen(A, B), N = count : {neighbor(A, C), seen(C, B)}, N > 1")),
     (EXAMPLES / "walk.meld", 12, ("neighborCount(A, N), N < 3", "neighbor(A, B), not neighbor(B, @0)")),
+    (PROGRAMS / "late_nodes.meld", 7, ("id(A, X)", "id(A, X), not made(A, _)", "id(A, X), not count(A, _)", "count(A, N)",
+                                       "made(A, B), count(B, N)")),
 )
 
 
