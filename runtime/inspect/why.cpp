@@ -110,7 +110,10 @@ class Why {
         if (!is_new) return known->second;
         Known kept = fact;
         std::string note;
-        if (const Source ranked = e_.ranked_source(fact.predicate); ranked != e_.program().source(fact.predicate)) {
+        const Source ranked = e_.ranked_source(fact.predicate);
+        if (!fact.whole()) {
+            if (!e_.holds(fact)) note = "it has a value, and which one still waits for a quarantine";
+        } else if (ranked != e_.program().source(fact.predicate)) {
             if (const auto rank = e_.holds_in(ranked, fact)) kept.rank = *rank;
             if (!e_.holds(fact)) note = "a value that a better one has replaced, and on which others still rest";
         }

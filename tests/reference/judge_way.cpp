@@ -74,7 +74,7 @@ bool WayJudge::assign(std::size_t i, const Way& w, const HeadOf& head, const Whe
             case Clause::Kind::Atom: {
                 const Part* part = next("fact");
                 if (part == nullptr) return fails("a fact is missing for " + check::print(program_, *head.rule, c));
-                if (!fact_part(i, *part, c.atom, own - age(c.atom), out.named[&c.atom])) return false;
+                if (!fact_part(i, *part, head, c.atom, own - age(c.atom), out.named[&c.atom])) return false;
                 break;
             }
             case Clause::Kind::Not: {
@@ -106,7 +106,7 @@ bool WayJudge::assign(std::size_t i, const Way& w, const HeadOf& head, const Whe
 }
 
 // What an answer names for an atom.
-bool WayJudge::fact_part(std::size_t i, const Part& part, const check::Atom& atom, std::int64_t tick, Rows& out) {
+bool WayJudge::fact_part(std::size_t i, const Part& part, const HeadOf& head, const check::Atom& atom, std::int64_t tick, Rows& out) {
     if (!part.node || *part.node >= facts_.size()) return fails("a part says no fact: " + part.text);
     const Node& child = answer_.nodes[*part.node];
     const Pattern& fact = facts_[*part.node];
@@ -118,7 +118,39 @@ bool WayJudge::fact_part(std::size_t i, const Part& part, const check::Atom& ato
     for (const Facts* facts : {&then.facts, &then.fronts})
         for (const Row& row : (*facts)[atom.predicate.index()])
             if (fact.fits(row)) out.insert(row);
+    if (!out.empty()) return true;
+    if (without_value(child, fact) && asks_only_existence(head, facts_[i], atom))
+        if (const auto row = some_row(fact)) out.insert(*row);
     return !out.empty() || fails(part.text + " does not hold");
+}
+
+// Whether the value of the atom's group may be any: nothing reads it, except what the head makes of it where that stands with _ too.
+bool WayJudge::asks_only_existence(const HeadOf& head, const Pattern& made, const check::Atom& atom) const {
+    const Predicate &p = program_.predicates[atom.predicate], &of = program_.predicates[made.predicate];
+    for (std::size_t a = p.aggregate_at; a < atom.arguments.size(); ++a) {
+        const check::Term& term = atom.arguments[a];
+        if (term.op == Op::Anonymous) continue;
+        if (!term.is_variable()) return false;
+        std::size_t uses = 0;
+        const auto count = [&](check::VariableId v) { uses += v == term.variable ? 1 : 0; };
+        for (const Clause& c : head.clauses) check::each_variable(c, count);
+        for (std::size_t h = 0; h < head.head->atom.arguments.size(); ++h)
+            if (made.whole() || h < of.aggregate_at) check::each_variable(head.head->atom.arguments[h], count);
+        if (uses != 1) return false;
+    }
+    return true;
+}
+
+// A row of the group with a value that some fact of the predicate has had.
+std::optional<Row> WayJudge::some_row(const Pattern& group) const {
+    for (std::int64_t tick = past_.last(); tick >= 0; --tick)
+        for (const Facts* facts : {&past_.at(tick).facts, &past_.at(tick).fronts})
+            for (Row row : (*facts)[group.predicate.index()]) {
+                for (std::size_t a = 0; a < row.size(); ++a)
+                    if (group.arguments[a]) row[a] = *group.arguments[a];
+                return row;
+            }
+    return std::nullopt;
 }
 
 // Within a recursion ranks fall. Whether a group has a value is a recursion of its own, and its facts stand with _.
@@ -193,7 +225,7 @@ bool WayJudge::matched(std::size_t i, const HeadOf& head, const Environment& env
             std::map<const check::Atom*, Rows> named;
             for (std::size_t n = 0; n < atoms.size(); ++n) {
                 const std::int64_t tick = when.tick - (when.spread ? ages.at(atoms[n]) : 0);
-                if (!fact_part(i, *matches.facts[first + n], *atoms[n], tick, named[atoms[n]])) return false;
+                if (!fact_part(i, *matches.facts[first + n], head, *atoms[n], tick, named[atoms[n]])) return false;
             }
             if (!bodies_.solve({*head.rule, clause->inner, ages, when, env, named}, [](const Environment&) { return true; }))
                 return fails(matches.facts[first]->text + " begins what is no match");

@@ -15,6 +15,10 @@ inline bool unranked(const Answer::Node& node) {
     return node.note.find("ranks do not say here what rests on what") != std::string::npos ||
            node.note == "it rests on itself among the values that hold: one that has been replaced began it";
 }
+// Whether it says of a group, which stands with _, that it has a value before the value itself is there.
+inline bool without_value(const Answer::Node& node, const Pattern& fact) {
+    return !fact.whole() && node.note == "it has a value, and which one still waits for a quarantine";
+}
 // Ways of a combined fact and matches of an aggregate that are shown if not all are asked for.
 constexpr std::size_t kShown = 10;
 
@@ -52,7 +56,9 @@ class WayJudge {
     };
     bool fails(std::string why);
     bool assign(std::size_t i, const Answer::Way& w, const HeadOf& head, const When& when, Assigned& out);
-    bool fact_part(std::size_t i, const Answer::Part& part, const check::Atom& atom, std::int64_t tick, Rows& out);
+    bool fact_part(std::size_t i, const Answer::Part& part, const HeadOf& head, const check::Atom& atom, std::int64_t tick, Rows& out);
+    bool asks_only_existence(const HeadOf& head, const Pattern& made, const check::Atom& atom) const;
+    std::optional<Row> some_row(const Pattern& group) const;
     bool lower(std::size_t head, std::size_t body);
     bool body(std::size_t i, const Answer::Way& w, const HeadOf& head, const Pattern& fact, const Environment& with, const When& when);
     bool gives(const HeadOf& head, const Environment& env, const Pattern& fact);

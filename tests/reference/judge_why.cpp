@@ -82,7 +82,8 @@ class WhyJudge {
         const Moment& now = past_.at(n.tick);
         const bool replaced = says(n.note, kReplaced);
         const bool there = Past::any(now.facts, fact);
-        if (replaced ? there || !Past::any(now.fronts, fact) : !there) return fails("it does not hold");
+        const bool in_front = Past::any(now.fronts, fact), at_rest = past_.quiet() && n.tick == past_.last();
+        if (without_value(n, fact) ? there || at_rest : replaced ? there || !in_front : !there) return fails("it does not hold");
         if (p.world != check::WorldSource::None || p.sensed) return (n.is == "sensed" && n.ways.empty()) || fails("it is sensed");
         if (n.is == "made") return made(i);
         if (n.is == "combined") return combined(i);

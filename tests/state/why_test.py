@@ -344,6 +344,28 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             ways = json.loads(out)["nodes"][0]["ways"]
             self.assertEqual([(way["line"], way["note"]) for way in ways], [(line, "gives total(@1, 1)") for line in lines])
 
+    def test_a_group_that_waits_for_its_value(self):
+        """@7 loses the value of @8 in tick 20. That @6 has one is known by one step, and its value of @0 by six, so it waits longer."""
+        self.write("p.meld", """type src(node, int).
+type top(node).
+type v(node, max int).
+type ok(node).
+ok(A) :- v(A, _).
+v(A, D) :- src(A, D).
+v(A, D) :- neighbor(B, A), top(B), D = 9.
+v(A, D) :- neighbor(B, A), id(A, X), id(B, X - 1), v(B, D), ok(B).
+src(@0, 5).
+src(@6, 1).
+""")
+        self.write("p.toml", 'lattice = "square"\n[[body]]\nshape = "box(9, 1, 1)"\n'
+                             '[[event]]\ntick = 1\ngive = { top = { where = "id == 8" } }\n'
+                             '[[event]]\ntick = 20\ntake = { top = { where = "id == 8" } }\n')
+        self.call("meldsim", "query", "p.meld", "v(@7, _)", "--world", "p.toml", "--tick", 29, code=1)
+        for tick, note in ((29, "it has a value, and which one still waits for a quarantine"), (30, "")):
+            out, _ = self.call("meldsim", "why", "p.meld", "ok(@7)", "--world", "p.toml", "--tick", tick, "--json")
+            nodes = json.loads(out)["nodes"]
+            self.assertEqual([(n["fact"], n.get("note", "")) for n in nodes[:2]], [("ok(@7)", ""), ("v(@7, _)", note)])
+
     def test_what_never_ends(self):
         """dist(@0, 4) would come of dist(@1, 3), and so on below 0."""
         self.write("p.meld", GRADIENT)
