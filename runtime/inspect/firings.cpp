@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "runtime/inspect/heads.h"
@@ -105,7 +107,6 @@ class Finder {
         if (!e_.cannot(fitted->body).empty()) return {};
         const Bound bound = bound_by(*fitted);
         const Result<bool> done = e_.search(*fitted, how_, [&](const Solution& solution) {
-            if (++found_.count > kMostWays) return true;
             Explanation::Way way = e_.way_of(rule);
             if (rule.site.valid() && bound[rule.site.index()]) way.catom = solution.values[rule.site.index()].catom;
             for (std::size_t c = 0; c < fitted->own; ++c)
@@ -117,6 +118,10 @@ class Finder {
                                          .text = e_.text(e_.keep(clause.atom.predicate, *solution.facts[c], age)),
                                          .tick = e_.states().tick - static_cast<i64>(age)});
                 }
+            // Several heads of a rule may give the same fact: that is one firing.
+            std::string key = fmt::format("{}:{}@{}", way.file, way.line, way.catom.value_or(0));
+            for (const Part& part : way.parts) key += fmt::format(", {} in {}", part.text, part.tick.value_or(0));
+            if (!seen_.insert(std::move(key)).second || ++found_.count > kMostWays) return true;
             found_.ways.push_back(std::move(way));
             return true;
         });
@@ -128,6 +133,7 @@ class Finder {
     const Known& fact_;
     Explainer::Search how_ = {};
     std::vector<const Rule*> fits_;  // Those of which some atom can be the fact.
+    std::set<std::string> seen_;     // The firings that were found.
     Firings found_;
 };
 

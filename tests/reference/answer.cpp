@@ -27,6 +27,7 @@ Answer::Way read_way(const Json& from) {
                     .file = from.value("file", ""),
                     .note = from.value("note", ""),
                     .line = from.value("line", std::int64_t{0}),
+                    .catom = from.value("catom", std::int64_t{-1}),
                     .with = from.value("with", std::map<std::string, std::string>{}),
                     .parts = {}};
     for (const Json& part : from.at("parts")) out.parts.push_back(read_part(part));

@@ -19,6 +19,7 @@ struct Answer {
     struct Way {
         std::string rule, text, file, note;
         std::int64_t line = 0;
+        std::int64_t catom = -1;                  // Where a linear rule fired.
         std::map<std::string, std::string> with;  // The values of its variables.
         std::vector<Part> parts;
         bool has_rule() const { return !text.empty(); }

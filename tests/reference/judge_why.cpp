@@ -254,12 +254,19 @@ class WhyJudge {
         if (past_.holds(*tick - 1, fact.predicate, fact.row())) return fails(fmt::format("it was there before tick {}", *tick));
         for (std::int64_t t = *tick; t <= n.tick; ++t)
             if (!past_.holds(t, fact.predicate, fact.row())) return fails(fmt::format("it was not there in tick {}", t));
-        for (const Way& w : n.ways)
-            if (!maker(w, makers, fact, *tick)) return false;
+        for (std::size_t w = 0; w < n.ways.size(); ++w) {
+            if (!maker(n.ways[w], makers, fact, *tick)) return false;
+            for (std::size_t before = 0; before < w; ++before)
+                if (same(n.ways[before], n.ways[w])) return fails("one way is said twice");
+        }
         return true;
     }
     bool given_by_somebody(const Pattern& fact) const {
         return std::ranges::any_of(past_.given_ever()[fact.predicate.index()], [&](const Row& row) { return fact.fits(row); });
+    }
+    static bool same(const Way& a, const Way& b) {
+        return a.rule == b.rule && a.file == b.file && a.line == b.line && a.catom == b.catom &&
+               std::ranges::equal(a.parts, b.parts, [](const Part& p, const Part& q) { return p.text == q.text && p.tick == q.tick; });
     }
     bool maker(const Way& w, const std::vector<HeadOf>& makers, const Pattern& fact, std::int64_t tick) {
         ++judged_.ways;

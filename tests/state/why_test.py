@@ -344,6 +344,15 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             ways = json.loads(out)["nodes"][0]["ways"]
             self.assertEqual([(way["line"], way["note"]) for way in ways], [(line, "gives total(@1, 1)") for line in lines])
 
+    def test_one_firing_is_one_way_by_whichever_head(self):
+        self.write("p.meld", "type linear a(node, int).\ntype linear b(node, int).\ntype linear start(node).\nstart(@0).\n"
+                             "start(A) -o { B | !neighbor(A, B) | a(B, 7) }.\na(A, X) -o b(A, X), if X > 2 then b(A, X) end.\n")
+        self.write("p.toml", self.PAIR)
+        out, _ = self.call("meldsim", "why", "p.meld", "b(@1, 7)", "--world", "p.toml", "--tick", 2, "--json")
+        node = json.loads(out)["nodes"][0]
+        self.assertEqual(node["note"], "made in tick 2")
+        self.assertEqual([[part["text"] for part in way["parts"]] for way in node["ways"]], [["a(@1, 7)"]])
+
     def test_a_group_that_waits_for_its_value(self):
         """@7 loses the value of @8 in tick 20. That @6 has one is known by one step, and its value of @0 by six, so it waits longer."""
         self.write("p.meld", """type src(node, int).
