@@ -13,6 +13,7 @@
 #include "runtime/inspect/makers.h"
 #include "runtime/inspect/reading.h"
 #include "runtime/inspect/runners_up.h"
+#include "runtime/inspect/waited.h"
 
 namespace meld::inspect {
 
@@ -332,7 +333,7 @@ class Why {
             Explainer::Search search{.age = group.age, .spread = spread};
             Result<void> within;
             const auto one = [&](const Solution& solution) {
-                const Result<std::optional<bool>> counts = waited(*fitted, search, solution);
+                const Result<std::optional<bool>> counts = waited(e_, *fitted, search, solution);
                 if (!counts) {
                     within = tl::unexpected<Error>(counts.error());
                     return false;
@@ -365,33 +366,6 @@ class Why {
             if (!within) return within;
         }
         return {};
-    }
-
-    // Whether the body of a rule with a delay has been met with these values for so long. Nothing: the states that there are do not tell.
-    Result<std::optional<bool>> waited(const Fitted& fitted, const Explainer::Search& search, const Solution& solution) {
-        const check::Term& delay = fitted.of->heads[0].delay;
-        if (delay.op == check::Op::Anonymous) return true;
-        Values values = solution.values;
-        const i64 ticks = e_.terms().value(delay, values).integer;
-        Fitted same = fitted;
-        same.values = solution.values;
-        same.bound = bound_by(fitted);
-        const States& states = e_.states();
-        for (i64 back = 1; back <= ticks; ++back) {
-            Explainer::Search earlier = search;
-            earlier.age += static_cast<std::size_t>(back);
-            // Nothing is evaluated before the first tick.
-            if (states.first_tick == 0 && states.tick - static_cast<i64>(earlier.age) < 1) return false;
-            bool met = false;
-            const Result<bool> done = e_.search(same, earlier, [&](const Solution&) {
-                met = true;
-                return false;
-            });
-            if (!done) return tl::unexpected<Error>(done.error());
-            if (!*done) return std::nullopt;
-            if (!met) return false;
-        }
-        return true;
     }
 
     Explainer& e_;

@@ -264,12 +264,24 @@ void WayJudge::each_derivation(const HeadOf& head, std::int64_t catom, const Whe
     });
 }
 
+void WayJudge::each_counted(const HeadOf& head, std::int64_t catom, const When& when,
+                            const std::function<void(const Row&, const Environment&)>& visit) const {
+    if (head.head->delay.op == Op::Anonymous) return each_derivation(head, catom, when, visit);
+    const Apart apart(program_, head);
+    each_derivation(apart.head(), catom, when, [&](const Row& row, const Environment& env) {
+        if (waited(apart, env, when.tick)) visit(row, env);
+    });
+}
+
 // Whether this derivation has held for long enough.
-bool WayJudge::waited(const HeadOf& h, const Environment& env, std::int64_t now) const {
+bool WayJudge::waited(const Apart& apart, const Environment& env, std::int64_t now) const {
+    const HeadOf& h = apart.head();
     const std::int64_t delay = evaluate(past_.at(now).scene, h.head->delay, {})->integer();
     const auto ages = Bodies::ages(program_, *h.rule, h.clauses);
+    const Environment known = apart.known(env);
     for (std::int64_t tick = now - delay; tick < now; ++tick)
-        if (!past_.has(tick) || !bodies_.solve({*h.rule, h.clauses, ages, {tick, true}, env}, [](const Environment&) { return true; }))
+        if (tick < 1 || !past_.has(tick) ||
+            !bodies_.solve({*h.rule, h.clauses, ages, {tick, true}, known}, [](const Environment&) { return true; }))
             return false;
     return true;
 }

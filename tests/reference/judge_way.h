@@ -39,8 +39,9 @@ class WayJudge {
     // Every way in which a rule derives something at a catom.
     void each_derivation(const HeadOf& head, std::int64_t catom, const When& when,
                          const std::function<void(const Row&, const Environment&)>& visit) const;
-    // Whether this derivation of a head that waits has held for long enough.
-    bool waited(const HeadOf& h, const Environment& env, std::int64_t now) const;
+    // The same of a head of which each derivation counts, also the same one more often; of one with a delay, those that have waited.
+    void each_counted(const HeadOf& head, std::int64_t catom, const When& when,
+                      const std::function<void(const Row&, const Environment&)>& visit) const;
 
   private:
     // Which parts are facts of which atoms, and what stands for the other clauses.
@@ -66,6 +67,7 @@ class WayJudge {
     bool matched(std::size_t i, const HeadOf& head, const Environment& env, const Assigned& parts, const When& when);
     bool held_long_enough(const HeadOf& head, const Pattern& fact, const When& when);
     bool given_by(const HeadOf& head, const Pattern& fact, const When& when) const;
+    bool waited(const Apart& apart, const Environment& env, std::int64_t now) const;
 
     const Past& past_;
     const check::Program& program_;

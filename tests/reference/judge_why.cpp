@@ -202,8 +202,8 @@ class WhyJudge {
         for (const HeadOf& h : heads_of(program_, facts_[i].predicate, RuleKind::View)) {
             // Nothing but the run knows what goes in.
             hidden = hidden || beyond_states(h.clauses);
-            ways_.each_derivation(h, own[0].integer(), {n.tick, true}, [&](const Row& row, const Environment& env) {
-                if (!same_group(p, row, own) || (h.head->delay.op != Op::Anonymous && !ways_.waited(h, env, n.tick))) return;
+            ways_.each_counted(h, own[0].integer(), {n.tick, true}, [&](const Row& row, const Environment& env) {
+                if (!same_group(p, row, own)) return;
                 Derived& one = all.emplace_back(Derived{.row = row});
                 for (const check::VariableId v : h.rule->contributors) one.from.insert(env[v.index()]->integer());
             });

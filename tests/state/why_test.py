@@ -344,6 +344,25 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             ways = json.loads(out)["nodes"][0]["ways"]
             self.assertEqual([(way["line"], way["note"]) for way in ways], [(line, "gives total(@1, 1)") for line in lines])
 
+    def test_what_is_computed_may_change_while_it_waits(self):
+        """The number of facts changes in ticks 4 and 6: `given(A, 1)` stays one derivation, and another fact of `next` is another."""
+        self.write("p.meld", """type given(node, int).
+type next(node, int).
+type held(node, count int).
+type renewed(node, count int).
+given(A, 0). given(A, 1).
+given(A, 2) :- tick(A, T), T > 3.
+given(A, 3) :- tick(A, T), T > 5.
+next(A, 3). next(A, 4). next(A, 5).
+held(A, N)@+5    :- given(A, 1), N = count : { given(A, _) }, N > 1.
+renewed(A, N)@+5 :- N = count : { given(A, _) }, next(A, N + 1).
+""")
+        self.write("p.toml", self.PAIR)
+        for fact, tick, note in (("held(@0, 1)", 6, "gives held(@0, 4)"), ("renewed(@0, 1)", 11, "gives renewed(@0, 4)")):
+            self.call("meldsim", "query", "p.meld", fact, "--world", "p.toml", "--tick", tick - 1, code=1)
+            out, _ = self.call("meldsim", "why", "p.meld", fact, "--world", "p.toml", "--tick", tick, "--json")
+            self.assertEqual([way["note"] for way in json.loads(out)["nodes"][0]["ways"]], [note])
+
     def test_one_firing_is_one_way_by_whichever_head(self):
         self.write("p.meld", "type linear a(node, int).\ntype linear b(node, int).\ntype linear start(node).\nstart(@0).\n"
                              "start(A) -o { B | !neighbor(A, B) | a(B, 7) }.\na(A, X) -o b(A, X), if X > 2 then b(A, X) end.\n")
