@@ -244,10 +244,18 @@ class WhyNotJudge {
         const Clause& clause = h.clauses[*c];
         if (clause.kind != Clause::Kind::Test && !tests_hold(h, with)) return fails("a condition is not met before it");
         met.push_back(clause);
+        if (clause.kind == Clause::Kind::Element)
+            for (const Clause& other : h.clauses)
+                if (says_element(other, clause.variable)) met.push_back(other);
         if (satisfied(h, met, with)) return fails("this does not fail: " + part.text);
         if (clause.kind == Clause::Kind::Not && !holds_instead(part)) return false;
         return clause.kind == Clause::Kind::Atom ? asks_about(part, clause.atom, with)
                                                  : !part.node || fails("it asks about what is no fact");
+    }
+    // `3 in List` is an element without a name, and that it is 3.
+    static bool says_element(const Clause& c, check::VariableId element) {
+        return c.kind == Clause::Kind::Test && c.test.op == Op::Equal &&
+               std::ranges::any_of(c.test.operands, [&](const Term& t) { return t.is_variable() && t.variable == element; });
     }
     // Conditions are looked at as soon as they can be.
     bool tests_hold(const HeadOf& h, const Environment& with) const {
