@@ -1,5 +1,6 @@
 #include "runtime/inspect/waited.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace meld::inspect {
@@ -9,7 +10,9 @@ using check::VariableId;
 
 namespace {
 
-// What a way binds of the head and of elements.
+bool waits(const Fitted& fitted) { return fitted.of->heads[0].delay.op != check::Op::Anonymous; }
+
+// What a way binds of the head.
 Bound told_apart_by(const Explainer& e, const Fitted& fitted) {
     const Bound known = bound_by(fitted);
     Bound out = fitted.bound;
@@ -21,18 +24,23 @@ Bound told_apart_by(const Explainer& e, const Fitted& fitted) {
         if (p.aggregate == check::Aggregate::Count && a == p.aggregate_at) continue;
         check::each_variable(head.arguments[a], keep);
     }
-    for (const Clause& c : fitted.body)
-        if (c.kind == Clause::Kind::Element) keep(c.variable);
     return out;
 }
 
 }  // namespace
 
+void tell_apart(Fitted& fitted) {
+    if (!waits(fitted)) return;
+    for (Clause& c : fitted.body)
+        if (c.kind == Clause::Kind::Element && !c.position.valid()) c.position = fitted.rule.variables.add({"_", c.span, check::Type::Int});
+    fitted.values.resize(fitted.rule.variables.count());
+    fitted.bound.resize(fitted.rule.variables.count());
+}
+
 Result<std::optional<bool>> waited(Explainer& explainer, const Fitted& fitted, const Explainer::Search& search, const Solution& solution) {
-    const check::Term& delay = fitted.of->heads[0].delay;
-    if (delay.op == check::Op::Anonymous) return true;
+    if (!waits(fitted)) return true;
     Values values = solution.values;
-    const i64 ticks = explainer.terms().value(delay, values).integer;
+    const i64 ticks = explainer.terms().value(fitted.of->heads[0].delay, values).integer;
     Fitted same = fitted;
     same.values = solution.values;
     same.bound = told_apart_by(explainer, fitted);
@@ -58,9 +66,12 @@ Result<std::optional<bool>> waited(Explainer& explainer, const Fitted& fitted, c
         // Nothing is evaluated before the first tick.
         if (states.first_tick == 0 && states.tick - static_cast<i64>(earlier.age) < 1) return false;
         bool met = false;
-        const Result<bool> done = explainer.search(same, earlier, [&](const Solution&) {
-            met = true;
-            return false;
+        const Result<bool> done = explainer.search(same, earlier, [&](const Solution& found) {
+            met = std::ranges::all_of(same.body, [&](const Clause& c) {
+                return c.kind != Clause::Kind::Element ||
+                       found.values[c.position.index()].integer == solution.values[c.position.index()].integer;
+            });
+            return !met;
         });
         if (!done) return tl::unexpected<Error>(done.error());
         if (!*done) return std::nullopt;

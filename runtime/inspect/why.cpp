@@ -323,8 +323,9 @@ class Why {
         // A settled run has read what is there now.
         const bool spread = !e_.states().settled || group.age > 0;
         for (const Rule* rule : e_.views(group.predicate)) {
-            const std::optional<Fitted> fitted = e_.fit(*rule, rule->heads[0].atom, group, false);
+            std::optional<Fitted> fitted = e_.fit(*rule, rule->heads[0].atom, group, false);
             if (!fitted) continue;
+            tell_apart(*fitted);
             if (const std::string why = e_.cannot(fitted->body); !why.empty()) {
                 node(i).ways.push_back(e_.way_of(*rule));
                 node(i).ways.back().note = "this rule cannot be looked up: " + why;

@@ -58,42 +58,6 @@ std::vector<HeadOf> heads_of(const check::Program& program, PredicateId p, RuleK
     return out;
 }
 
-Apart::Apart(const check::Program& program, const HeadOf& head) : rule_(*head.rule), head_(head) {
-    head_.rule = &rule_;
-    const auto variable = [&](const Term& like) {
-        Term out{.op = Op::Variable, .type = like.type, .span = like.span};
-        out.variable = rule_.variables.add({"_", like.span, like.type});
-        return out;
-    };
-    Clauses more;
-    for (Clause& c : head_.clauses) {
-        if (c.kind == Clause::Kind::Element) known_by_.push_back(c.variable);
-        if (c.kind != Clause::Kind::Atom) continue;
-        for (Term& t : c.atom.arguments) {
-            if (!t.is_variable()) {
-                Term same{.op = Op::Equal, .type = check::Type::Bool};
-                same.operands = {variable(t), t};
-                if (t.op != Op::Anonymous) more.push_back(test_of(same));
-                t = same.operands[0];
-            }
-            known_by_.push_back(t.variable);
-        }
-    }
-    head_.clauses.insert(head_.clauses.end(), more.begin(), more.end());
-    const Atom& made = head.head->atom;
-    const check::Predicate& p = program.predicates[made.predicate];
-    for (std::size_t a = 0; a < made.arguments.size(); ++a)
-        // What is counted is not computed.
-        if (p.aggregate != check::Aggregate::Count || a != p.aggregate_at)
-            check::each_variable(made.arguments[a], [&](VariableId v) { known_by_.push_back(v); });
-}
-
-Environment Apart::known(const Environment& env) const {
-    Environment out(env.size());
-    for (const VariableId v : known_by_) out[v.index()] = env[v.index()];
-    return out;
-}
-
 bool beyond_states(const Term& term) {
     bool any = false;
     check::each_subterm(term, [&](const Term& t) {

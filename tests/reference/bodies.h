@@ -13,7 +13,6 @@
 namespace meld::reference {
 
 using Clauses = std::vector<check::Clause>;
-using check::VariableId;
 
 // A head of a rule, with what must be satisfied for it: the rule's body, then the bodies and conditions around the head.
 struct HeadOf {
@@ -25,24 +24,6 @@ struct HeadOf {
 // Those that give facts of a predicate: of the rules that derive, or of linear rules; in the order of the text.
 enum class RuleKind { View, Linear };
 std::vector<HeadOf> heads_of(const check::Program& program, PredicateId p, RuleKind kind);
-
-// A head that waits, of a predicate for which each derivation counts: the same with a variable for everything that tells one derivation
-// from another. These are the facts of the body, elements of lists, and the head; what is computed beside them may change meanwhile.
-class Apart {
-  public:
-    Apart(const check::Program& program, const HeadOf& head);
-    Apart(const Apart&) = delete;
-    Apart& operator=(const Apart&) = delete;
-
-    const HeadOf& head() const { return head_; }
-    // Of what a derivation is known by.
-    Environment known(const Environment& env) const;
-
-  private:
-    check::Rule rule_;
-    HeadOf head_;
-    std::vector<VariableId> known_by_;
-};
 
 // In which states a body is read. Spread: what is behind k links is that of k ticks before, as far as it takes to come here.
 struct When {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apart.h"
 #include "judge.h"
 
 namespace meld::reference {

@@ -4,6 +4,8 @@
 #include <set>
 #include <utility>
 
+#include "apart.h"
+
 namespace meld::reference {
 
 using check::Clause;
@@ -95,17 +97,7 @@ void Ticks::tell_apart() {
         const Rule& rule = program_.rules[id];
         if (rule.linear || rule.heads[0].delay.op == check::Op::Anonymous || !program_.predicates[rule.heads[0].atom.predicate].needs_all())
             continue;
-        Rule named = rule;
-        for (Clause& c : named.body) {
-            if (c.kind == Clause::Kind::Element) c.position = named.variables.add({"_", c.span, check::Type::Int});
-            if (!finds_facts(c)) continue;
-            for (check::Term& t : c.atom.arguments) {
-                if (t.op != check::Op::Anonymous) continue;
-                t.op = check::Op::Variable;
-                t.variable = named.variables.add({"_", t.span, t.type});
-            }
-        }
-        counted_.emplace(id, std::move(named));
+        counted_.emplace(id, told_apart(rule));
     }
 }
 

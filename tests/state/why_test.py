@@ -363,6 +363,16 @@ renewed(A, N)@+5 :- N = count : { given(A, _) }, next(A, N + 1).
             out, _ = self.call("meldsim", "why", "p.meld", fact, "--world", "p.toml", "--tick", tick, "--json")
             self.assertEqual([way["note"] for way in json.loads(out)["nodes"][0]["ways"]], [note])
 
+    def test_an_element_that_waits_is_known_by_its_place(self):
+        """6 comes between 5 and 7 in tick 6."""
+        self.write("p.meld", "type given(node, int).\ntype later(node, sum int).\ngiven(A, 5). given(A, 7).\n"
+                             "given(A, 6) :- tick(A, T), T > 5.\nlater(A, X)@+3 :- L = collect G : { given(A, G) }, X in L.\n")
+        self.write("p.toml", self.PAIR)
+        for tick, total, values in ((5, 12, (5, 7)), (6, 5, (5,)), (9, 18, (5, 6, 7))):
+            out, _ = self.call("meldsim", "why", "p.meld", f"later(@0, {total})", "--world", "p.toml", "--tick", tick, "--json")
+            notes = [way["note"] for way in json.loads(out)["nodes"][0]["ways"]]
+            self.assertEqual(notes, [f"gives later(@0, {value})" for value in values])
+
     def test_one_firing_is_one_way_by_whichever_head(self):
         self.write("p.meld", "type linear a(node, int).\ntype linear b(node, int).\ntype linear start(node).\nstart(@0).\n"
                              "start(A) -o { B | !neighbor(A, B) | a(B, 7) }.\na(A, X) -o b(A, X), if X > 2 then b(A, X) end.\n")
