@@ -61,7 +61,7 @@ void RuleEmitter::match_here(const Match& s) {
     }
     // Rows may be replaced while a comprehension acts, so the fact is copied.
     w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
-    last_fact_ = f;
+    scope_.last_fact = f;
     if (s.ranks) scope_.ranks.push_back(f + ".rank");
     if (stored.storage == Storage::PerLink) return match_link(s, f);
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
@@ -142,12 +142,12 @@ void RuleEmitter::step(const plan::ChangeSince& s) {
             others += " && " + equal(plan_.program.predicates[s.predicate].arguments[i].type, "a." + field_name(i), "b." + field_name(i));
     }
     MELD_EXPECT(!value.empty(), "rule {}: no argument of {} changes", scope_.rule.name, name);
-    MELD_EXPECT(!last_fact_.empty(), "rule {}: no fact has been matched", scope_.rule.name);
+    MELD_EXPECT(!scope_.last_fact.empty(), "rule {}: no fact has been matched", scope_.rule.name);
     const std::string change = fresh("change");
     w_.line(
         "const double {0} = change_of(*s.e, s.{1}, {2}, []([[maybe_unused]] const {3}& a, [[maybe_unused]] const {3}& b) {{ return {4}; "
         "}}, [](const {3}& r) {{ return {5}; }});",
-        change, name, last_fact_, row, others, value);
+        change, name, scope_.last_fact, row, others, value);
     const char* sign = s.compare == Op::Equal          ? "=="
                        : s.compare == Op::NotEqual     ? "!="
                        : s.compare == Op::Less         ? "<"

@@ -199,7 +199,6 @@ class RuleEmitter {
     bool leaves_out_ = false;
     bool sweeping_ = false;  // Within sweep().
     bool marks_ = false;     // As for linear().
-    std::string last_fact_;  // The C++ name of the row that was matched last.
     struct Changed {
         std::string row, gone;  // C++: the row, and whether it holds no longer.
     };

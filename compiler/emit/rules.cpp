@@ -197,6 +197,7 @@ void RuleEmitter::restore(const Scope& before) {
     scope_.places = before.places;
     scope_.ranks = before.ranks;
     scope_.kept = before.kept;
+    scope_.last_fact = before.last_fact;
 }
 
 void RuleEmitter::comment(const check::Rule& rule) {

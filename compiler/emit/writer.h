@@ -90,6 +90,7 @@ struct Scope {
     std::string caller = {};              // In a function: the C++ name of the rule that called it.
     // Terms of which the text is not to be made from their parts: they are computed once for several matches.
     std::map<const check::Term*, std::string> kept = {};
+    std::string last_fact = {};  // The C++ name of the row that was matched last.
 
     std::string value(plan::VariableId v) const;  // D_4, or the id of a place.
     std::string at(plan::VariableId v) const;     // The catom index of a place.
