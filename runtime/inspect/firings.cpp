@@ -119,7 +119,7 @@ class Finder {
                                          .tick = e_.states().tick - static_cast<i64>(age)});
                 }
             // Several heads of a rule may give the same fact: that is one firing.
-            std::string key = fmt::format("{}:{}@{}", way.file, way.line, way.catom.value_or(0));
+            std::string key = fmt::format("{}:{}: {} @{}", way.file, way.line, way.text, way.catom.value_or(0));
             for (const Part& part : way.parts) key += fmt::format(", {} in {}", part.text, part.tick.value_or(0));
             if (!seen_.insert(std::move(key)).second || ++found_.count > kMostWays) return true;
             found_.ways.push_back(std::move(way));

@@ -265,7 +265,7 @@ class WhyJudge {
         return std::ranges::any_of(past_.given_ever()[fact.predicate.index()], [&](const Row& row) { return fact.fits(row); });
     }
     static bool same(const Way& a, const Way& b) {
-        return a.rule == b.rule && a.file == b.file && a.line == b.line && a.catom == b.catom &&
+        return a.text == b.text && a.file == b.file && a.line == b.line && a.catom == b.catom &&
                std::ranges::equal(a.parts, b.parts, [](const Part& p, const Part& q) { return p.text == q.text && p.tick == q.tick; });
     }
     bool maker(const Way& w, const std::vector<HeadOf>& makers, const Pattern& fact, std::int64_t tick) {
