@@ -40,7 +40,7 @@ class WayJudge {
     // Every way in which a rule derives something at a catom.
     void each_derivation(const HeadOf& head, std::int64_t catom, const When& when,
                          const std::function<void(const Row&, const Environment&)>& visit) const;
-    // The same of a head of which each derivation counts, also the same one more often; of one with a delay, those that have waited.
+    // The same where each derivation counts for itself: of a head with a delay, only those that have waited.
     void each_counted(const HeadOf& head, std::int64_t catom, const When& when,
                       const std::function<void(const Row&, const Environment&)>& visit) const;
 

@@ -140,18 +140,21 @@ class AtATerminal(DebugTest):
         self.say("\x04")
         self.ends(0)
 
+    def goes_on_and_ends(self):
+        self.expect("tick 0> ")
+        self.say("step 2\n")
+        self.expect("tick 2\r\n")
+        self.expect("tick 2> ")
+        self.say("\x04")
+        self.ends(0)
+
     def test_ctrl_c_at_the_prompt_is_over_with_the_prompt(self):
         for processes in (1, 2):
             self.start(GRADIENT, "-n", processes)
             for _ in range(2):
                 self.expect("tick 0> ")
                 self.say("\x03")
-            self.expect("tick 0> ")
-            self.say("step 2\n")
-            self.expect("tick 2\r\n")
-            self.expect("tick 2> ")
-            self.say("\x04")
-            self.ends(0)
+            self.goes_on_and_ends()
 
     def test_ctrl_c_as_soon_as_there_is_a_prompt(self):
         """All processes share one core, so that some are slow to come as far as the one that shows the prompt."""
@@ -159,12 +162,7 @@ class AtATerminal(DebugTest):
             self.start(GRADIENT, "-n", 2, cores=1)
             self.expect("tick 0> ")
             self.say("\x03")
-            self.expect("tick 0> ")
-            self.say("step 2\n")
-            self.expect("tick 2\r\n")
-            self.expect("tick 2> ")
-            self.say("\x04")
-            self.ends(0)
+            self.goes_on_and_ends()
 
     def test_sigterm_ends_a_session(self):
         for processes in (1, 2):
