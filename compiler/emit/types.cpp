@@ -113,6 +113,20 @@ void emit_combine(const Predicate& p, Writer& w) {
     w.close();
 }
 
+// What tells apart the facts of a round: the last argument, and whether all others are alike.
+void emit_alike(const Predicate& p, const std::vector<std::size_t>& arguments, Writer& w) {
+    std::string alike;
+    for (std::size_t i = 0; i + 1 < arguments.size(); ++i)
+        alike += fmt::format("{}a.{name} == b.{name}", i == 0 ? "" : " && ", fmt::arg("name", field_name(arguments[i])));
+    const bool compound = std::ranges::any_of(arguments, [&](std::size_t f) { return p.arguments[f].type.compound(); });
+    if (compound) return;
+    w.line("static constexpr auto kLast = &Row::{};", field_name(arguments.back()));
+    if (alike.empty())
+        w.raw("static bool alike(const Row&, const Row&) { return true; }");
+    else
+        w.line("static bool alike(const Row& a, const Row& b) {{ return {}; }}", alike);
+}
+
 // The members of the struct that describes a predicate's rows.
 std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
@@ -149,6 +163,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
         return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b";
     };
     w.line("static int key({}) {{ {} }}", signature(fields.key), chained_compare(p, fields.key));
+    if (p.linear() && !fields.key.empty()) emit_alike(p, fields.key, w);
     const bool front = p.front != Aggregate::None;
     const bool ordered = keeps_best(picked.value_or(p.aggregate)) || front;
     w.line("static bool better({}) {{ return {}; }}", signature(ordered ? std::vector{p.aggregate_at} : std::vector<std::size_t>{}),

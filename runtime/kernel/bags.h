@@ -3,12 +3,7 @@
 
 #include "runtime/kernel/neighbours.h"
 #include "runtime/kernel/relation.h"
-
-#ifdef __clang__
-#define MELD_UNROLLED _Pragma("clang loop unroll(full)")
-#else
-#define MELD_UNROLLED
-#endif
+#include "runtime/kernel/sort_few.h"
 
 namespace meld {
 
@@ -166,44 +161,6 @@ void send_row(Eval& e, u32 to, u16 predicate, u16 column, const Row& row, Letter
     if (static_cast<u64>(out.next - entry) == sent_bytes(sizeof(Row)) + sizeof to) letter = {entry, out.next};
 }
 
-// Sorts N rows. Mostly one from each neighbour, in any order: to count how many are before each takes more comparisons than insertion, but
-// no branch that the processor would have to guess.
-template <class T, u32 N>
-void count_places(typename T::Row* rows) {
-    typename T::Row copy[N];
-    u32 place[N] = {};
-    MELD_UNROLLED
-    for (u32 i = 0; i < N; ++i) copy[i] = rows[i];
-    MELD_UNROLLED
-    for (u32 i = 1; i < N; ++i) {
-        MELD_UNROLLED
-        for (u32 k = 0; k < i; ++k) {
-            const u32 before = T::key(copy[i], copy[k]) < 0;
-            place[k] += before;
-            place[i] += 1 - before;
-        }
-    }
-    MELD_UNROLLED
-    for (u32 i = 0; i < N; ++i) rows[place[i]] = copy[i];
-}
-
-// Sorts a few rows. Short: their comparison is a few instructions, and so is their copy.
-template <class T, bool Short>
-void sort_few(typename T::Row* rows, u32 count) {
-    using Row = typename T::Row;
-    if constexpr (Short) {
-        if (count == 4) return count_places<T, 4>(rows);
-        if (count == 5) return count_places<T, 5>(rows);
-        if (count == 6) return count_places<T, 6>(rows);
-    }
-    for (u32 i = 1; i < count; ++i) {
-        const Row row = rows[i];
-        u32 at = i;
-        for (; at > 0 && T::key(row, rows[at - 1]) < 0; --at) rows[at] = rows[at - 1];
-        rows[at] = row;
-    }
-}
-
 inline bool any_neighbour(const i32* neighbours, i32 ports) {
     for (i32 port = 0; port < ports; ++port)
         if (neighbours[port] >= 0) return true;
@@ -211,7 +168,8 @@ inline bool any_neighbour(const i32* neighbours, i32 ports) {
 }
 // Sends it to all neighbours of the catom under evaluation, written once. Lattice: `neighbours` are those of a lattice (neighbours.h).
 template <bool Lattice, class Row>
-void send_to_neighbours(Eval& e, const i32* neighbours, i32 ports, u16 predicate, u16 column, const Row& row) {
+[[gnu::always_inline]] inline void send_to_neighbours(Eval& e, const i32* neighbours, i32 ports, u16 predicate, u16 column,
+                                                      const Row& row) {
     Outgoing& out = e.outgoing[column];
     constexpr u64 size = sent_bytes(sizeof(Row));
     const u64 room = sizeof(u32) * static_cast<u64>(Lattice ? kNeighbourRoom : ports);
@@ -265,13 +223,16 @@ void arrange_rows(void* to, const void* before, u32 held_count, u32 count) {
     }
 }
 
-// Writes what is left of linear facts without lists: in place, if it stays in its block (RowPool::fits).
+// Whether rows stay in a block of this capacity (RowPool::fits).
+inline bool fits_block(u32 count, u32 capacity, u64 row_bytes) {
+    return count > 0 && count <= capacity && (count * 4 >= capacity || capacity * row_bytes <= 64);
+}
+
+// Writes what is left of linear facts without lists: in place, if it stays in its block.
 template <class Row>
 void store_rows(Eval& e, u16 column, const RowList<Row>& list) {
     RowsHead& head = reinterpret_cast<RowsHead*>(e.subdomain->columns[column])[e.catom];
-    const bool fits =
-        list.count > 0 && list.count <= head.capacity && (list.count * 4 >= head.capacity || head.capacity * sizeof(Row) <= 64);
-    if (fits) {
+    if (fits_block(list.count, head.capacity, sizeof(Row))) {
         Row* const rows = reinterpret_cast<Row*>(head.data);
         for (u32 i = 0; i < list.count; ++i) rows[i] = list.rows[i];
         head.count = list.count;
