@@ -116,6 +116,10 @@ class Evaluator {
     void each_sent(u16 column, const Visit& visit) const {
         for (const Outbox* outbox : outboxes_) outbox->each(column, visit);
     }
+    template <class Visit>
+    void each_sent_entry(u16 column, const Visit& visit) const {
+        for (const Outbox* outbox : outboxes_) outbox->each_entry(column, visit);
+    }
     // Whether a sent row of the column points to a stored list. The others are in arenas, one a thread, which go with the rows: hands them
     // over in exchange for others, which end.
     bool shares_lists(u16 column) const {

@@ -39,20 +39,26 @@ class Outbox {
     bool shares(u16 column) const { return columns_[column].shares; }
     void share(u16 column) { columns_[column].shares = true; }
 
-    // Calls visit(to, from, const u8* row) for each row of a column, in the order of sending.
+    // Calls visit(const u32* to, receivers, from, const u8* row) for each entry of a column, in the order of sending.
     template <class Visit>
-    void each(u16 column, const Visit& visit) const {
+    void each_entry(u16 column, const Visit& visit) const {
         const Column& c = columns_[column];
         for (std::size_t i = 0; i < c.used; ++i) {
             const u8* const end = i + 1 == c.used ? places_[column].next : c.chunks[i].bytes.get() + c.chunks[i].filled;
             for (const u8* at = c.chunks[i].bytes.get(); at != end;) {
                 const auto [from, receivers] = *reinterpret_cast<const SentRow*>(at);
-                const u8* const row = at + sizeof(SentRow);
                 const auto* const to = reinterpret_cast<const u32*>(at + c.row_bytes);
-                for (u32 k = 0; k < receivers; ++k) visit(to[k], from, row);
-                at += c.row_bytes + std::size_t{receivers} * sizeof(u32);
+                visit(to, receivers, from, at + sizeof(SentRow));
+                at = reinterpret_cast<const u8*>(to + receivers);
             }
         }
+    }
+    // Calls visit(to, from, const u8* row) for each row.
+    template <class Visit>
+    void each(u16 column, const Visit& visit) const {
+        each_entry(column, [&](const u32* to, u32 receivers, u32 from, const u8* row) {
+            for (u32 k = 0; k < receivers; ++k) visit(to[k], from, row);
+        });
     }
     // Rows, one for each receiver.
     std::size_t count(u16 column) const { return places_[column].sent; }

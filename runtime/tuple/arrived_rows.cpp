@@ -52,8 +52,24 @@ void ArrivedRows::end(Workers& workers) {
     workers_.resize(std::max(workers_.size(), static_cast<std::size_t>(workers.threads())));
     const std::size_t blocks = (receivers_.size() + kReceivers - 1) / kReceivers;
     workers.run(blocks, [&](int worker, std::size_t block) {
+        RowsHead* const heads = this->heads(column_);
+        const auto arrange = module_.columns[column_].arrange;
         const std::size_t to = std::min(receivers_.size(), (block + 1) * kReceivers);
-        for (std::size_t i = block * kReceivers; i < to; ++i) leave(i, worker);
+        for (std::size_t i = block * kReceivers; i < to; ++i) {
+            RowsHead& head = heads[receivers_[i]];
+            const u32 count = starts_[i + 1] - starts_[i];
+            if (head.count != 0 || head.capacity != 0 || count > kFew) {
+                leave(i, worker);
+                continue;
+            }
+            // Mostly, so here: a few rows for a catom that holds none.
+            MELD_ASSERT(counts_[receivers_[i]] == starts_[i + 1], "catom {} got {} rows more than were counted", receivers_[i],
+                        i64{counts_[receivers_[i]]} - i64{starts_[i + 1]});
+            counts_[receivers_[i]] = 0;
+            u8* const rows = filling_.bytes.get() + std::size_t{starts_[i]} * row_bytes_;
+            if (count > 1) arrange(rows, nullptr, 0, count);
+            head = {count, 0, rows};
+        }
     });
     for (Worker& worker : workers_) filling_.owns_lists |= std::exchange(worker.owns_lists, false);
     move_what_is_left(column_);
@@ -65,10 +81,11 @@ void ArrivedRows::end(Workers& workers) {
 // Its block will be filled again, or freed.
 void ArrivedRows::move_what_is_left(u16 column) {
     Block& block = blocks_[column];
+    const RowsHead* const heads = this->heads(column);
+    const u8 *const begin = block.bytes.get(), *const end = begin + block.size;
     for (const u32 catom : block.receivers) {
-        const RowsHead& head = heads(column)[catom];
-        if (head.capacity == 0 && head.data >= block.bytes.get() && head.data < block.bytes.get() + block.size)
-            columns_.set_rows(column, catom, head.data, head.count, 0);
+        const RowsHead& head = heads[catom];
+        if (head.capacity == 0 && head.data >= begin && head.data < end) columns_.set_rows(column, catom, head.data, head.count, 0);
     }
     columns_.release_dropped(0);
     block.receivers.clear();
@@ -94,11 +111,6 @@ void ArrivedRows::leave(std::size_t receiver, int pool) {
                 i64{counts_[catom]} - i64{starts_[receiver + 1]});
     counts_[catom] = 0;
     u8* const rows = filling_.bytes.get() + std::size_t{starts_[receiver]} * row_bytes_;
-    if (head.count == 0 && head.capacity == 0 && count <= kFew) {
-        column.arrange(rows, nullptr, 0, count);
-        head = {count, 0, rows};
-        return;
-    }
     Worker& worker = workers_[static_cast<std::size_t>(pool)];
     const bool many = count - head.count > kFew;
     if (many) sort_many(rows + std::size_t{head.count} * row_bytes_, count - head.count, worker);

@@ -25,17 +25,27 @@ class ArrivedRows {
     // ---- one delivery, in this order
     // shares: some rows point to stored lists.
     void open(u16 column, bool shares);
-    void count(u32 catom) {
-        if (counts_[catom]++ == 0) receivers_.push_back(catom);
+    // A function to call for all rows in turn: counts one for each of these catoms that is `here`. It is a value of its own, so that a loop
+    // over many rows has all of it in registers.
+    template <class Here>
+    auto counter(Here here) {
+        return [counts = counts_.data(), &receivers = receivers_, here](const u32* catoms, u32 count) {
+            for (u32 k = 0; k < count; ++k)
+                if (here(catoms[k]) && counts[catoms[k]]++ == 0) receivers.push_back(catoms[k]);
+        };
     }
     void make_room();
-    // The same rows again; Bytes: of a row, or 0. The row is copied; its lists are in lists(), or stored and the caller's.
-    template <u32 Bytes = 0>
-    u8* place(u32 catom, const u8* row) {
-        const std::size_t size = Bytes == 0 ? row_bytes_ : Bytes;
-        u8* const at = filling_.bytes.get() + counts_[catom]++ * size;
-        std::memcpy(at, row, size);
-        return at;
+    // The same for the copies: one for each catom that is `here`; lists of the row are in lists(), or stored and the caller's. Bytes: of a
+    // row, or 0. The function returns where the last copy is.
+    template <u32 Bytes, class Here>
+    auto placer(Here here) {
+        return [rows = filling_.bytes.get(), next = counts_.data(), bytes = row_bytes_, here](const u32* catoms, u32 count, const u8* row) {
+            const std::size_t size = Bytes == 0 ? bytes : Bytes;
+            u8* at = nullptr;
+            for (u32 k = 0; k < count; ++k)
+                if (here(catoms[k])) std::memcpy(at = rows + next[catoms[k]]++ * size, row, size);
+            return at;
+        };
     }
     // Where lists of these rows are; what is there when a delivery is opened may be used again.
     std::vector<Arena>& lists() { return filling_.lists; }

@@ -39,7 +39,7 @@ void Exchange::run() {
     }
     if (subdomain_.alone()) {
         for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
-        subdomain_.facts_.deliver_sent(subdomain_.geometry());
+        subdomain_.facts_.deliver_sent(subdomain_.geometry(), true);
         send_far();
         send_births();
         bear();
@@ -49,7 +49,7 @@ void Exchange::run() {
     std::vector<comm::Packet> packets = comm::take_packets(packets_);
     for (const comm::Packet& packet : packets) sent_bytes_ += packet.bytes.size();
     const std::vector<comm::Packet> received = subdomain_.comm.exchange(std::move(packets));
-    subdomain_.facts_.deliver_sent(subdomain_.geometry());
+    subdomain_.facts_.deliver_sent(subdomain_.geometry(), false);
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
     for (const comm::Packet& packet : received) unpack(packet, arguments, lists);

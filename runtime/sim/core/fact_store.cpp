@@ -58,47 +58,53 @@ void FactStore::give_all(u32 predicate, u32 catom, std::vector<const Value*>& fa
     }
 }
 
-void FactStore::deliver_sent(const Geometry& geometry) {
+void FactStore::deliver_sent(const Geometry& geometry, bool everyone) {
     bool any = false;
     for (const u16 predicate : evaluator.linear_predicates()) {
         const u16 column = module_.predicates[predicate].column;
         if (!evaluator.sent_rows(column)) continue;
-        deliver_rows(column, geometry);
+        if (everyone)
+            deliver_rows(column, [](u32) { return true; });
+        else
+            deliver_rows(column, [state = geometry.catom_state](u32 to) { return state[to] == kCatomOwned; });
         any = true;
     }
     if (!any) columns.arrived().rest();
 }
 
-void FactStore::deliver_rows(u16 column, const Geometry& geometry) {
+template <class Here>
+void FactStore::deliver_rows(u16 column, Here here) {
     tuple::ArrivedRows& arrived = columns.arrived();
     const ColumnInfo& info = module_.columns[column];
-    const auto here = [&](u32 to) { return geometry.catom_state[to] == kCatomOwned; };
     const bool shares = info.list_count > 0 && evaluator.shares_lists(column);
     arrived.open(column, shares);
-    evaluator.each_sent(column, [&](u32 to, u32, const u8*) {
-        if (here(to)) arrived.count(to);
-    });
+    evaluator.each_sent_entry(column,
+                              [count = arrived.counter(here)](const u32* to, u32 receivers, u32, const u8*) { count(to, receivers); });
     arrived.make_room();
     const auto place = [&](auto bytes) {
-        evaluator.each_sent(column, [&](u32 to, u32, const u8* row) {
-            if (!here(to)) return;
-            u8* const placed = arrived.place<bytes>(to, row);
-            if (shares) columns.share_lists(column, placed, 1);
-        });
+        evaluator.each_sent_entry(
+            column, [place = arrived.placer<bytes>(here)](const u32* to, u32 receivers, u32, const u8* row) { place(to, receivers, row); });
     };
-    // A copy of a length known at compile time is a few instructions.
-    switch (info.row_bytes) {
-        case 8:
-            place(std::integral_constant<u32, 8>{});
-            break;
-        case 16:
-            place(std::integral_constant<u32, 16>{});
-            break;
-        case 24:
-            place(std::integral_constant<u32, 24>{});
-            break;
-        default:
-            place(std::integral_constant<u32, 0>{});
+    if (shares) {
+        const auto place_one = arrived.placer<0>(here);
+        evaluator.each_sent(column, [&](u32 to, u32, const u8* row) {
+            if (u8* const placed = place_one(&to, 1, row)) columns.share_lists(column, placed, 1);
+        });
+    } else {
+        // A copy of a length known at compile time is a few instructions.
+        switch (info.row_bytes) {
+            case 8:
+                place(std::integral_constant<u32, 8>{});
+                break;
+            case 16:
+                place(std::integral_constant<u32, 16>{});
+                break;
+            case 24:
+                place(std::integral_constant<u32, 24>{});
+                break;
+            default:
+                place(std::integral_constant<u32, 0>{});
+        }
     }
     if (info.list_count > 0) evaluator.hand_over_lists(column, arrived.lists());
     arrived.end(workers_);

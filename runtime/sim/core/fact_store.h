@@ -32,8 +32,9 @@ class FactStore {
     // catoms of different blocks of the agenda.
     bool give(u32 predicate, u32 catom, const Value* arguments, int worker = 0);
     void give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts);
-    // Gives the rows that catoms of this process have sent in the last evaluation to their receivers here, which are marked.
-    void deliver_sent(const Geometry& geometry);
+    // Gives the rows that catoms of this process have sent in the last evaluation to their receivers here, which are marked. everyone: all
+    // catoms are here.
+    void deliver_sent(const Geometry& geometry, bool everyone);
     bool take(u32 predicate, u32 catom, const Value* arguments, int worker = 0);
     // The same from all workers at once, for different catoms; the caller marks them.
     bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
@@ -74,7 +75,9 @@ class FactStore {
     eval::Evaluator evaluator;
 
   private:
-    void deliver_rows(u16 column, const Geometry& geometry);
+    // here(catom): whether it is owned.
+    template <class Here>
+    void deliver_rows(u16 column, Here here);
     u64 own_dirty(u32 predicate) const { return module_.columns[module_.predicates[predicate].column].own_dirty; }
     // A given fact is private to its catom; the planner derives from it what neighbours may read.
     void check_given(u32 predicate) const;

@@ -54,11 +54,14 @@ class Arrivals : public testing::Test {
     void arrive(const std::vector<std::pair<u32, i64>>& rows) {
         ArrivedRows& arrived = columns_->arrived();
         arrived.open(0, false);
-        for (const auto& [to, n] : rows) arrived.count(to);
+        const auto here = [](u32) { return true; };
+        const auto count = arrived.counter(here);
+        for (const auto& [to, n] : rows) count(&to, 1);
         arrived.make_room();
+        const auto place = arrived.placer<sizeof(Token::Row)>(here);
         for (const auto& [to, n] : rows) {
             const Token::Row row{n};
-            arrived.place(to, reinterpret_cast<const u8*>(&row));
+            place(&to, 1, reinterpret_cast<const u8*>(&row));
         }
         arrived.end(workers_);
     }
