@@ -55,7 +55,11 @@ Result<std::vector<std::uint32_t>> read_programs(const std::string& path, const 
 }
 
 // -O2 takes half as long again to compile, and its code runs some 7 % faster: worth it as long as nobody waits for it.
-int optimisation_for(const std::string& cpp) { return cpp.size() < kLongModule ? 2 : 1; }
+// Where linear rules are there twice, the second time makes it no longer: few rules have that, and these are evaluated most.
+int optimisation_for(const std::string& cpp, const plan::Plan& plan) {
+    constexpr std::size_t kRulesAgain = 10'000;
+    return cpp.size() < kLongModule + (plan.singles.apply() ? kRulesAgain : 0) ? 2 : 1;
+}
 
 // Does the work; after a second, prints what is being done and how long it has taken.
 void with_progress(const std::string& what, const std::function<void()>& work) {
@@ -86,7 +90,7 @@ void with_progress(const std::string& what, const std::function<void()>& work) {
 Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const CompileOptions& options) {
     BuildOptions build_options;
     if (!options.cache_dir.empty()) build_options.cache_dir = options.cache_dir;
-    build_options.optimisation = options.optimisation.value_or(optimisation_for(cpp));
+    build_options.optimisation = options.optimisation.value_or(optimisation_for(cpp, plan));
     build_options.headers = module_headers();
     build_options.extern_header = kExtern;
     for (const std::string& path : options.link) {

@@ -13,6 +13,7 @@ std::string emit_module(const plan::Plan& plan) {
     if (plan.counts) w.raw("#define MELD_COUNTS");
     if (plan.program.by_links) w.raw("#define MELD_BY_LINKS");
     w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
+    if (plan.singles.apply()) w.raw("#include \"runtime/kernel/singles.h\"");
     if (keeps_fronts(plan)) w.raw("#include \"runtime/kernel/fronts.h\"");
     if (plan.counts) w.raw("#include \"runtime/kernel/counts.h\"");
     if (plan.places) w.raw("#include \"runtime/abi/counts_abi.h\"");
@@ -33,6 +34,7 @@ std::string emit_module(const plan::Plan& plan) {
     for (const RulePlan& r : plan.initial_facts) emit_linear_rule(plan, r, true, w);
     const bool marks = !fixed_marks(plan);
     for (const RulePlan& r : plan.linear_rules) emit_linear_rule(plan, r, marks, w);
+    emit_singles(plan, w);
     emit_strata(plan, w);
     emit_concerned(plan, w);
     emit_stops(plan, w);

@@ -38,12 +38,12 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
 
 // Fires the i-th linear rule, if something it reads has changed since it was last tried. Each rule has a call of its own instead of a
 // place in a table, so that the functions of short modules are inlined. `fixed`: as fixed_marks().
-void emit_try(const plan::Plan& plan, std::size_t i, bool fixed, Writer& w) {
+void emit_try(const plan::Plan& plan, std::size_t i, bool fixed, const std::string& call, const std::string& stop, Writer& w) {
     const RulePlan& r = plan.linear_rules[i];
     w.open(fmt::format("if (active[{}] >> {} & 1) {{", i / 64, i % 64));
     w.line("e.rule = {};", r.rule.index());
     if (plan.places) w.line("note_place(e, {});", r.rule.index());
-    w.line("fired = {}(s);", rule_function(plan.program, r.rule));
+    w.line("fired = {}{};", rule_function(plan.program, r.rule), call);
     if (const std::optional<Marks> marks = fixed ? marks_of(plan, r) : std::nullopt) {
         for (std::size_t word = 0; word * 64 < plan.linear_rules.size(); ++word) {
             std::uint64_t woken = 0;
@@ -52,7 +52,7 @@ void emit_try(const plan::Plan& plan, std::size_t i, bool fixed, Writer& w) {
             if (woken != 0) w.line("if (fired) active[{}] |= {};", word, hex(woken));
         }
     }
-    w.raw("if (fired || e.trap != Trap::None) break;");
+    w.line("if (fired || e.trap != Trap::None{}) break;", stop);
     w.line("active[{}] &= ~(u64{{1}} << {});", i / 64, i % 64);
     w.close();
 }
@@ -72,11 +72,8 @@ void emit_active(const plan::Plan& plan, bool consumed, Writer& w) {
     }
 }
 
-void emit_linear_rules(const plan::Plan& plan, Writer& w) {
-    const bool fixed = fixed_marks(plan);
-    w.line("u64 active[{}] = {{}};", (plan.linear_rules.size() + 63) / 64);
-    w.raw("s.fired = 0;");
-    if (fixed) emit_active(plan, false, w);
+// The linear rules in order, each firing followed by the views.
+void emit_firings(const plan::Plan& plan, bool fixed, Writer& w) {
     w.open("for (;;) {");
     emit_views(plan, w);
     if (plan::may_fail(plan)) w.raw("if (e.undefined != 0) [[unlikely]] stop_where(e, [&](u32 failed) { return would_read(s, failed); });");
@@ -87,7 +84,7 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     }
     w.raw("bool fired = false;");
     w.open("do {");
-    for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, fixed, w);
+    emit_tries(plan, fixed, "(s)", "", w);
     w.close("} while (false);");
     w.raw("if (!fired || e.trap != Trap::None) break;");
     w.raw("if (++s.fired > e.subdomain->max_derivations)");
@@ -97,6 +94,29 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
         w.raw("s.raised = 0;");
     }
     w.raw("s.again = true;");
+    w.close();
+}
+
+void emit_linear_rules(const plan::Plan& plan, Writer& w) {
+    const bool fixed = fixed_marks(plan);
+    w.line("u64 active[{}] = {{}};", words_of_rules(plan));
+    w.raw("s.fired = 0;");
+    if (fixed) emit_active(plan, false, w);
+    if (plan.singles.apply())
+        // Initial facts are in lists.
+        w.line("if ({}e.tells_firings || !evaluate_singles(s, active)) evaluate_lists(s, active);",
+               plan.initial_facts.empty() ? "" : "(todo & kDirtyBorn) != 0 || ");
+    else
+        emit_firings(plan, fixed, w);
+}
+
+// Where facts may be variables, the code for lists of them is out of the way.
+void emit_lists(const plan::Plan& plan, Writer& w) {
+    if (!plan.singles.apply()) return;
+    w.raw("");
+    w.open(fmt::format("[[gnu::noinline]] static void evaluate_lists(Self& s, u64 (&active)[{}]) {{", words_of_rules(plan)));
+    w.raw("Eval& e = *s.e;");
+    emit_firings(plan, true, w);
     w.close();
 }
 
@@ -226,8 +246,13 @@ void emit_look_closer(const plan::Plan& plan, Writer& w) {
 
 }  // namespace
 
+void emit_tries(const plan::Plan& plan, bool fixed, const std::string& call, const std::string& stop, Writer& w) {
+    for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) emit_try(plan, i, fixed, call, stop, w);
+}
+
 void emit_evaluate(const plan::Plan& plan, Writer& w) {
     emit_actions(plan, w);
+    emit_lists(plan, w);
     emit_catom(plan, w);
     const bool ahead = !plan.program.by_links;
     const bool closer = ahead && follows_rows(plan);

@@ -206,6 +206,9 @@ void RuleEmitter::head(const MakeFact& h) {
         send(h);
     } else if (sweeping_ && h.predicate == rule_plan_.sweep.state) {
         next_state(h);
+    } else if (single_) {
+        make_row(h);
+        w_.line("one.{}.put(*s.e, row);", predicate_name(plan_.program, h.predicate));
     } else {
         const std::string name = predicate_name(plan_.program, h.predicate);
         w_.line("load_{}(s);", name);

@@ -11,7 +11,7 @@ void RuleEmitter::step(const Match& s) {
     if (p.world != WorldSource::None) return match_world(s, p.world);
     if (s.changed) return match_changed(s);
     if (!s.at_site) return match_remote(s);
-    if (p.linear()) return sweeping_ ? match_in_sweep(s) : match_bag(s);
+    if (p.linear()) return sweeping_ ? match_in_sweep(s) : single_ ? match_single(s) : match_bag(s);
     match_here(s);
 }
 

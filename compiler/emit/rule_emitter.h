@@ -30,6 +30,8 @@ class RuleEmitter {
     void view();
     // `marks`: it notes what it makes and consumes (marks.h).
     void linear(bool marks);
+    // The same for a catom with at most one fact of each predicate (singles.cpp).
+    void single();
     // What a rule derives from the fact of one neighbour alone (concerned.cpp).
     void offer();
     // A delta rule: the groups of the head that changed rows of one input can affect. `offer`: the rule itself, if what it derives from the
@@ -59,6 +61,10 @@ class RuleEmitter {
     void sweep();
     void match_in_sweep(const Match& s);
     void next_state(const MakeFact& h);
+    // ---- a linear rule whose facts are variables (singles.cpp)
+    void sweep_single();
+    void match_single(const Match& s);
+    void need_room();
     // Ends a block: what it has bound is unknown outside.
     void restore(const Scope& before);
     void comment(const check::Rule& rule);
@@ -198,6 +204,7 @@ class RuleEmitter {
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
     bool sweeping_ = false;  // Within sweep().
+    bool single_ = false;    // Within single().
     bool marks_ = false;     // As for linear().
     struct Changed {
         std::string row, gone;  // C++: the row, and whether it holds no longer.

@@ -133,6 +133,11 @@ std::string message_bits(const plan::Plan& plan, PredicateId id, const std::func
 
 // The statement that sets the rule which a failure message names, and which a profile finds.
 std::string now_at(const plan::Plan& plan, const RulePlan& r);
+// Tries the linear rules in order until one fires: statements that set `fired`, and end with a `break`. `fixed`: as fixed_marks(); `call`:
+// what comes after the name of a rule's function; `stop`: a further condition to end.
+void emit_tries(const plan::Plan& plan, bool fixed, const std::string& call, const std::string& stop, Writer& w);
+// How many words have a bit for each linear rule.
+inline std::size_t words_of_rules(const plan::Plan& plan) { return (plan.linear_rules.size() + 63) / 64; }
 // The first rule that derives the predicate, which a trap names.
 std::uint32_t first_rule(const plan::Plan& plan, PredicateId id);
 
@@ -157,6 +162,8 @@ void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w);
 void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w);
 // `marks`: it notes what it makes and consumes (marks.h).
 void emit_linear_rule(const plan::Plan& plan, const RulePlan& rule, bool marks, Writer& w);
+// The rules once more for catoms with at most one fact of each predicate, and evaluate_singles(), if the plan has them.
+void emit_singles(const plan::Plan& plan, Writer& w);
 void emit_strata(const plan::Plan& plan, Writer& w);
 // The functions that report, before it is too late, which action or linear rule would read a derivation without a value.
 void emit_stops(const plan::Plan& plan, Writer& w);

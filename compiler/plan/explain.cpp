@@ -46,6 +46,7 @@ class Explainer {
                 explain_view(r, recursion_name(s.recursion) + (s.deltas.inputs != 0 ? ", by delta rules where only rows change" : ""));
         for (const RulePlan& r : plan_.initial_facts) explain_rule(r, "once, when the catom is initialized");
         for (const RulePlan& r : plan_.linear_rules) explain_rule(r, "linear");
+        explain_singles();
         return out_;
     }
 
@@ -213,6 +214,18 @@ class Explainer {
                 return fmt::format("up to {}, and nothing cheaper can be read", kMaxPorts);
         }
         return "";
+    }
+    void explain_singles() {
+        const Singles& singles = plan_.singles;
+        if (singles.apply())
+            out_ += fmt::format("\nWhile a catom holds at most one {}, its linear facts are in registers.\n", any_of(singles.facts));
+        else if (!singles.obstacle.empty())
+            out_ += fmt::format("\nLinear facts are in lists, even where a catom holds one of each: {}.\n", singles.obstacle);
+    }
+    std::string any_of(const std::vector<PredicateId>& predicates) const {
+        std::vector<std::string> texts;
+        for (const PredicateId p : predicates) texts.push_back((texts.empty() ? "" : "one ") + program_.predicates[p].name);
+        return listed(texts);
     }
     // What a step reads; empty for one that only tests or computes.
     std::string access(const Step& s, const check::Rule& rule) const {

@@ -114,6 +114,15 @@ struct StratumPlan {
     std::vector<RulePlan> semi_naive = {};
 };
 
+// The linear predicates of which a catom mostly holds one fact at a time, which is then a variable of the module, and those of the messages
+// that are taken in one pass (singles.cpp).
+struct Singles {
+    std::vector<PredicateId> facts = {}, messages = {};
+    std::string obstacle = {};  // Why facts are always in lists; empty: they are not, if there are any linear rules.
+
+    bool apply() const { return !facts.empty(); }
+};
+
 struct Plan {
     check::Program program;      // With the auxiliaries of localization.
     std::vector<Stored> stored;  // By PredicateId.
@@ -121,6 +130,7 @@ struct Plan {
     std::vector<StratumPlan> strata;      // In the order of evaluation.
     std::vector<RulePlan> linear_rules;   // In order of priority.
     std::vector<RulePlan> initial_facts;  // Linear axioms, given once to every new catom.
+    Singles singles;
     bool reads_tick = false;
     bool idle_births = false;  // As in ModuleInfo.
     bool counts = false;       // The module is to count what its rules do.
@@ -184,6 +194,8 @@ void order_rules(Plan& plan);
 void plan_deltas(Plan& plan);
 // Finds the linear rules that take many facts in one sweep.
 void plan_sweeps(Plan& plan);
+// Finds whether linear facts may be variables while a catom holds one of each.
+void find_singles(Plan& plan);
 void find_letters(Plan& plan);
 // Finds whether a catom without facts has nothing to do when it is born.
 void find_idle_births(Plan& plan);

@@ -69,6 +69,13 @@ class Printer {
         if (!plan_.initial_facts.empty()) out_ += "\ninitial facts, once for each new catom\n";
         for (const RulePlan& r : plan_.initial_facts) rule(r);
         if (!plan_.linear_rules.empty()) out_ += "\nlinear rules, first fitting first\n";
+        if (plan_.singles.apply()) {
+            std::string facts, messages;
+            for (const PredicateId p : plan_.singles.facts) facts += (facts.empty() ? "" : ", ") + program_.predicates[p].name;
+            for (const PredicateId p : plan_.singles.messages)
+                messages += (messages.empty() ? ", beside any " : ", ") + program_.predicates[p].name;
+            out_ += fmt::format("  in variables, while there is at most one of each: {}{}\n", facts, messages);
+        }
         for (const RulePlan& r : plan_.linear_rules) rule(r);
         return out_;
     }

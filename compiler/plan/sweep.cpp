@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <map>
 
-#include "compiler/check/library.h"
+#include "compiler/plan/draws.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -66,17 +66,11 @@ class SweepFinder {
             if (m != nullptr && !of_both) return fmt::format("it reads {} too", name(m->predicate));
             if (m == nullptr && as<Test>(step) == nullptr && as<Set>(step) == nullptr) return "it asks for more than two facts";
             bool drawn = false;
-            each_part(step, [&](const Term& t) { drawn = drawn || draws(t); }, [](VariableId) {});
+            each_part(step, [&](const Term& t) { drawn = drawn || draws(plan_.program, t); }, [](VariableId) {});
             if (drawn) return "a condition depends on when it is asked";
         }
         return "";
     }
-    bool draws(const Term& term) const {
-        bool found = is_random(plan_.program, term);
-        each_subterm(term, [&](const Term& t) { found = found || t.op == Op::Fresh || t.op == Op::NewNode || t.op == Op::Due; });
-        return found;
-    }
-
     std::string other_heads() {
         std::size_t states = 0;
         for (const HeadPlan& h : rule_.heads) {

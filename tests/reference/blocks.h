@@ -43,5 +43,7 @@ Block linear_block(Random& random, const std::vector<Known>& known, int names);
 Block far_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that update another one, each in turn or all in one pass.
 Block sweep_block(Random& random, const std::vector<Known>& known, int names);
+// All of a program: linear facts that are the states of catoms, and messages between them.
+Block state_block(Random& random, const std::vector<Known>& known, int names);
 
 }  // namespace meld::reference

@@ -79,9 +79,14 @@ bool suitable(const Block& block, Suits suits) {
 
 class Generator {
   public:
-    Generator(std::uint64_t seed, Suits suits) : seed_(seed), suits_(suits), random_(seed * 7919 + 17) {}
+    Generator(std::uint64_t seed, Suits suits, bool states) : seed_(seed), suits_(suits), states_(states), random_(seed * 7919 + 17) {}
 
     Generated make() {
+        // Few other programs have no views, and none has no functions.
+        if (states_ && seed_ % 7 == 3 && suits_ != Suits::Nameless) {
+            add(state_block);
+            return std::move(out_);
+        }
         for (const char* function : kFunctions) out_.draft.declarations.push_back({"function", function});
         for (std::int64_t n = 2 + below(random_, 3); n > 0; --n) accept(given_block(random_, known_, names()));
         if (chance(random_, 40)) constant();
@@ -162,6 +167,7 @@ class Generator {
 
     std::uint64_t seed_;
     Suits suits_;
+    bool states_;
     Random random_;
     std::vector<Known> known_;
     Generated out_;
@@ -169,7 +175,7 @@ class Generator {
 
 }  // namespace
 
-Generated make_program(std::uint64_t seed, Suits suits) { return Generator(seed, suits).make(); }
+Generated make_program(std::uint64_t seed, Suits suits, bool states) { return Generator(seed, suits, states).make(); }
 
 std::size_t max_degree(const Draft& draft) {
     const std::string text = print(draft);

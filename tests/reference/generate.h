@@ -16,7 +16,8 @@ struct Generated {
 // The worlds that a program is for. In graphs there are no cells; a nameless program can tell nodes apart by what they hold and whom they
 // are linked with, and not by their numbers or their order.
 enum class Suits { Lattices, Graphs, Nameless };
-Generated make_program(std::uint64_t seed, Suits suits = Suits::Lattices);
+// states: some programs have linear rules alone.
+Generated make_program(std::uint64_t seed, Suits suits = Suits::Lattices, bool states = true);
 // The most links that a node of a graph may have for this program: none waits for more than 32, and long joins take long.
 std::size_t max_degree(const Draft& draft);
 

@@ -72,7 +72,7 @@ std::string kind_of(const std::string& trouble) {
 }
 
 Generated program_of(std::uint64_t seed, const Options& options) {
-    Generated made = make_program(seed, suits_of(seed, options));
+    Generated made = make_program(seed, suits_of(seed, options), !options.variants);
     if (options.variants) made.draft = views_of(made.draft);
     return made;
 }
