@@ -83,7 +83,11 @@ class Causes {
     }
     static Result<void> fired(Result<Firings> found, How how, Change& change) {
         if (!found) return tl::unexpected<Error>(found.error());
-        if (found->ways.empty()) return {};
+        // Of several rules that can have done it none is known to have; an event is not known either.
+        if (found->ways.empty()) {
+            if (!found->rules.empty()) change.how = How::Unknown;
+            return {};
+        }
         change.how = how;
         for (const Way& way : found->ways) add(way, change);
         if (found->count > found->ways.size()) change.more = found->count - found->ways.size();

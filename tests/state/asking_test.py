@@ -313,6 +313,16 @@ class History(Asking):
         _, told = self.answers(["run", "history best(@0, _)"], "leader.meld", "--world", "leader.toml")
         self.assertIn("replaced", {c["how"] for t in told["ticks"] for c in t["changes"]})
 
+    def test_of_a_fact_taken_with_one_that_came_within_the_tick(self):
+        """Either rule can have taken it, and no state shows which: nothing came from outside."""
+        self.write("p.meld", "type linear go(node).\ntype linear ready(node).\ntype linear m(node, int).\ntype linear got(node, int).\n"
+                             "go(A) -o ready(A).\nready(A), m(A, X) -o got(A, X).\ngot(A, X), m(A, Y) -o got(A, X + Y).\n")
+        self.write("p.toml", square(2) + '[facts]\nm = [{ where = "id >= 0", args = [3] }]\n'
+                             '[[event]]\ntick = 4\ngive = { go = "id >= 0" }\n')
+        _, told = self.answers(["to 6", "history m(@0, _)"], "p.meld", "--world", "p.toml")
+        self.assertEqual([(t["tick"], c["is"], c["how"]) for t in told["ticks"] for c in t["changes"]],
+                         [(4, "went", "unknown")])
+
     def test_of_a_head_that_computes_from_itself(self):
         """Nothing but the head says what A is."""
         self.write("p.meld", "type best(node, max int).\ntype pair(node, int, int).\nbest(A, node2int(A)).\n"
@@ -473,7 +483,8 @@ class RandomAsked(Asking):
                 with self.subTest(seed=seed, name=name):
                     _, told = self.answers(["to 20", f"history {pattern}"], "p.meld", "--world", "p.toml", "--quiet", "-n", processes)
                     self.assertNotIn("error", told, pattern)
-                    self.check_history(told, name, states, lines, events, hows)
+                    # In a program of linear rules alone, much is made and taken within a tick, and shows in no state.
+                    self.check_history(told, name, states, lines, events, hows if ":-" in program else Counter())
         if TOOLS.seeds > 0:
             self.assertTrue(hows["derived"], hows)
             self.assertLessEqual(hows["unknown"], sum(hows.values()) / 20, hows)
