@@ -55,7 +55,7 @@ Result<std::vector<std::uint32_t>> read_programs(const std::string& path, const 
 }
 
 // -O2 takes half as long again to compile, and its code runs some 7 % faster: worth it as long as nobody waits for it.
-// Where linear rules are there twice, the second time makes it no longer: few rules have that, and these are evaluated most.
+// Linear rules that are emitted a second time (singles) do not make a module long: it has few of them, and they are what it evaluates.
 int optimisation_for(const std::string& cpp, const plan::Plan& plan) {
     constexpr std::size_t kRulesAgain = 10'000;
     return cpp.size() < kLongModule + (plan.singles.apply() ? kRulesAgain : 0) ? 2 : 1;

@@ -269,8 +269,7 @@ bool RuleEmitter::sent_as_row(const MakeFact& h) const {
 std::string RuleEmitter::send_to(const MakeFact& h, const std::string& to) const {
     const std::size_t predicate = h.predicate.index();
     if (!sent_as_row(h)) return fmt::format("s.e->host->send(s.e, {}, {}, values)", to, predicate);
-    const bool lists = std::ranges::any_of(plan_.of(h.predicate).fields, [](const plan::Field& f) { return f.type.compound(); });
-    if (lists) return fmt::format("s.e->host->send_row(s.e, {}, {}, &row)", to, predicate);
+    if (has_lists(plan_.of(h.predicate))) return fmt::format("s.e->host->send_row(s.e, {}, {}, &row)", to, predicate);
     const auto letter = letters_.find(&h);
     return fmt::format("send_row(*s.e, {}, {}, {}, row{})", to, predicate, plan_.of(h.predicate).column.index(),
                        letter == letters_.end() ? "" : ", " + letter->second);

@@ -107,11 +107,8 @@ void emit_store(const plan::Plan& plan, PredicateId id, Writer& w) {
 }
 
 // Whether the runtime must count what the column's records point to.
-bool has_lists(const plan::Plan& plan, plan::ColumnId column) {
-    for (const PredicateId id : plan.columns[column].predicates)
-        for (const plan::Field& f : plan.of(id).fields)
-            if (f.type.compound()) return true;
-    return false;
+bool column_has_lists(const plan::Plan& plan, plan::ColumnId column) {
+    return std::ranges::any_of(plan.columns[column].predicates, [&](PredicateId id) { return has_lists(plan.of(id)); });
 }
 
 }  // namespace
@@ -148,7 +145,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
             if (!linear) emit_count(plan, c.predicates[0], changed, w);
             if (c.follows_rows && c.exported)
                 w.line("{} s.e->host->change_rows(s.e, {}, own_changes(*s.e, s.{}));", changed, column.index(), name);
-            else if (linear && !has_lists(plan, column))
+            else if (linear && !column_has_lists(plan, column))
                 w.line("{} store_rows(*s.e, {}, {});", changed, column.index(), list);
             else
                 w.line("{0} s.e->host->assign_rows(s.e, {1}, {2}.rows, {2}.count);", changed, column.index(), list);
@@ -160,7 +157,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         w.line("{0} r = record<{0}>(s, {1}, s.catom);", record_name(column), column.index());
         w.raw("bool changed = false;");
         for (const PredicateId id : c.predicates) emit_store(plan, id, w);
-        if (c.exported || has_lists(plan, column))
+        if (c.exported || column_has_lists(plan, column))
             w.line("if (changed) s.e->host->export_record(s.e, {}, &r);", column.index());
         else
             w.line("if (changed) reinterpret_cast<{}*>(s.e->subdomain->columns[{}])[s.catom] = r;", record_name(column), column.index());

@@ -9,10 +9,6 @@ namespace meld::emit {
 
 namespace {
 
-bool has_lists(const plan::Stored& stored) {
-    return std::ranges::any_of(stored.fields, [](const plan::Field& f) { return f.type.compound(); });
-}
-
 void emit_struct(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.raw("// The linear facts of a catom that holds at most one of each predicate, and the messages that it takes in one pass.");

@@ -122,4 +122,8 @@ bool has_view(const plan::Plan& plan, PredicateId id) {
     return s != Storage::Unused && s != Storage::World;
 }
 
+bool has_lists(const plan::Stored& stored) {
+    return std::ranges::any_of(stored.fields, [](const plan::Field& f) { return f.type.compound(); });
+}
+
 }  // namespace meld::emit

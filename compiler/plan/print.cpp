@@ -73,7 +73,7 @@ class Printer {
             std::string facts, messages;
             for (const PredicateId p : plan_.singles.facts) facts += (facts.empty() ? "" : ", ") + program_.predicates[p].name;
             for (const PredicateId p : plan_.singles.messages)
-                messages += (messages.empty() ? ", beside any " : ", ") + program_.predicates[p].name;
+                messages += (messages.empty() ? ", beside any number of " : ", ") + program_.predicates[p].name;
             out_ += fmt::format("  in variables, while there is at most one of each: {}{}\n", facts, messages);
         }
         for (const RulePlan& r : plan_.linear_rules) rule(r);

@@ -42,10 +42,10 @@ struct Single {
     [[gnu::always_inline]] void store(Eval& e, u16 column) const {
         if (!changed) return;
         RowsHead& head = reinterpret_cast<RowsHead*>(e.subdomain->columns[column])[e.catom];
-        if (!Lists && holds && head.capacity >= 1 && fits_block(1, head.capacity, sizeof row)) {
+        if (!Lists && holds && fits_block(1, head.capacity, sizeof row)) {
             *reinterpret_cast<typename T::Row*>(head.data) = row;
             head.count = 1;
-        } else if (!holds && head.capacity == 0 && !Lists) {
+        } else if (!Lists && !holds && head.capacity == 0) {
             head = {0, 0, nullptr};
         } else {
             const typename T::Row fact = row;

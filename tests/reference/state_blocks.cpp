@@ -23,26 +23,25 @@ class StateRules {
         for (int i = 0; i < messages_; ++i) declare(fmt::format("m{}", i), value, 15);
         send("s0");
         sweep();
-        for (std::int64_t n = below(random_, 5); n > 0; --n) switch (below(random_, 6)) {
-                case 0:
-                    send(state());
-                    break;
-                case 1:
-                    sweep();
-                    break;
-                case 2:
-                    drop();
-                    break;
-                case 3:
-                    join();
-                    break;
-                default:
-                    step();
-            }
+        for (std::int64_t n = below(random_, 5); n > 0; --n) another();
         return std::move(block_);
     }
 
   private:
+    void another() {
+        switch (below(random_, 6)) {
+            case 0:
+                return send(state());
+            case 1:
+                return sweep();
+            case 2:
+                return drop();
+            case 3:
+                return join();
+            default:
+                return step();
+        }
+    }
     void declare(const std::string& name, const std::string& value, int given) {
         block_.declarations.push_back({name, fmt::format("type linear {}(node, int, {}).", name, value)});
         // Floats that cases give are not of different sizes, so they come from rules.

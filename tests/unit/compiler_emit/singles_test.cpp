@@ -39,7 +39,7 @@ TEST(Singles, AreTheStatesOfACatom) {
     EXPECT_EQ(names(plan, plan.singles.messages), std::vector<std::string>{"m"});
 }
 
-// Several rules may sweep them; one that reads one message keeps all in the way of states.
+// Several rules may sweep them. A rule that reads or makes one by itself makes them facts like all others.
 TEST(Singles, LeaveOutMessagesThatAreOnlySwept) {
     const std::string two = "p(A, X), m(A, Y) -o p(A, X + Y).\nq(A, X), m(A, Y), Y > 3 -o q(A, X - Y).\n";
     EXPECT_EQ(names(plan_of_rules(two), plan_of_rules(two).singles.messages), std::vector<std::string>{"m"});
