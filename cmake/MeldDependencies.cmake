@@ -4,7 +4,6 @@ find_package(Threads REQUIRED)
 find_package(fmt REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
-find_package(GTest REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS CXX)
 find_package(BISON 3.8 REQUIRED)
@@ -33,7 +32,7 @@ find_package(Eigen3 REQUIRED NO_MODULE)
 add_library(meld_eigen INTERFACE)
 target_link_libraries(meld_eigen INTERFACE Eigen3::Eigen)
 
-# Only runtime/render sees Embree and Cairo: rays for pictures, and what is written over them.
+# Only runtime/show/render sees Embree and Cairo: rays for pictures, and what is written over them.
 find_package(embree 3 REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 add_library(meld_pictures INTERFACE)
@@ -42,7 +41,7 @@ target_link_libraries(meld_pictures INTERFACE embree meld_eigen PkgConfig::CAIRO
 # Runs in pages are compressed as browsers read it.
 find_package(ZLIB REQUIRED)
 
-# Only runtime/model sees the Open Asset Import Library: files with meshes.
+# Only runtime/world/model sees the Open Asset Import Library: files with meshes.
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 add_library(meld_assimp INTERFACE)
 target_link_libraries(meld_assimp INTERFACE PkgConfig::ASSIMP)
@@ -52,19 +51,19 @@ pkg_check_modules(TINYXML REQUIRED IMPORTED_TARGET tinyxml2)
 add_library(meld_tinyxml INTERFACE)
 target_link_libraries(meld_tinyxml INTERFACE PkgConfig::TINYXML)
 
-# Only runtime/graph sees METIS: who owns which node of a graph.
+# Only runtime/world/graph sees METIS: who owns which node of a graph.
 find_path(METIS_INCLUDE_DIR metis.h REQUIRED)
 find_library(METIS_LIBRARY metis REQUIRED)
 add_library(meld_metis INTERFACE)
 target_include_directories(meld_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
 target_link_libraries(meld_metis INTERFACE ${METIS_LIBRARY})
 
-# Only runtime/debug sees libedit: lines that are typed at its prompt.
+# Only runtime/ask/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)
 target_link_libraries(meld_edit INTERFACE PkgConfig::EDIT)
 
-# Only runtime/view sees civetweb: the server of the viewer. Debian's package for CMake asks for more than the library.
+# Only runtime/show/view sees civetweb: the server of the viewer. Debian's package for CMake asks for more than the library.
 find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)
 find_library(CIVETWEB_LIBRARY civetweb REQUIRED)
 add_library(meld_civetweb INTERFACE)
@@ -84,11 +83,14 @@ string(REGEX MATCH "[0-9.]+" llvm_version "${llvm_version}")
 add_library(meld_clang INTERFACE)
 target_include_directories(meld_clang SYSTEM INTERFACE ${LLVM_INCLUDE_DIR})
 target_link_libraries(meld_clang INTERFACE ${LLD_ELF_LIBRARY} ${LLD_COMMON_LIBRARY} ${CLANG_LIBRARY} ${LLVM_LIBRARY} z zstd)
-# The protocol of language servers, from MLIR: a static library over LLVM's JSON. Only compiler/lsp sees it.
-find_path(MLIR_INCLUDE_DIR mlir/Tools/lsp-server-support/Transport.h HINTS ${CLAYMELD_LLVM_ROOT}/include REQUIRED NO_DEFAULT_PATH)
-find_library(MLIR_LSP_LIBRARY MLIRLspServerSupportLib HINTS ${CLAYMELD_LLVM_ROOT}/lib REQUIRED NO_DEFAULT_PATH)
 add_library(meld_lsp_protocol INTERFACE)
-target_include_directories(meld_lsp_protocol SYSTEM INTERFACE ${MLIR_INCLUDE_DIR})
-target_link_libraries(meld_lsp_protocol INTERFACE ${MLIR_LSP_LIBRARY} ${LLVM_LIBRARY})
+if(NOT CLAYMELD_PROGRAMS_ONLY)
+  find_package(GTest REQUIRED)
+  # The protocol of language servers, from MLIR: a static library over LLVM's JSON. Only compiler/lsp sees it.
+  find_path(MLIR_INCLUDE_DIR mlir/Tools/lsp-server-support/Transport.h HINTS ${CLAYMELD_LLVM_ROOT}/include REQUIRED NO_DEFAULT_PATH)
+  find_library(MLIR_LSP_LIBRARY MLIRLspServerSupportLib HINTS ${CLAYMELD_LLVM_ROOT}/lib REQUIRED NO_DEFAULT_PATH)
+  target_include_directories(meld_lsp_protocol SYSTEM INTERFACE ${MLIR_INCLUDE_DIR})
+  target_link_libraries(meld_lsp_protocol INTERFACE ${MLIR_LSP_LIBRARY} ${LLVM_LIBRARY})
+endif()
 add_library(meld_clang_version INTERFACE)
 target_compile_definitions(meld_clang_version INTERFACE CLAYMELD_LLVM_VERSION="${llvm_version}")

@@ -24,7 +24,11 @@ foreach(program meldc meldsim)
 endforeach()
 add_custom_target(printed ALL DEPENDS ${printed_files})
 
-install(TARGETS meldc meldc-lsp meldsim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+set(programs meldc meldsim)
+if(TARGET meldc-lsp)
+  list(APPEND programs meldc-lsp)
+endif()
+install(TARGETS ${programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS meld_backend_library LIBRARY DESTINATION lib/claymeld)
 
 # The libraries are also in meldc; here they are to be read. Examples, documentation and support for editors.
@@ -43,7 +47,9 @@ endforeach()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/extensions DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake COMPATIBILITY ExactVersion)
 install(FILES cmake/claymeldConfig.cmake ${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake DESTINATION lib/cmake/claymeld)
-set(exported runtime_base runtime_comm runtime_partition runtime_sim_core runtime_tuple runtime_world)
+set(exported runtime_base runtime_base_process runtime_base_files runtime_base_terminal runtime_comm_launch runtime_comm_transport
+  runtime_engine_tuple runtime_world_lattice runtime_world_shapes runtime_world_file runtime_world_ensemble runtime_world_partition
+  runtime_sim_catoms runtime_sim_network runtime_sim_core)
 list(JOIN exported "," exported)
 set_target_properties(meldsim PROPERTIES ENABLE_EXPORTS ON LINK_LIBRARY_OVERRIDE "WHOLE_ARCHIVE,${exported}")
 

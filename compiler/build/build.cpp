@@ -10,7 +10,7 @@
 #include <span>
 
 #include "compiler/build/load_backend.h"
-#include "runtime/abi/module_note.h"
+#include "runtime/module/abi/module_note.h"
 
 namespace meld {
 namespace {
@@ -65,7 +65,7 @@ std::string content_hash(const std::string& cpp_text, const std::string& name, c
     return hash.digest();
 }
 
-// The C++ that puts the note of runtime/abi/module_note.h into the object; the checksum is filled in after linking.
+// The C++ that puts the note of runtime/module/abi/module_note.h into the object; the checksum is filled in after linking.
 std::string note_text(const std::string& target, const BuildOptions& options) {
     return fmt::format(R"(
 #line 1 "module_note"

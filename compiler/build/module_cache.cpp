@@ -21,7 +21,7 @@
 #include <system_error>
 #include <vector>
 
-#include "runtime/base/output_file.h"
+#include "runtime/base/files/output_file.h"
 
 namespace meld {
 namespace {

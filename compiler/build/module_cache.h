@@ -6,7 +6,7 @@
 #include <string>
 
 #include "runtime/base/error.h"
-#include "runtime/base/leftovers.h"
+#include "runtime/base/temporary_files.h"
 
 namespace meld {
 

@@ -1,7 +1,7 @@
 // The passes of the check in order.
 #include "compiler/check/check.h"
 
-#include "compiler/check/well_formed.h"
+#include "compiler/check/program/well_formed.h"
 
 namespace meld::check {
 

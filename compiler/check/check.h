@@ -1,7 +1,7 @@
 // Syntax tree to checked program: declare, resolve and type rules, bind variables, find execution sites, stratify.
 #pragma once
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/syntax/tree.h"
 

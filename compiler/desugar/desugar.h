@@ -9,12 +9,12 @@
 //     delta(X; p(A, X)) > 1          the same of a view that can be compared with what it was     watch.cpp
 //     [<- route]                     the same over a view of the neighbours along the route       wait.cpp
 //
-// Constructs that need no types are rewritten earlier, by the check: `stable(p(A), 5)` (compiler/check/stable.cpp) and the names of types
-// (type_names.cpp) and modules (modules.cpp) on the syntax tree; `forall p [q]` and `proved(N, p)` (resolve_body.cpp), `exists` and heads
-// of views with several facts (resolve_heads.cpp) and patterns (patterns.cpp) while names are resolved.
+// Constructs that need no types are rewritten earlier, by the check: `stable(p(A), 5)` (compiler/check/names/stable.cpp) and the names of
+// types (type_names.cpp) and modules (modules.cpp) on the syntax tree; `forall p [q]` and `proved(N, p)` (resolve_body.cpp), `exists` and
+// heads of views with several facts (resolve_heads.cpp) and patterns (patterns.cpp) while names are resolved.
 #pragma once
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 
 namespace meld::desugar {
 

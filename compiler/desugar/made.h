@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "runtime/base/assert.h"
 
 namespace meld::desugar {

@@ -23,6 +23,10 @@ std::tuple<Kind, std::uint32_t, std::uint32_t, std::uint32_t> identity(const Dia
 
 }  // namespace
 
+std::string_view severity_name(Severity severity) {
+    return severity == Severity::Error ? "error" : severity == Severity::Warning ? "warning" : "note";
+}
+
 const KindInfo& info(Kind kind) {
     const auto index = static_cast<std::size_t>(kind);
     MELD_EXPECT(index < kKinds.size());

@@ -21,6 +21,7 @@ namespace meld::diagnostics {
 using source::Span;
 
 enum class Severity { Error, Warning, Note };
+std::string_view severity_name(Severity severity);
 
 // One value per row of kinds.def; each row has a code (E0301), a severity, a title, and a page for `meldc explain`.
 enum class Kind {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "compiler/diagnostics/diagnostics.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/terminal/terminal_text.h"
 
 namespace meld::diagnostics {
 
@@ -23,10 +23,6 @@ struct Style {
     std::string gutter(std::string_view text) const { return paint("1;34", text); }
     std::string strong(std::string_view text) const { return paint("1", text); }
 };
-
-std::string_view severity_name(Severity severity) {
-    return severity == Severity::Error ? "error" : severity == Severity::Warning ? "warning" : "note";
-}
 
 std::string_view severity_colour(Severity severity) {
     return severity == Severity::Error ? "1;31" : severity == Severity::Warning ? "1;33" : "1;36";
@@ -104,9 +100,9 @@ std::pair<std::size_t, std::size_t> window(const ShownLine& shown, std::size_t m
     return {first, first + kMaxColumns};
 }
 
-class Page {
+class TextPage {
   public:
-    Page(const source::FileSet& files, Style style) : files_(files), style_(style) {}
+    TextPage(const source::FileSet& files, Style style) : files_(files), style_(style) {}
 
     void diagnostic(const Diagnostic& diagnostic) {
         const KindInfo& kind = info(diagnostic.kind);
@@ -190,7 +186,7 @@ class Page {
 }  // namespace
 
 std::string render_text(const source::FileSet& files, const std::vector<Diagnostic>& diagnostics, Colour colour) {
-    Page page(files, Style{colour});
+    TextPage page(files, Style{colour});
     std::string result;
     for (const Diagnostic& diagnostic : diagnostics) {
         page.diagnostic(diagnostic);

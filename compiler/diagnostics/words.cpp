@@ -2,7 +2,7 @@
 #include <optional>
 
 #include "compiler/diagnostics/diagnostics.h"
-#include "runtime/base/nearest.h"
+#include "runtime/base/did_you_mean.h"
 
 namespace meld::diagnostics {
 

@@ -11,8 +11,8 @@
 #include <system_error>
 #include <utility>
 
-#include "runtime/base/output_file.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/files/output_file.h"
+#include "runtime/base/terminal/terminal_text.h"
 
 namespace meld::driver {
 

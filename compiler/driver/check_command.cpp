@@ -9,7 +9,7 @@
 
 #include "compiler/diagnostics/most_severe.h"
 #include "compiler/driver/apply_fixes.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/terminal/terminal_text.h"
 
 namespace meld::driver {
 

@@ -16,10 +16,10 @@
 #include "compiler/front/front_end.h"
 #include "compiler/plan/plan.h"
 #include "compiler/syntax/parse.h"
-#include "runtime/abi/module_abi.h"
-#include "runtime/base/input_file.h"
-#include "runtime/base/parallel_for.h"
-#include "runtime/base/progress.h"
+#include "runtime/base/files/input_file.h"
+#include "runtime/base/process/parallel_for.h"
+#include "runtime/base/terminal/progress.h"
+#include "runtime/module/abi/module_abi.h"
 
 namespace meld::driver {
 

@@ -10,7 +10,7 @@ struct EmbeddedText {
     const char* text;
 };
 
-// runtime/abi/extern.h, for functions in C and C++.
+// runtime/module/abi/extern.h, for functions in C and C++.
 extern const char kExtern[];
 // What modules are compiled with, by the path that they include: the ABI and the kernel.
 extern const std::span<const EmbeddedText> kModuleHeaders;

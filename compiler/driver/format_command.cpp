@@ -9,8 +9,8 @@
 
 #include "compiler/driver/show_messages.h"
 #include "compiler/format/format.h"
-#include "runtime/base/output_file.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/files/output_file.h"
+#include "runtime/base/terminal/terminal_text.h"
 
 namespace meld::driver {
 

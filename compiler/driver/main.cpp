@@ -15,15 +15,15 @@
 #include "compiler/driver/check_command.h"
 #include "compiler/driver/compile.h"
 #include "compiler/driver/format_command.h"
-#include "runtime/abi/module_note.h"
-#include "runtime/base/deep_stack.h"
-#include "runtime/base/interrupt.h"
-#include "runtime/base/nearest.h"
-#include "runtime/base/output_file.h"
-#include "runtime/base/output_paths.h"
-#include "runtime/base/standard_streams.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/base/files/output_file.h"
+#include "runtime/base/files/output_paths.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/process/deep_stack.h"
+#include "runtime/base/process/interrupt.h"
+#include "runtime/base/terminal/terminal_text.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/module/abi/module_note.h"
 
 namespace {
 
@@ -202,6 +202,9 @@ int run_program(int argc, char** argv) {
                       "--graph, if the program makes nodes or sends facts to nodes that no link leads to");
     compile->add_flag("--places", options.compile.plan.places,
                       "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
+    compile->add_flag(
+        "--checked", options.compile.plan.checked,
+        "Let the module check what its code takes for granted, and end the run where that does not hold: to find our own bugs");
     compile->add_flag("--quiet", options.quiet, "Print no progress line");
     compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
     CLI::App* explain =

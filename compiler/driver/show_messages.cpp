@@ -5,7 +5,7 @@
 #include <iostream>
 
 #include "compiler/diagnostics/most_severe.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/terminal/terminal_text.h"
 
 namespace meld::driver {
 

@@ -11,12 +11,13 @@ std::string emit_module(const plan::Plan& plan) {
     Writer w;
     w.line("// {}, compiled by meldc. Bytes a catom: {}.", clean(plan.program.name), plan::bytes_per_catom(plan));
     if (plan.counts) w.raw("#define MELD_COUNTS");
+    if (plan.checked) w.raw("#define MELD_CHECKED");
     if (plan.program.by_links) w.raw("#define MELD_BY_LINKS");
-    w.line("#include \"runtime/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
-    if (plan.singles.apply()) w.raw("#include \"runtime/kernel/singles.h\"");
-    if (keeps_fronts(plan)) w.raw("#include \"runtime/kernel/fronts.h\"");
-    if (plan.counts) w.raw("#include \"runtime/kernel/counts.h\"");
-    if (plan.places) w.raw("#include \"runtime/abi/counts_abi.h\"");
+    w.line("#include \"runtime/module/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
+    if (plan.singles.apply()) w.raw("#include \"runtime/module/kernel/singles.h\"");
+    if (keeps_fronts(plan)) w.raw("#include \"runtime/module/kernel/fronts.h\"");
+    if (plan.counts) w.raw("#include \"runtime/module/kernel/counts.h\"");
+    if (plan.places) w.raw("#include \"runtime/module/abi/counts_abi.h\"");
     w.raw("");
     w.raw("using namespace meld;");
     emit_externs(plan, w);

@@ -9,7 +9,7 @@
 
 namespace meld::emit {
 
-// The text of the module. It includes "runtime/kernel/views.h", or "runtime/kernel/deltas.h" if it has delta rules.
+// The text of the module. It includes "runtime/module/kernel/views.h", or "runtime/module/kernel/deltas.h" if it has delta rules.
 std::string emit_module(const plan::Plan& plan);
 
 // A hash of everything that the columns of a running ensemble depend on: predicates, fields, offsets. Two modules with the same hash can

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/check/library.h"
+#include "compiler/check/program/library.h"
 #include "compiler/emit/writer.h"
 
 namespace meld::emit {

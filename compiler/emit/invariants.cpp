@@ -1,7 +1,7 @@
 // Emits what the heads of a comprehension compute from variables known outside it: the first match computes it, later ones reuse it.
 // Nothing is computed where nothing matches, and what can fail does so at the same place as before.
 #include "compiler/emit/rule_emitter.h"
-#include "compiler/plan/invariant.h"
+#include "compiler/plan/join/invariant.h"
 
 namespace meld::emit {
 

@@ -12,7 +12,7 @@ using plan::as;
 using plan::HeadPlan;
 using plan::MakeFact;
 
-std::uint64_t own_bit(const plan::Plan& plan, PredicateId id) { return plan.columns[plan.of(id).column].own_dirty; }
+std::uint64_t own_bit_mask(const plan::Plan& plan, PredicateId id) { return plan.columns[plan.of(id).column].own_dirty; }
 
 bool consumes(const plan::Plan& plan, const plan::Step& step) {
     const auto* match = as<plan::Match>(step);
@@ -39,7 +39,7 @@ bool only_elsewhere(const plan::Plan& plan, const RulePlan& rule, const std::vec
 std::optional<Marks> marks_of(const plan::Plan& plan, const RulePlan& rule) {
     Marks marks;
     for (const plan::Step& s : rule.steps)
-        if (consumes(plan, s)) marks.consumed |= own_bit(plan, as<plan::Match>(s)->predicate);
+        if (consumes(plan, s)) marks.consumed |= own_bit_mask(plan, as<plan::Match>(s)->predicate);
     for (const HeadPlan& h : rule.heads) {
         const auto* fact = as<MakeFact>(h);
         if (fact == nullptr) {
@@ -47,7 +47,7 @@ std::optional<Marks> marks_of(const plan::Plan& plan, const RulePlan& rule) {
         } else if (made_here(plan, rule, *fact)) {
             // A persistent fact may be there already.
             if (!plan.program.predicates[fact->predicate].linear()) return std::nullopt;
-            marks.made |= own_bit(plan, fact->predicate);
+            marks.made |= own_bit_mask(plan, fact->predicate);
         }
     }
     return marks;

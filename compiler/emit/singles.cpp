@@ -1,5 +1,5 @@
-// Emits the linear rules a second time, for a catom that holds at most one fact of each predicate (compiler/plan/singles.cpp): its facts
-// are variables, `one`, that the compiler of C++ keeps in registers.
+// Emits the linear rules a second time, for a catom that holds at most one fact of each predicate (compiler/plan/passes/singles.cpp): its
+// facts are variables, `one`, that the compiler of C++ keeps in registers.
 #include <algorithm>
 
 #include "compiler/emit/marks.h"

@@ -1,4 +1,4 @@
-// Emits the pass of a linear rule over all messages of a catom (compiler/plan/sweep.cpp), ahead of the code that fires it once.
+// Emits the pass of a linear rule over all messages of a catom (compiler/plan/passes/sweep.cpp), ahead of the code that fires it once.
 #include "compiler/emit/rule_emitter.h"
 
 namespace meld::emit {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <bit>
 
-#include "compiler/check/library.h"
-#include "compiler/check/types.h"
+#include "compiler/check/program/library.h"
+#include "compiler/check/program/types.h"
 #include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
 #include "runtime/base/assert.h"

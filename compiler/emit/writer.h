@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/plan/may_fail.h"
+#include "compiler/plan/join/may_fail.h"
 #include "compiler/plan/plan.h"
 #include "runtime/base/assert.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/source/source.h"
 #include "compiler/syntax/tree.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/source/source.h"
 #include "runtime/base/error.h"

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <string>
 
-#include "compiler/check/operators.h"
+#include "compiler/check/program/operators.h"
 #include "compiler/lint/differences.h"
 #include "compiler/lint/linear_form.h"
 

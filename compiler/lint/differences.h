@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 
 namespace meld::lint {
 

@@ -4,8 +4,8 @@
 #include <map>
 #include <optional>
 
-#include "compiler/check/improvement.h"
-#include "compiler/check/library.h"
+#include "compiler/check/program/improvement.h"
+#include "compiler/check/program/library.h"
 #include "compiler/lint/linear_form.h"
 
 namespace meld::lint {
@@ -24,9 +24,9 @@ struct Made {
     Growing::How how = Growing::How::Number;
 };
 
-class Search {
+class GrowthSearch {
   public:
-    Search(const Program& program, const Stratum& stratum) : program_(program), stratum_(stratum) {}
+    GrowthSearch(const Program& program, const Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::vector<Growing> run() {
         for (const RuleId id : stratum_.rules) {
@@ -171,6 +171,6 @@ class Search {
 
 }  // namespace
 
-std::vector<Growing> growing_arguments(const Program& program, const Stratum& stratum) { return Search(program, stratum).run(); }
+std::vector<Growing> growing_arguments(const Program& program, const Stratum& stratum) { return GrowthSearch(program, stratum).run(); }
 
 }  // namespace meld::lint

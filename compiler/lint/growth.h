@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 
 namespace meld::lint {
 

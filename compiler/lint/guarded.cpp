@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "compiler/check/improvement.h"
+#include "compiler/check/program/improvement.h"
 #include "compiler/lint/contradiction.h"
 #include "compiler/lint/linear_form.h"
 
@@ -67,9 +67,9 @@ Rule unfolded(const Rule& rule, std::size_t at, const Rule& inner) {
     return out;
 }
 
-class Search {
+class GuardedSearch {
   public:
-    Search(const Program& program, const Stratum& stratum) : program_(program), stratum_(stratum) {}
+    GuardedSearch(const Program& program, const Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::optional<Replaced> run() {
         for (const RuleId id : stratum_.rules) {
@@ -156,6 +156,6 @@ class Search {
 
 }  // namespace
 
-std::optional<Replaced> guarded_by_itself(const Program& program, const Stratum& stratum) { return Search(program, stratum).run(); }
+std::optional<Replaced> guarded_by_itself(const Program& program, const Stratum& stratum) { return GuardedSearch(program, stratum).run(); }
 
 }  // namespace meld::lint

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/check/improvement.h"
+#include "compiler/check/program/improvement.h"
 #include "compiler/lint/linear_form.h"
 
 namespace meld::lint {
@@ -20,9 +20,9 @@ struct Way {
     Inverted at;
 };
 
-class Search {
+class InvertedSearch {
   public:
-    Search(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
+    InvertedSearch(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::optional<Inverted> run() {
         for (const RuleId id : stratum_.rules) add_ways(program_.rules[id]);
@@ -96,6 +96,8 @@ class Search {
 
 }  // namespace
 
-std::optional<Inverted> inverts_itself(const Program& program, const check::Stratum& stratum) { return Search(program, stratum).run(); }
+std::optional<Inverted> inverts_itself(const Program& program, const check::Stratum& stratum) {
+    return InvertedSearch(program, stratum).run();
+}
 
 }  // namespace meld::lint

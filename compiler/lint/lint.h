@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "compiler/diagnostics/diagnostics.h"
 #include "compiler/syntax/tree.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 
-#include "compiler/check/fronts.h"
-#include "compiler/check/rounds.h"
-#include "compiler/check/values_read.h"
+#include "compiler/check/analysis/fronts.h"
+#include "compiler/check/analysis/rounds.h"
+#include "compiler/check/program/values_read.h"
 #include "compiler/lint/growth.h"
 #include "compiler/lint/guarded.h"
 #include "compiler/lint/inverted.h"

@@ -11,9 +11,9 @@ using namespace check;
 
 namespace {
 
-class Search {
+class ReplacedSearch {
   public:
-    Search(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
+    ReplacedSearch(const Program& program, const check::Stratum& stratum) : program_(program), stratum_(stratum) {}
 
     std::optional<Replaced> run() {
         for (const RuleId id : stratum_.rules) {
@@ -121,6 +121,8 @@ class Search {
 
 }  // namespace
 
-std::optional<Replaced> replaced_by_itself(const Program& program, const check::Stratum& stratum) { return Search(program, stratum).run(); }
+std::optional<Replaced> replaced_by_itself(const Program& program, const check::Stratum& stratum) {
+    return ReplacedSearch(program, stratum).run();
+}
 
 }  // namespace meld::lint

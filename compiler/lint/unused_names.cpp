@@ -3,7 +3,7 @@
 // is known only after the check.
 #include <map>
 
-#include "compiler/check/each_name.h"
+#include "compiler/check/names/each_name.h"
 #include "compiler/lint/lint.h"
 
 namespace meld::lint {

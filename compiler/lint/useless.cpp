@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <deque>
 
-#include "compiler/check/forall.h"
+#include "compiler/check/program/forall.h"
 #include "compiler/lint/contradiction.h"
 #include "compiler/lint/linear_form.h"
 #include "compiler/lint/lint.h"

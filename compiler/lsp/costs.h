@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "compiler/lsp/analysis.h"
-#include "runtime/profile/file/profile_file.h"
+#include "runtime/results/profile/file/profile_file.h"
 
 namespace meld::lsp {
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "compiler/lsp/server.h"
-#include "runtime/base/deep_stack.h"
-#include "runtime/base/standard_streams.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/process/deep_stack.h"
 #include "runtime/cli/command_line.h"
 
 namespace {

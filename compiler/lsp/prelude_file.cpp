@@ -3,7 +3,7 @@
 
 #include "compiler/build/module_cache.h"
 #include "compiler/front/embedded.h"
-#include "runtime/base/input_file.h"
+#include "runtime/base/files/input_file.h"
 
 namespace meld::lsp {
 

@@ -17,8 +17,8 @@
 #include "compiler/lsp/describe.h"
 #include "compiler/lsp/protocol.h"
 #include "compiler/lsp/shallow_input.h"
+#include "runtime/base/terminal/terminal_text.h"
 #include "runtime/base/version.h"
-#include "runtime/base/visible.h"
 
 namespace meld::lsp {
 

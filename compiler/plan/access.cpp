@@ -1,7 +1,7 @@
 // The costs of the join order.
 #include "compiler/plan/access.h"
 
-#include "runtime/abi/senses.h"
+#include "runtime/module/abi/senses.h"
 
 namespace meld::plan {
 

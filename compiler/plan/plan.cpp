@@ -75,6 +75,7 @@ Plan make_plan(check::Program program, const PlanOptions& options) {
     plan.program = std::move(program);
     plan.counts = options.counts;
     plan.places = options.places || options.counts;
+    plan.checked = options.checked;
     plan.program.by_links = options.links || plan.program.worlds == check::Worlds::Graphs;
     for (const Pass& p : kPasses) {
         if (std::find(options.without.begin(), options.without.end(), p.name) == options.without.end()) {

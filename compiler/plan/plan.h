@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "compiler/plan/heads.h"
-#include "runtime/abi/storage_abi.h"
 #include "runtime/base/assert.h"
+#include "runtime/module/abi/storage_abi.h"
 
 namespace meld::plan {
 
@@ -135,6 +135,7 @@ struct Plan {
     bool idle_births = false;  // As in ModuleInfo.
     bool counts = false;       // The module is to count what its rules do.
     bool places = false;       // It is to say at any time which rule runs; so does one that counts.
+    bool checked = false;      // Its code is to check what it takes for granted (runtime/module/kernel/check.h).
 
     const Stored& of(PredicateId p) const {
         MELD_EXPECT(p.valid() && p.index() < stored.size(), "predicate {} of {}", p.index(), stored.size());
@@ -147,9 +148,9 @@ struct Plan {
 };
 
 struct PlanOptions {
-    std::vector<std::string> without = {};               // Passes to skip; only optimizing passes can be skipped.
-    std::string after = {};                              // The last pass; empty: all.
-    bool counts = false, places = false, links = false;  // As in Plan.
+    std::vector<std::string> without = {};                                // Passes to skip; only optimizing passes can be skipped.
+    std::string after = {};                                               // The last pass; empty: all.
+    bool counts = false, places = false, links = false, checked = false;  // As in Plan.
 };
 
 // Plans a program that was checked without errors.
@@ -207,6 +208,11 @@ void share_prefixes(Plan& plan);
 void find_strongly_connected(check::Program& program);
 // Splits strata that recur along a tree: the part that a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
+
+// Whether an atom names a link of its catom, as a route does: its first argument after the catom is a variable.
+inline bool is_route(const check::Program& program, const check::Atom& a) {
+    return program.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable();
+}
 
 // Whether the facts of a stratum have ranks (docs/design.md, "Ranks and quarantine"). Its trees must have been split.
 bool has_ranks(const check::Program& program, const check::Stratum& stratum);

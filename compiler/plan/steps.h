@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 
 namespace meld::plan {
 

@@ -53,13 +53,9 @@ void verify_predicate(const Program& program, const Predicate& p) {
 
 // ---- localization
 
-bool is_link(const Program& program, const Atom& a) {
-    return program.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable();
-}
-
 void add_neighbours(const Program& program, const Rule& rule, const std::vector<Clause>& body, Places& near) {
     for (const Clause& c : body) {
-        if (c.kind != Clause::Kind::Atom || !is_link(program, c.atom)) continue;
+        if (c.kind != Clause::Kind::Atom || !is_route(program, c.atom)) continue;
         const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
         if (a == rule.site) near.insert(b);
         if (b == rule.site) near.insert(a);
@@ -75,7 +71,7 @@ void verify_places(const Program& program, const Rule& rule, const std::vector<C
         if (at == rule.site) continue;
         const Predicate& p = program.predicates[c.atom.predicate];
         MELD_CHECK(near.contains(at), "rule {} reads {} at {}, which is no neighbour", rule.name, p.name, rule.variables[at].name);
-        const bool link_back = is_link(program, c.atom) && c.atom.arguments[1].variable == rule.site;
+        const bool link_back = is_route(program, c.atom) && c.atom.arguments[1].variable == rule.site;
         MELD_CHECK(p.world == WorldSource::None || link_back, "rule {} reads {} of the world at a neighbour", rule.name, p.name);
     }
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
-#include "runtime/base/input_file.h"
+#include "runtime/base/files/input_file.h"
 
 namespace meld::source {
 

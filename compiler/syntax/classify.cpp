@@ -14,10 +14,6 @@ namespace meld::syntax {
 
 namespace {
 
-bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-}
-
 // An expression may end with this token, so no other expression can start after it.
 bool ends_operand(TokenKind kind) {
     switch (kind) {

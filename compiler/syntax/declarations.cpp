@@ -21,10 +21,6 @@ using Form = DeclarationWord::Form;
 
 namespace {
 
-bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-}
-
 bool is_collection(std::string_view word) { return is_one_of(word, {"list", "set", "array"}); }
 bool is_type_word(std::string_view word) {
     return is_collection(word) || is_one_of(word, {"bool", "int", "float", "string", "node", "catom", "module", "addr", "vec3"});

@@ -9,4 +9,4 @@ flex_target(meld_scanner ${syntax_source}/scan.l ${syntax_output}/scan.cpp)
 bison_target(meld_grammar ${syntax_source}/grammar.y ${syntax_output}/grammar.cpp
   DEFINES_FILE ${syntax_output}/grammar.h COMPILE_FLAGS "-Wall -Werror=conflicts-sr -Werror=conflicts-rr")
 set(generated ${FLEX_meld_scanner_OUTPUTS} ${syntax_output}/grammar.cpp)
-set_source_files_properties(${generated} PROPERTIES COMPILE_OPTIONS "-w")
+set_source_files_properties(${generated} PROPERTIES COMPILE_OPTIONS "-w" SKIP_UNITY_BUILD_INCLUSION ON)

@@ -49,10 +49,6 @@ bool is_opening(TokenKind kind) {
     }
 }
 
-bool is_closing(TokenKind kind) {
-    return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace;
-}
-
 // A token that makes its expression one level deeper.
 bool is_operator(const Token& token) {
     switch (token.kind) {

@@ -32,10 +32,11 @@ Cure cure_of_word(const Stop& stop) {
 
 // sum X, where an aggregate is no word of its own.
 bool is_aggregate_before(const Stop& stop) {
-    static constexpr std::string_view kWords[] = {"sum", "min", "max", "count", "avg", "collect"};
+    static constexpr std::string_view kAggregateWords[] = {"sum", "min", "max", "count", "avg", "collect"};
     if (stop.at == stop.begin) return false;
     const Token& before = stop.tokens[stop.at - 1];
-    return before.kind == TokenKind::Name && std::find(std::begin(kWords), std::end(kWords), before.text) != std::end(kWords);
+    return before.kind == TokenKind::Name &&
+           std::find(std::begin(kAggregateWords), std::end(kAggregateWords), before.text) != std::end(kAggregateWords);
 }
 
 Cure cure_of_semicolon(const Stop& stop) {

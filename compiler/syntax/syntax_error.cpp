@@ -125,9 +125,6 @@ std::optional<std::size_t> earlier_arrow(const Stop& stop) {
     return std::nullopt;
 }
 
-bool is_closing(TokenKind kind) {
-    return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace;
-}
 std::string_view closing_of(TokenKind open) {
     return open == TokenKind::LeftBrace ? "}" : open == TokenKind::LeftBracket || open == TokenKind::NeighbourOpen ? "]" : ")";
 }

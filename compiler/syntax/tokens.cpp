@@ -1,6 +1,8 @@
 // Token names, the test whether a file is text at all, and the scan of a whole file.
 #include "compiler/syntax/tokens.h"
 
+#include <algorithm>
+
 #include <array>
 #include <limits>
 
@@ -57,6 +59,14 @@ bool is_atom(TokenKind kind) {
         default:
             return false;
     }
+}
+
+bool is_closing(TokenKind kind) {
+    return kind == TokenKind::RightParen || kind == TokenKind::RightBracket || kind == TokenKind::RightBrace;
+}
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
 }
 
 std::size_t utf8_sequence_size(std::string_view text) {

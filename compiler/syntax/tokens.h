@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,8 @@ std::string_view description(TokenKind kind);
 bool starts_declaration(TokenKind kind);
 // Whether it is a value by itself: a name, a variable, or a literal number, string or catom.
 bool is_atom(TokenKind kind);
+// Whether it is a closing bracket.
+bool is_closing(TokenKind kind);
 
 struct Token {
     TokenKind kind = TokenKind::End;
@@ -53,6 +56,9 @@ std::size_t text_end(std::string_view text);
 // The tokens of the file without comments, ended by one End. Every word is a Name: see classify_words. Reports characters that start no
 // token, unterminated comments and strings, and numbers that do not fit. A file that is not text has no tokens and one error.
 std::vector<Token> scan(const source::File& file, std::uint32_t file_index, diagnostics::Reporter& report);
+
+// Whether a word is one of these.
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words);
 
 // Gives words that are keywords in their context their own kind, so that `end` or `data` can be names everywhere else.
 void classify_words(std::vector<Token>& tokens);

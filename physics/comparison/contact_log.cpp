@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "physics/saved_bodies.h"
+#include "physics/solver/saved_bodies.h"
 
 namespace meld::physics {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "physics/engine.h"
+#include "physics/solver/engine.h"
 #include "runtime/base/bytes.h"
 
 namespace meld::physics {

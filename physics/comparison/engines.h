@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "physics/engine.h"
+#include "physics/solver/engine.h"
 
 namespace meld::physics {
 

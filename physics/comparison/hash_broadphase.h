@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "physics/broadphase.h"
+#include "physics/collision/broadphase.h"
 
 namespace meld::physics {
 

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <functional>
 
-#include "physics/broadphase.h"
+#include "physics/collision/broadphase.h"
 #include "physics/comparison/contact_log.h"
 #include "physics/comparison/engines.h"
 #include "physics/comparison/pairwise_features.h"
-#include "physics/engine.h"
-#include "physics/feature_wrenches.h"
-#include "physics/kernels.h"
+#include "physics/solver/engine.h"
+#include "physics/solver/feature_wrenches.h"
+#include "physics/solver/kernels.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {

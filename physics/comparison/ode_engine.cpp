@@ -8,15 +8,15 @@
 #include <functional>
 #include <span>
 
+#include "physics/collision/ode_library.h"
+#include "physics/collision/ode_shapes.h"
+#include "physics/collision/terrain.h"
 #include "physics/comparison/contact_log.h"
 #include "physics/comparison/engines.h"
 #include "physics/comparison/pairwise_features.h"
-#include "physics/engine.h"
-#include "physics/feature_wrenches.h"
-#include "physics/ode_library.h"
-#include "physics/ode_shapes.h"
-#include "physics/saved_bodies.h"
-#include "physics/terrain.h"
+#include "physics/solver/engine.h"
+#include "physics/solver/feature_wrenches.h"
+#include "physics/solver/saved_bodies.h"
 
 namespace meld::physics {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "physics/feature_wrenches.h"
+#include "physics/solver/feature_wrenches.h"
 
 namespace meld::physics {
 

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "physics/broadphase.h"
+#include "physics/collision/broadphase.h"
 #include "physics/comparison/hash_broadphase.h"
-#include "physics/engine.h"
+#include "physics/solver/engine.h"
 
 namespace meld::physics {
 

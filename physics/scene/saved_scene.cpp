@@ -1,9 +1,9 @@
 // A scene in a snapshot.
 #include <vector>
 
-#include "physics/engine.h"
-#include "physics/saved_bodies.h"
 #include "physics/scene/scene.h"
+#include "physics/solver/engine.h"
+#include "physics/solver/saved_bodies.h"
 
 namespace meld::physics {
 

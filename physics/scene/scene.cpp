@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "physics/comparison/engines.h"
-#include "physics/engine.h"
 #include "physics/scene/scene.h"
+#include "physics/solver/engine.h"
 
 namespace meld::physics {
 

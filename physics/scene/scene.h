@@ -16,17 +16,17 @@
 #include <string>
 #include <vector>
 
-#include "physics/actuation.h"
-#include "physics/material.h"
-#include "physics/obstacles.h"
-#include "physics/reports.h"
-#include "physics/settings.h"
-#include "physics/types.h"
+#include "physics/bodies/actuation.h"
+#include "physics/bodies/material.h"
+#include "physics/bodies/reports.h"
+#include "physics/bodies/settings.h"
+#include "physics/bodies/types.h"
+#include "physics/collision/obstacles.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/exact_sum.h"
 #include "runtime/base/hash.h"
-#include "runtime/base/parallel_for.h"
+#include "runtime/base/process/parallel_for.h"
 
 namespace meld::physics {
 

@@ -3,9 +3,9 @@
 #include <cstring>
 #include <numbers>
 
-#include "physics/engine.h"
 #include "physics/scene/scene.h"
-#include "runtime/base/give_back.h"
+#include "physics/solver/engine.h"
+#include "runtime/base/release_memory.h"
 
 namespace meld::physics {
 

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <optional>
 
-#include "physics/block_engine.h"
-#include "physics/engine.h"
+#include "physics/solver/block_engine.h"
+#include "physics/solver/engine.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 

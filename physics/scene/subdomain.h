@@ -29,10 +29,10 @@
 #include <utility>
 #include <vector>
 
-#include "physics/block_grid.h"
-#include "physics/broadphase.h"
+#include "physics/bodies/stage.h"
+#include "physics/collision/block_grid.h"
+#include "physics/collision/broadphase.h"
 #include "physics/scene/scene.h"
-#include "physics/stage.h"
 #include "runtime/base/bytes.h"
 
 namespace meld::physics {

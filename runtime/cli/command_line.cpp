@@ -8,10 +8,10 @@
 #include <iostream>
 #include <string_view>
 
+#include "runtime/base/did_you_mean.h"
 #include "runtime/base/error.h"
-#include "runtime/base/nearest.h"
+#include "runtime/base/terminal/terminal_text.h"
 #include "runtime/base/version.h"
-#include "runtime/base/visible.h"
 #include "runtime/cli/tables.h"
 #include "runtime/cli/usage_error.h"
 

@@ -6,8 +6,8 @@
 #include <iostream>
 #include <optional>
 
-#include "runtime/base/nearest.h"
-#include "runtime/base/visible.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/base/terminal/terminal_text.h"
 #include "runtime/cli/tables.h"
 
 namespace meld::cli {

@@ -7,23 +7,23 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/base/deep_stack.h"
+#include "runtime/ask/dap/serve.h"
 #include "runtime/base/error.h"
-#include "runtime/base/standard_streams.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/process/deep_stack.h"
 #include "runtime/cli/command_line.h"
-#include "runtime/dap/serve.h"
-#include "runtime/driver/asking.h"
-#include "runtime/driver/bisect.h"
-#include "runtime/driver/debug.h"
-#include "runtime/driver/diff_command.h"
-#include "runtime/driver/fork.h"
-#include "runtime/driver/option_groups.h"
-#include "runtime/driver/picture_commands.h"
-#include "runtime/driver/profile_command.h"
-#include "runtime/driver/replay.h"
-#include "runtime/driver/run.h"
-#include "runtime/driver/view.h"
-#include "runtime/driver/world_command.h"
+#include "runtime/driver/pictures/picture_commands.h"
+#include "runtime/driver/questions/bisect.h"
+#include "runtime/driver/questions/diff_command.h"
+#include "runtime/driver/questions/profile_command.h"
+#include "runtime/driver/questions/question_commands.h"
+#include "runtime/driver/questions/world_command.h"
+#include "runtime/driver/run/fork.h"
+#include "runtime/driver/run/replay.h"
+#include "runtime/driver/run/run.h"
+#include "runtime/driver/session/debug.h"
+#include "runtime/driver/session/view.h"
+#include "runtime/driver/setup/option_groups.h"
 
 namespace {
 

@@ -1,13 +1,13 @@
 // Watches how the work of a run is divided among its processes, and says when to divide the ensemble anew
-// (runtime/partition/balance_rule.h). Nothing that programs can see depends on it.
+// (runtime/world/partition/balance_rule.h). Nothing that programs can see depends on it.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "runtime/partition/balance_rule.h"
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/world/partition/balance_rule.h"
 
 namespace meld::sim {
 

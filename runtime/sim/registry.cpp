@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "runtime/abi/actions.h"
-#include "runtime/base/nearest.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/module/abi/actions.h"
 #include "runtime/sim/bodies/free_motion.h"
 #include "runtime/sim/choices.h"
 #include "runtime/sim/core/extension.h"

@@ -9,12 +9,12 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/interrupt.h"
-#include "runtime/base/stage_clock.h"
+#include "runtime/base/process/interrupt.h"
+#include "runtime/base/process/stage_clock.h"
 #include "runtime/sim/choices.h"
 #include "runtime/sim/core/catom_failures.h"
-#include "runtime/sim/core/given.h"
 #include "runtime/sim/core/link_failures.h"
+#include "runtime/sim/core/world_facts.h"
 #include "runtime/sim/state/hand_over.h"
 #include "runtime/sim/state/reading.h"
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/partition/partition.h"
+#include "runtime/world/partition/partition.h"
 #include "tests/bench/clock.h"
 
 namespace {

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/broadphase.h"
+#include "physics/collision/broadphase.h"
 #include "physics/comparison/hash_broadphase.h"
 #include "physics/scene/scene.h"
 #include "tests/bench/clock.h"

@@ -9,9 +9,9 @@
 #include <ctime>
 #include <string_view>
 
-#include "runtime/render/colours.h"
-#include "runtime/render/paint.h"
-#include "runtime/world/lattice.h"
+#include "runtime/show/render/colours.h"
+#include "runtime/show/render/paint.h"
+#include "runtime/world/lattice/lattice.h"
 #include "tests/bench/clock.h"
 
 namespace {

@@ -1,7 +1,7 @@
 // What a question about a run costs: of one catom, and of all. The gradient on a cube. Usage: bench_query GRADIENT.meld [SIDE]
 #include <chrono>
 
-#include "runtime/inspect/query.h"
+#include "runtime/ask/query/query.h"
 #include "tests/bench/measure.h"
 
 namespace {

@@ -3,7 +3,7 @@
 // Usage: bench_rows MELDC FOLDER [small]
 #include <cinttypes>
 
-#include "runtime/record/state_digest.h"
+#include "runtime/results/record/state_digest.h"
 #include "tests/bench/measure.h"
 
 namespace {

@@ -2,7 +2,7 @@
 // back. The gradient on a cube. Usage: bench_timeline GRADIENT.meld [SIDE]
 #include <chrono>
 
-#include "runtime/timeline/timeline.h"
+#include "runtime/results/timeline/timeline.h"
 #include "tests/bench/measure.h"
 
 namespace {

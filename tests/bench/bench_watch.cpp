@@ -1,6 +1,6 @@
 // What watches cost while the gradient settles on a cube, and when it has settled: the run with each beside the run with none.
 // Usage: bench_watch GRADIENT.meld [SIDE]
-#include "runtime/inspect/watches.h"
+#include "runtime/ask/watch/watches.h"
 #include "tests/bench/measure.h"
 
 namespace {

@@ -7,8 +7,8 @@
 #include <map>
 #include <vector>
 
-#include "runtime/abi/geometry_abi.h"
-#include "runtime/world/ensemble.h"
+#include "runtime/module/abi/geometry_abi.h"
+#include "runtime/world/ensemble/ensemble.h"
 
 namespace meld::bench {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/abi/geometry_abi.h"
+#include "runtime/module/abi/geometry_abi.h"
 
 namespace meld::bench {
 

@@ -7,12 +7,12 @@
 #include <memory>
 #include <string>
 
-#include "runtime/comm/communicator.h"
-#include "runtime/driver/run.h"
-#include "runtime/module/module.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/driver/run/run.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/module/load/module.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/world/target.h"
+#include "runtime/world/ensemble/target.h"
 #include "tests/bench/clock.h"
 
 namespace meld::bench {

@@ -41,7 +41,7 @@ target_link_libraries(bench_mechanics PRIVATE physics_scene)
 add_test(NAME bench_mechanics COMMAND bench_mechanics)
 
 add_executable(bench_picture ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_picture.cpp)
-target_link_libraries(bench_picture PRIVATE runtime_render runtime_world)
+target_link_libraries(bench_picture PRIVATE runtime_show_render runtime_world)
 add_test(NAME bench_picture_small COMMAND bench_picture 12 fcc)
 
 add_executable(bench_front_end ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_front_end.cpp)
@@ -52,5 +52,5 @@ add_test(NAME bench_bodies_small
 set_tests_properties(bench_bodies_small PROPERTIES PROCESSORS 2)
 
 add_executable(bench_halo ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_halo.cpp)
-target_link_libraries(bench_halo PRIVATE runtime_partition)
+target_link_libraries(bench_halo PRIVATE runtime_world_partition)
 add_test(NAME bench_halo_small COMMAND bench_halo 64)

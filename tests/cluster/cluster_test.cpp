@@ -1,6 +1,6 @@
 // Runs in the virtual cluster: whatever the order of turns, and wherever processes are killed and the run goes on from its last snapshot
 // on another number of them, every tick has the facts that it has in a run of one process.
-#include "runtime/comm/cluster.h"
+#include "runtime/comm/transport/cluster.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <string>
 
 #include "runtime/base/random.h"
-#include "runtime/record/state_digest.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/simulation.h"
 #include "tests/state/memory_shares.h"
 #include "tests/state/random_division.h"

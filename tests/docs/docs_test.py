@@ -241,7 +241,7 @@ def errors_page(bin_folder):
 
 def functions_page():
     """docs/functions.md, from the table of the library."""
-    table = (ROOT / "compiler/check/library.def").read_text()
+    table = (ROOT / "compiler/check/program/library.def").read_text()
     out = ["# Functions", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
            "Functions that every program can call. A function of the program hides a library function of the same name.", "",
            "`T` is any type, `N` is `int` or `float`, `S` a struct of floats.",

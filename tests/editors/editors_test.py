@@ -185,7 +185,7 @@ class Extension(unittest.TestCase):
         package = json.loads((self.FOLDER / "package.json").read_text())
         debugger = package["contributes"]["debuggers"][0]
         offered = debugger["configurationAttributes"]["launch"]["properties"]
-        reads = (ROOT / "runtime/dap/launch.cpp").read_text()
+        reads = (ROOT / "runtime/ask/dap/launch.cpp").read_text()
         table = re.search(r"kAttributes = \{\{(.*?)\}\};", reads, re.DOTALL)[1]
         known = set(re.findall(r'\{"(\w+)", "--', table)) | set(re.findall(r'(?:contains|flag)\((?:arguments, )?"(\w+)"', reads))
         # That one is VS Code's own.

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/ask/dap/adapter.h"
+#include "runtime/ask/debug/command.h"
 #include "runtime/base/assert.h"
-#include "runtime/dap/adapter.h"
-#include "runtime/debug/command.h"
 
 namespace {
 

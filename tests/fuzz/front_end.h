@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 
 namespace meld::fuzz {
 

@@ -16,7 +16,7 @@ endforeach()
 fuzz_target(world SOURCES MUTATOR fuzz/mutate.cpp fuzz/mutator.cpp DEPENDS runtime_world)
 # Its files are no text, so libFuzzer changes them by itself.
 fuzz_target(share DEPENDS runtime_sim)
-fuzz_target(dap DEPENDS runtime_dap runtime_debug)
+fuzz_target(dap DEPENDS runtime_ask_dap runtime_ask_debug)
 set(fuzz_seeds ${CMAKE_SOURCE_DIR}/tests/fuzz/found ${CMAKE_SOURCE_DIR}/tests/meld ${CMAKE_SOURCE_DIR}/examples/meld
                ${CMAKE_SOURCE_DIR}/tests/retraction)
 add_test(NAME fuzz_front_end_replay COMMAND fuzz_front_end_replay --mutations 10 ${fuzz_seeds})

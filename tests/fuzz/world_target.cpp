@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "runtime/base/assert.h"
-#include "runtime/graph/divide.h"
-#include "runtime/world/nearest_cell.h"
-#include "runtime/world/populate.h"
-#include "runtime/world/target.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/ensemble/target.h"
+#include "runtime/world/file/populate.h"
+#include "runtime/world/file/world_file.h"
+#include "runtime/world/graph/divide.h"
+#include "runtime/world/shapes/nearest_cell.h"
 
 namespace {
 

@@ -7,13 +7,13 @@
 #include <set>
 
 #include "runtime/base/bytes.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/driver/run.h"
-#include "runtime/module/module.h"
-#include "runtime/record/state_digest.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/driver/run/run.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/module/load/module.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/world/populate.h"
+#include "runtime/world/file/populate.h"
 
 namespace meld {
 namespace {

@@ -54,6 +54,7 @@ Result<Module> Workshop::module(const std::string& text, bool by_links) {
     driver::CompileOptions options{.cache_dir = folder_ + "/cache"};
     if (level == Level::Quick) options.optimisation = 0;
     options.plan.links = by_links;
+    options.plan.checked = true;
     if (goes_far(text)) options.worlds = check::Worlds::Graphs;
     const Result<void> done = driver::compile(path, options, compilation);
     if (!done) return tl::unexpected<Error>(done.error());

@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
-#include "compiler/check/program.h"
-#include "runtime/abi/module_abi.h"
-#include "runtime/module/module.h"
+#include "compiler/check/program/program.h"
+#include "runtime/module/abi/module_abi.h"
+#include "runtime/module/load/module.h"
 
 namespace meld::reference {
 

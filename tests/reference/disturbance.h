@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "runtime/comm/cluster.h"
+#include "runtime/comm/transport/cluster.h"
 #include "tests/retraction/changes.h"
 #include "tests/state/memory_shares.h"
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "runtime/base/error.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::reference {
 

@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "runtime/tuple/facts.h"
-#include "runtime/tuple/values.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/values.h"
 
 namespace meld::reference {
 

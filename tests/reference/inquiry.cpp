@@ -8,11 +8,11 @@
 
 #include "body.h"
 #include "questions.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/inspect/query.h"
-#include "runtime/inspect/why.h"
-#include "runtime/timeline/timeline.h"
-#include "runtime/world/target.h"
+#include "runtime/ask/query/query.h"
+#include "runtime/ask/why/why.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/results/timeline/timeline.h"
+#include "runtime/world/ensemble/target.h"
 #include "schedule.h"
 #include "worlds.h"
 

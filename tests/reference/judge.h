@@ -1,4 +1,4 @@
-// Judges answers of `why` and `why-not` about a run: whether every word of them is so. Shares nothing with runtime/inspect; it knows the
+// Judges answers of `why` and `why-not` about a run: whether every word of them is so. Shares nothing with runtime/ask; it knows the
 // program, and what there was after every tick.
 #pragma once
 

@@ -6,8 +6,8 @@
 
 #include "body.h"
 #include "model.h"
-#include "runtime/inspect/program.h"
-#include "runtime/inspect/table.h"
+#include "runtime/ask/facts/program.h"
+#include "runtime/ask/query/table.h"
 
 namespace meld::reference {
 

@@ -1,6 +1,6 @@
 // Programs of linear rules alone: catoms that mostly hold one fact of each predicate, which the compiler then keeps in variables
-// (compiler/plan/singles.cpp), and that sometimes come to hold several. Every firing consumes a message, joins two facts or takes one of
-// the steps that a fact has left, so each program comes to an end.
+// (compiler/plan/passes/singles.cpp), and that sometimes come to hold several. Every firing consumes a message, joins two facts or takes
+// one of the steps that a fact has left, so each program comes to an end.
 #include <fmt/format.h>
 
 #include "blocks.h"

@@ -1,5 +1,6 @@
 // Blocks of linear rules that update one fact by each of many others, which the compiler takes in one pass where it can
-// (compiler/plan/sweep.cpp), and rules that only look like these. Every firing consumes a message, and nothing makes new ones without end.
+// (compiler/plan/passes/sweep.cpp), and rules that only look like these. Every firing consumes a message, and nothing makes new ones
+// without end.
 #include <fmt/format.h>
 
 #include "blocks.h"

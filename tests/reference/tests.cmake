@@ -4,7 +4,7 @@ list(FILTER reference_sources EXCLUDE REGEX "(main|_test)\\.cpp$")
 add_library(tests_reference STATIC ${reference_sources}
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/graph_case.cpp
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
-target_link_libraries(tests_reference PUBLIC compiler_driver runtime_inspect runtime_record runtime_module meld_eigen)
+target_link_libraries(tests_reference PUBLIC compiler_driver runtime_ask_debug runtime_results_record runtime_module_load meld_eigen)
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)
 target_link_libraries(test_random PRIVATE tests_reference)

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 
 namespace meld::reference {
 

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "compiler/check/program.h"
+#include "compiler/check/program/program.h"
 #include "draft.h"
 #include "value.h"
 

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "compiler/front/body.h"
-#include "runtime/inspect/local_facts.h"
-#include "runtime/inspect/solver.h"
-#include "runtime/tuple/value_text.h"
+#include "runtime/ask/facts/local_facts.h"
+#include "runtime/ask/query/solver.h"
+#include "runtime/engine/tuple/value_text.h"
 
 namespace meld::reference {
 

@@ -6,8 +6,8 @@
 #include <set>
 #include <string>
 
-#include "runtime/inspect/program.h"
-#include "runtime/inspect/watches.h"
+#include "runtime/ask/facts/program.h"
+#include "runtime/ask/watch/watches.h"
 
 namespace meld::reference {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "runtime/graph/layout.h"
+#include "runtime/world/graph/layout.h"
 
 namespace meld::reference {
 

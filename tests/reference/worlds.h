@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "runtime/graph/graph.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/world_file.h"
+#include "runtime/world/graph/graph.h"
 #include "tests/retraction/case.h"
 
 namespace meld::reference {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::retraction {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/world/lattice.h"
+#include "runtime/world/lattice/lattice.h"
 
 namespace meld::retraction {
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "runtime/abi/module_abi.h"
-#include "runtime/module/module.h"
+#include "runtime/module/abi/module_abi.h"
+#include "runtime/module/load/module.h"
 
 namespace meld::retraction {
 

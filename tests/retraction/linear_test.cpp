@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include "compiled.h"
-#include "runtime/comm/communicator.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/core/tick.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/world/target.h"
+#include "runtime/world/ensemble/target.h"
 
 namespace meld::retraction {
 namespace {

@@ -7,11 +7,11 @@
 #include <stdexcept>
 
 #include "changes.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/record/state_digest.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/core/tick.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/world/target.h"
+#include "runtime/world/ensemble/target.h"
 
 namespace meld::retraction {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "reference.h"
-#include "runtime/abi/module_abi.h"
 #include "runtime/base/hash.h"
+#include "runtime/module/abi/module_abi.h"
 
 namespace meld::retraction {
 

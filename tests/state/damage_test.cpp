@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "runtime/comm/communicator.h"
+#include "runtime/comm/transport/communicator.h"
 #include "runtime/sim/state/checkpoint_folder.h"
 
 namespace meld::sim {

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "run_fixture.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/inspect/all_facts.h"
-#include "runtime/inspect/query.h"
-#include "runtime/inspect/solver.h"
-#include "runtime/timeline/timeline.h"
+#include "runtime/ask/facts/all_facts.h"
+#include "runtime/ask/query/query.h"
+#include "runtime/ask/query/solver.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/results/timeline/timeline.h"
 
 namespace meld::inspect {
 namespace {

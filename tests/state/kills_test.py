@@ -6,7 +6,7 @@ disturbed, byte for byte, and its recording has the same data. No process, no sh
 how many kills there were, and what the runs were doing. A turn is made again by --turn.
 
 Programs are compiled once, and the disk is in memory, so that a kill takes a tenth of a second. Where a process is it tells in a table, as
-to a supervisor (runtime/base/pulse.h).
+to a supervisor (runtime/base/process/liveness.h).
 """
 
 import collections

@@ -6,12 +6,12 @@
 #include <string>
 
 #include "run_fixture.h"
-#include "runtime/base/pulse.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/record/fact_tables.h"
-#include "runtime/record/facts_file.h"
-#include "runtime/record/recorder.h"
-#include "runtime/record/state_digest.h"
+#include "runtime/base/process/liveness.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/results/facts/fact_tables.h"
+#include "runtime/results/facts/facts_file.h"
+#include "runtime/results/record/recorder.h"
+#include "runtime/results/record/state_digest.h"
 
 namespace meld {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "runtime/base/random.h"
-#include "runtime/partition/partition.h"
-#include "runtime/world/lattice.h"
+#include "runtime/world/lattice/lattice.h"
+#include "runtime/world/partition/partition.h"
 
 namespace meld {
 

@@ -6,11 +6,11 @@
 #include <memory>
 #include <string>
 
-#include "runtime/driver/run.h"
-#include "runtime/module/module.h"
+#include "runtime/driver/run/run.h"
+#include "runtime/module/load/module.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/world/target.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/ensemble/target.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld {
 

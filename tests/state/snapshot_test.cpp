@@ -18,10 +18,10 @@
 
 #include "memory_shares.h"
 #include "run_fixture.h"
-#include "runtime/abi/actions.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/record/digest_file.h"
-#include "runtime/record/state_digest.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/module/abi/actions.h"
+#include "runtime/results/record/digest_file.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/simulation.h"
 
 namespace meld {

@@ -9,9 +9,9 @@
 
 #include "memory_shares.h"
 #include "run_fixture.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/record/state_digest.h"
-#include "runtime/timeline/timeline.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/results/record/state_digest.h"
+#include "runtime/results/timeline/timeline.h"
 
 namespace meld {
 namespace {

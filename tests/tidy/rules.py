@@ -21,10 +21,39 @@ def check_table_of_folders(page, layers) -> Iterator[Problem]:
             yield Problem("docs/design.md", 1, f"the table of folders has no {folder}, which CMakeLists.txt names")
 
 
+ANONYMOUS = re.compile(r"^namespace \{\n(.*?)^\}  // namespace$", re.DOTALL | re.MULTILINE)
+PRIVATE = [re.compile(r"^(?:inline )?constexpr .*?\b(k[A-Z]\w+)\b"), re.compile(r"^(?:struct|class|enum class|enum) (\w+)\b"),
+           re.compile(r"^\w[\w:<>,&* ]*[\w>&*] [&*]*(\w+\(.*)\{")]
+
+
+def private_names(text) -> Iterator[str]:
+    """What a source defines in its anonymous namespaces: constants, types, and functions with the types of their arguments."""
+    for body in ANONYMOUS.findall(text):
+        for line in body.split("\n"):
+            for pattern in PRIVATE:
+                if match := pattern.match(line):
+                    # Without the names of the arguments and what follows them.
+                    yield re.sub(r"\) *\w*$", ")", re.sub(r" \w+(?= = [^,)]*[,)]|[,)])", "", match[1].rstrip()))
+                    break
+
+
+class PrivateNames:
+    """The release compiles several sources of a layer as one, so what they define for themselves has different names."""
+
+    def __init__(self):
+        self.first = {}
+
+    def problems(self, path, text, layer) -> Iterator[Problem]:
+        for name in private_names(text):
+            first = self.first.setdefault((layer, name), path)
+            if first != path:
+                yield Problem(path, 1, f"{name} stands in an anonymous namespace of {first} too, and both are compiled together")
+
+
 class Layers:
     """Which folder may include which, read from the meld_layer and meld_plugin calls of the top-level CMakeLists.txt."""
 
-    CALL = re.compile(r"^meld_(layer|plugin)\(([^)]*)\)", re.MULTILINE)
+    CALL = re.compile(r"^ *meld_(layer|plugin)\(([^)]*)\)", re.MULTILINE)
 
     def __init__(self, cmake_text: str):
         self.depends = {}
@@ -35,7 +64,7 @@ class Layers:
             if kind == "plugin":
                 name = words.pop(0)
                 plugins[name] = words[0]
-            calls.append((words[0], words[2:]))
+            calls.append((words[0], words[words.index("DEPENDS") + 1:]))
         folders = {folder for folder, _ in calls}
         targets = {folder.replace("/", "_"): folder for folder in folders} | plugins
         for folder, words in calls:
@@ -66,24 +95,25 @@ class Layers:
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 PROJECT = ("compiler/", "runtime/", "physics/")
 
+PTHREAD_FILES = ("runtime/base/process/parallel_for.cpp", "runtime/base/process/deep_stack.cpp", "runtime/show/view/http.cpp")
 # Header, the folders that may include it, why.
 RESTRICTED_HEADERS = [
     (re.compile(r"^mpi\.h$"), ("runtime/comm/", "tests/"), "only runtime/comm talks to MPI"),
     (re.compile(r"^ode/"), ("physics/", "tests/bench/", "tests/unit/physics/"), "only physics talks to ODE"),
-    (re.compile(r"^(embree3|cairo)/"), ("runtime/render/",), "only runtime/render uses Embree and Cairo"),
-    (re.compile(r"^civetweb\.h$"), ("runtime/view/http.cpp",), "only runtime/view uses civetweb"),
-    (re.compile(r"^(assimp/|tinyxml2\.h$)"), ("runtime/model/",), "only runtime/model uses assimp and TinyXML"),
-    (re.compile(r"^(histedit\.h|editline/)"), ("runtime/debug/",), "only runtime/debug uses libedit"),
+    (re.compile(r"^(embree3|cairo)/"), ("runtime/show/render/",), "only runtime/show/render uses Embree and Cairo"),
+    (re.compile(r"^civetweb\.h$"), ("runtime/show/view/http.cpp",), "only runtime/show/view uses civetweb"),
+    (re.compile(r"^(assimp/|tinyxml2\.h$)"), ("runtime/world/model/",), "only runtime/world/model uses assimp and TinyXML"),
+    (re.compile(r"^(histedit\.h|editline/)"), ("runtime/ask/debug/",), "only runtime/ask/debug uses libedit"),
     (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"),
      "only compiler/build and compiler/diagnostics use LLVM"),
     (re.compile(r"^mlir/"), ("compiler/lsp/",), "only compiler/lsp uses MLIR"),
-    (re.compile(r"^(thread|future)$"), ("runtime/base/parallel_for.cpp", "runtime/comm/", "runtime/view/http.cpp", "tests/"),
-     "threads come from runtime/base/parallel_for.h"),
-    (re.compile(r"^pthread\.h$"), ("runtime/base/parallel_for.cpp", "runtime/base/deep_stack.cpp", "runtime/view/http.cpp"),
-     "threads come from runtime/base/parallel_for.h"),
+    (re.compile(r"^(thread|future)$"), ("runtime/base/process/parallel_for.cpp", "runtime/comm/", "runtime/show/view/http.cpp", "tests/"),
+     "threads come from runtime/base/process/parallel_for.h"),
+    (re.compile(r"^pthread\.h$"), PTHREAD_FILES,
+     "threads come from runtime/base/process/parallel_for.h"),
 ]
 THREAD = re.compile(r"\bstd::(jthread|thread|async)\b(?!::hardware_concurrency)|\bpthread_create\b")
-THREAD_FILES = ("runtime/base/parallel_for.cpp", "runtime/base/deep_stack.cpp", "runtime/comm/threads.", "runtime/view/http.cpp", "tests/")
+THREAD_FILES = PTHREAD_FILES + ("runtime/comm/transport/threads.", "tests/")
 MAX_LINES = 600
 MAX_COLUMNS = 140
 
@@ -125,7 +155,7 @@ def check_threads(path, lines) -> Iterator[Problem]:
         return
     for number, line in enumerate(lines, 1):
         if THREAD.search(line.split("//")[0]):
-            yield Problem(path, number, "threads come from runtime/base/parallel_for.h")
+            yield Problem(path, number, "threads come from runtime/base/process/parallel_for.h")
 
 
 def check_header(path, lines) -> Iterator[Problem]:

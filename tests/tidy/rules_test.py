@@ -3,17 +3,17 @@
 import unittest
 
 from references import References
-from rules import Layers, check_file, check_table_of_folders
+from rules import Layers, PrivateNames, check_file, check_table_of_folders
 
 CMAKE = """
 meld_layer(runtime/base DEPENDS fmt::fmt)
-meld_layer(runtime/abi DEPENDS runtime/base)
+meld_layer(runtime/module/abi DEPENDS runtime/base)
 meld_plugin(meld_backend compiler/build/backend DEPENDS runtime_base meld_clang)
-meld_layer(compiler/build DEPENDS runtime/abi meld_backend)
+meld_layer(compiler/build DEPENDS runtime/module/abi meld_backend)
 meld_layer(runtime/comm DEPENDS runtime/base meld_mpi)
 meld_layer(physics DEPENDS runtime/base)
-meld_layer(runtime/render DEPENDS runtime/base)
-meld_layer(runtime/model DEPENDS runtime/base)
+meld_layer(runtime/show/render DEPENDS runtime/base)
+meld_layer(runtime/world/model DEPENDS runtime/base)
 """
 
 
@@ -23,11 +23,11 @@ def rules_broken(path, body="", opening="// What it is.\n#pragma once\n"):
 
 class LayerRules(unittest.TestCase):
     def test_a_layer_sees_itself_and_what_is_below(self):
-        self.assertEqual(rules_broken("runtime/abi/a.h", '#include "runtime/abi/b.h"\n#include "runtime/base/c.h"\n'), [])
+        self.assertEqual(rules_broken("runtime/module/abi/a.h", '#include "runtime/module/abi/b.h"\n#include "runtime/base/c.h"\n'), [])
         self.assertEqual(rules_broken("compiler/build/a.h", '#include "runtime/base/c.h"\n'), [])
 
     def test_a_layer_does_not_see_what_is_above_or_beside(self):
-        self.assertEqual(len(rules_broken("runtime/base/a.h", '#include "runtime/abi/b.h"\n')), 1)
+        self.assertEqual(len(rules_broken("runtime/base/a.h", '#include "runtime/module/abi/b.h"\n')), 1)
         self.assertEqual(len(rules_broken("runtime/comm/a.h", '#include "compiler/build/b.h"\n')), 1)
 
     def test_a_plugin_is_a_layer_of_its_own(self):
@@ -47,33 +47,47 @@ class LayerRules(unittest.TestCase):
         self.assertEqual(list(Layers(CMAKE).problems_of_order("CMakeLists.txt")), [])
 
 
+class PrivateNameRules(unittest.TestCase):
+    def broken(self, *texts):
+        names = PrivateNames()
+        return [problem for number, text in enumerate(texts)
+                for problem in names.problems(f"runtime/base/{number}.cpp", f"namespace {{\n{text}\n}}  // namespace\n", "runtime/base")]
+
+    def test_sources_of_a_layer_name_different_things_differently(self):
+        for text in ("constexpr int kMax = 3;", "struct Row {", "int twice(int a, int b) {", "bool holds(const Fact& fact) {"):
+            self.assertEqual(len(self.broken(text, text)), 1, text)
+
+    def test_functions_may_differ_in_their_arguments(self):
+        self.assertEqual(self.broken("int twice(int a) {", "int twice(double a) {", "int thrice(int a) {"), [])
+
+
 class HeaderRules(unittest.TestCase):
     def test_outside_libraries_stay_in_their_layer(self):
-        for header, home in (("mpi.h", "runtime/comm/a.h"), ("ode/ode.h", "physics/a.h"), ("embree3/rtcore.h", "runtime/render/a.h"),
-                             ("assimp/scene.h", "runtime/model/a.h"),
+        for header, home in (("mpi.h", "runtime/comm/a.h"), ("ode/ode.h", "physics/a.h"), ("embree3/rtcore.h", "runtime/show/render/a.h"),
+                             ("assimp/scene.h", "runtime/world/model/a.h"),
                              ("llvm/IR/Module.h", "compiler/build/backend/a.h")):
             self.assertEqual(rules_broken(home, f"#include <{header}>\n"), [])
-            self.assertEqual(len(rules_broken("runtime/abi/a.h", f"#include <{header}>\n")), 1)
+            self.assertEqual(len(rules_broken("runtime/module/abi/a.h", f"#include <{header}>\n")), 1)
 
     def test_threads_are_started_in_one_place(self):
         body = "#include <thread>\nstd::thread worker;\n"
-        self.assertEqual(rules_broken("runtime/base/parallel_for.cpp", body), [])
-        self.assertEqual(len(rules_broken("runtime/abi/a.cpp", body)), 2)
-        self.assertEqual(rules_broken("runtime/abi/a.cpp", "// Not a std::thread.\n"), [])
+        self.assertEqual(rules_broken("runtime/base/process/parallel_for.cpp", body), [])
+        self.assertEqual(len(rules_broken("runtime/module/abi/a.cpp", body)), 2)
+        self.assertEqual(rules_broken("runtime/module/abi/a.cpp", "// Not a std::thread.\n"), [])
 
     def test_headers_open_with_a_sentence_and_pragma_once(self):
-        self.assertEqual(len(rules_broken("runtime/abi/a.h", "", "// What it is.\n")), 1)
-        self.assertEqual(len(rules_broken("runtime/abi/a.h", "", "#pragma once\n")), 1)
+        self.assertEqual(len(rules_broken("runtime/module/abi/a.h", "", "// What it is.\n")), 1)
+        self.assertEqual(len(rules_broken("runtime/module/abi/a.h", "", "#pragma once\n")), 1)
 
 
 class TableOfFolders(unittest.TestCase):
     def test_each_layer_has_a_row(self):
         whole = "| `runtime/base`, `abi`, `comm` | low |\n| `compiler/build`, `backend` | high |\n| `physics` | |\n"
-        whole += "| `runtime/model`, `runtime/render` | |\n"
+        whole += "| `runtime/world/model`, `runtime/show/render` | |\n"
         self.assertEqual(list(check_table_of_folders(whole, Layers(CMAKE))), [])
         missing = [p.rule for p in check_table_of_folders(whole.replace("`abi`", "abi") + "| other | `abi` |\n", Layers(CMAKE))]
         self.assertEqual(len(missing), 1)
-        self.assertIn("runtime/abi", missing[0])
+        self.assertIn("runtime/module/abi", missing[0])
 
 
 class TextRules(unittest.TestCase):
@@ -97,30 +111,31 @@ class TextRules(unittest.TestCase):
 
 class ReferenceRules(unittest.TestCase):
     def broken(self, path, text):
-        here = References({"docs/a.md": "# A\n\n## What is there\n", "runtime/abi/a.h": "void begin();\n", "runtime/abi/b.cpp": "",
+        here = References({"docs/a.md": "# A\n\n## What is there\n", "runtime/module/abi/a.h": "void begin();\n",
+                           "runtime/module/abi/b.cpp": "",
                            "stdlib/tree.meld": ""})
         return [problem.rule for problem in here.problems(path, text.split("\n"))]
 
     def test_comments_point_to_files(self):
-        self.assertEqual(self.broken("runtime/abi/a.h", "// As a.h says, runtime/abi/b.cpp too, and docs/a.md.\n"), [])
-        self.assertEqual(len(self.broken("runtime/abi/a.h", "int x;  // As c.h says.\n")), 1)
-        self.assertEqual(len(self.broken("runtime/abi/a.h", "// module/a.h\n")), 1)
+        self.assertEqual(self.broken("runtime/module/abi/a.h", "// As a.h says, runtime/module/abi/b.cpp too, and docs/a.md.\n"), [])
+        self.assertEqual(len(self.broken("runtime/module/abi/a.h", "int x;  // As c.h says.\n")), 1)
+        self.assertEqual(len(self.broken("runtime/module/abi/a.h", "// module/a.h\n")), 1)
         self.assertEqual(len(self.broken("tests/a.py", "# See evaluation.md.\n")), 1)
-        self.assertEqual(len(self.broken("docs/a.md", "The rest is in `runtime/abi/c.h`.\n")), 1)
+        self.assertEqual(len(self.broken("docs/a.md", "The rest is in `runtime/module/abi/c.h`.\n")), 1)
 
     def test_headings_exist(self):
-        self.assertEqual(self.broken("runtime/abi/a.h", '// docs/a.md, "What is there"\n'), [])
-        self.assertEqual(len(self.broken("runtime/abi/a.h", '// docs/a.md, "What is not"\n')), 1)
+        self.assertEqual(self.broken("runtime/module/abi/a.h", '// docs/a.md, "What is there"\n'), [])
+        self.assertEqual(len(self.broken("runtime/module/abi/a.h", '// docs/a.md, "What is not"\n')), 1)
 
     def test_functions_are_in_their_file(self):
-        self.assertEqual(self.broken("docs/a.md", "`runtime/abi/a.h: begin()` begins.\n"), [])
-        self.assertEqual(len(self.broken("docs/a.md", "`runtime/abi/a.h: beg()` begins.\n")), 1)
-        self.assertEqual(len(self.broken("docs/a.md", "`runtime/abi/c.h: begin()` begins.\n")), 2)
+        self.assertEqual(self.broken("docs/a.md", "`runtime/module/abi/a.h: begin()` begins.\n"), [])
+        self.assertEqual(len(self.broken("docs/a.md", "`runtime/module/abi/a.h: beg()` begins.\n")), 1)
+        self.assertEqual(len(self.broken("docs/a.md", "`runtime/module/abi/c.h: begin()` begins.\n")), 2)
 
     def test_code_and_placeholders_are_left_alone(self):
         self.assertEqual(self.broken("docs/a.md", "```cpp\n// c.h\n```\n    c.h\n"), [])
         body = '#include "c.h"\nauto s = "// c.h";\n// <c.h>, file.meld, PROGRAM.toml, --link=FILE.c\n'
-        self.assertEqual(self.broken("runtime/abi/a.h", body), [])
+        self.assertEqual(self.broken("runtime/module/abi/a.h", body), [])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import pathlib
 import sys
 
 from references import References
-from rules import Layers, Problem, check_file, check_table_of_folders
+from rules import Layers, PrivateNames, Problem, check_file, check_table_of_folders
 
 FOLDERS = ("cmake", "compiler", "docs/pictures", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "docs", "editors")
@@ -30,6 +30,7 @@ def check_repository(root: pathlib.Path):
     yield from layers.problems_of_order("CMakeLists.txt")
     yield from check_table_of_folders((root / "docs/design.md").read_text(), layers)
     references = References.of(root)
+    private = PrivateNames()
     for path in sorted(references.texts):
         if path.endswith(".md") and path.startswith(PAGES):
             yield from references.problems(path, references.text(path).split("\n"))
@@ -43,6 +44,8 @@ def check_repository(root: pathlib.Path):
             yield Problem(path, 1, f"not UTF-8 ({error.reason})")
             continue
         yield from check_file(path, text, layers)
+        if path.endswith(".cpp") and (layer := layers.layer_of(path)):
+            yield from private.problems(path, text, layer)
         if not path.startswith("tests/tidy/"):
             yield from references.problems(path, text.split("\n"))
 

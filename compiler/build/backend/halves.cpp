@@ -21,7 +21,7 @@
 #include <memory>
 #include <utility>
 
-#include "runtime/base/parallel_for.h"
+#include "runtime/base/process/parallel_for.h"
 
 namespace meld {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/tuple/facts.h"
+#include "runtime/engine/tuple/facts.h"
 
 namespace meld::sim {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/abi/actions.h"
+#include "runtime/module/abi/actions.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"

@@ -5,12 +5,12 @@
 #include <span>
 #include <vector>
 
-#include "runtime/abi/senses.h"
 #include "runtime/base/exact_sum.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/module/abi/senses.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 

@@ -8,7 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/give_back.h"
+#include "runtime/base/release_memory.h"
 
 namespace meld::sim {
 

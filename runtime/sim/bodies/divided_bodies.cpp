@@ -8,7 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/comm/packets.h"
+#include "runtime/comm/transport/packets.h"
 
 namespace meld::sim {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "physics/scene/subdomain.h"
-#include "runtime/partition/partition.h"
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/world/partition/partition.h"
 
 namespace meld::sim {
 

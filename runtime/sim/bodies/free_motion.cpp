@@ -8,9 +8,9 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/give_back.h"
-#include "runtime/base/log.h"
-#include "runtime/base/stage_clock.h"
+#include "runtime/base/process/stage_clock.h"
+#include "runtime/base/release_memory.h"
+#include "runtime/base/terminal/log.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
 #include "runtime/sim/bodies/step_advice.h"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/buffer.h"
+#include "physics/bodies/buffer.h"
 #include "runtime/sim/bodies/body_actions.h"
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/contact_links.h"

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "runtime/base/assert.h"
-#include "runtime/world/surface.h"
+#include "runtime/world/shapes/surface.h"
 
 namespace meld::sim {
 

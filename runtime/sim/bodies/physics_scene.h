@@ -10,7 +10,7 @@
 
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/fixed_touches.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::sim {
 

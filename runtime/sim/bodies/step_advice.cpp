@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/settings.h"
+#include "physics/bodies/settings.h"
 #include "runtime/base/assert.h"
-#include "runtime/base/natural_scale.h"
+#include "runtime/base/default_time_scale.h"
 
 namespace meld::sim {
 

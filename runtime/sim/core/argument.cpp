@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "runtime/base/assert.h"
-#include "runtime/tuple/value_text.h"
+#include "runtime/engine/tuple/value_text.h"
 
 namespace meld::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "runtime/tuple/values.h"
+#include "runtime/engine/tuple/values.h"
 
 namespace meld::sim {
 

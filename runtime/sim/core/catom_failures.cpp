@@ -5,9 +5,9 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/log.h"
+#include "runtime/base/terminal/log.h"
+#include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/programs.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 

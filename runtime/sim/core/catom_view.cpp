@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/nearest.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 namespace {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/base/bytes.h"
-#include "runtime/tuple/facts.h"
+#include "runtime/engine/tuple/facts.h"
 
 namespace meld::sim {
 

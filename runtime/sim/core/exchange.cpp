@@ -4,8 +4,8 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
-#include "runtime/comm/packets.h"
-#include "runtime/tuple/field.h"
+#include "runtime/comm/transport/packets.h"
+#include "runtime/engine/tuple/field.h"
 
 namespace meld::sim {
 

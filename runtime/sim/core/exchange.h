@@ -12,8 +12,8 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/radix_sort.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/sim/core/births.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/sim/core/created_nodes.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/partition/partition.h"
+#include "runtime/engine/tuple/program_actions.h"
 #include "runtime/sim/core/setup.h"
-#include "runtime/tuple/program_actions.h"
-#include "runtime/world/brick_table.h"
-#include "runtime/world/ensemble.h"
-#include "runtime/world/populate.h"
+#include "runtime/world/ensemble/brick_table.h"
+#include "runtime/world/ensemble/ensemble.h"
+#include "runtime/world/file/populate.h"
+#include "runtime/world/partition/partition.h"
 
 namespace meld::sim {
 

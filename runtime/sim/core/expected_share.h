@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "runtime/abi/module_abi.h"
-#include "runtime/sim/core/brick_counts.h"
-#include "runtime/world/world_file.h"
+#include "runtime/module/abi/module_abi.h"
+#include "runtime/sim/catoms/brick_counts.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::sim {
 

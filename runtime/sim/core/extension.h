@@ -16,9 +16,9 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/version.h"
+#include "runtime/engine/tuple/change_log.h"
 #include "runtime/sim/core/argument.h"
-#include "runtime/tuple/change_log.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::sim {
 

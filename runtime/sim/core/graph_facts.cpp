@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "runtime/abi/senses.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/tuple/value_text.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/value_text.h"
+#include "runtime/module/abi/senses.h"
 
 namespace meld::sim {
 namespace {

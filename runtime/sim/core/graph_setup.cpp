@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/graph/divide.h"
+#include "runtime/world/graph/divide.h"
 
 namespace meld::sim {
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "runtime/comm/communicator.h"
-#include "runtime/graph/graph.h"
-#include "runtime/sim/core/membership.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/sim/catoms/membership.h"
+#include "runtime/world/graph/graph.h"
 
 namespace meld::sim {
 

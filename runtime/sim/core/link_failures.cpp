@@ -8,7 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/log.h"
+#include "runtime/base/terminal/log.h"
 
 namespace meld::sim {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/base/log.h"
-#include "runtime/tuple/facts.h"
+#include "runtime/base/terminal/log.h"
+#include "runtime/engine/tuple/facts.h"
 
 namespace meld::sim {
 

@@ -1,5 +1,5 @@
 // Which of several programs each catom runs: a fact that it senses from its start and keeps wherever it goes. The rules of each program
-// read it (compiler/check/programs.cpp).
+// read it (compiler/check/names/programs.cpp).
 #pragma once
 
 #include <optional>

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
-#include "runtime/comm/communicator.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/module/abi/actions.h"
 
 namespace meld::sim {
 

@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/base/nearest.h"
-#include "runtime/sim/core/given.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/value_text.h"
 #include "runtime/sim/core/graph_setup.h"
 #include "runtime/sim/core/programs.h"
-#include "runtime/tuple/facts.h"
-#include "runtime/tuple/value_text.h"
-#include "runtime/world/populate.h"
+#include "runtime/sim/core/world_facts.h"
+#include "runtime/world/file/populate.h"
 
 namespace meld::sim {
 

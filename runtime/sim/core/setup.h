@@ -5,7 +5,7 @@
 #include <string>
 
 #include "runtime/base/error.h"
-#include "runtime/sim/core/brick_counts.h"
+#include "runtime/sim/catoms/brick_counts.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

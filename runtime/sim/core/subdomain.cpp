@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/core/births.h"
+#include "runtime/sim/core/created_nodes.h"
 #include "runtime/sim/core/setup.h"
 
 namespace meld::sim {

@@ -9,21 +9,21 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/abi/module_abi.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
-#include "runtime/base/parallel_for.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/sim/core/brick_counts.h"
-#include "runtime/sim/core/fact_store.h"
-#include "runtime/sim/core/membership.h"
-#include "runtime/sim/core/network.h"
+#include "runtime/base/process/parallel_for.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/engine/tuple/program_actions.h"
+#include "runtime/module/abi/module_abi.h"
+#include "runtime/sim/catoms/brick_counts.h"
+#include "runtime/sim/catoms/fact_store.h"
+#include "runtime/sim/catoms/membership.h"
+#include "runtime/sim/catoms/status.h"
 #include "runtime/sim/core/refusals.h"
-#include "runtime/sim/core/routes.h"
-#include "runtime/sim/core/status.h"
-#include "runtime/tuple/program_actions.h"
-#include "runtime/world/target.h"
-#include "runtime/world/world_file.h"
+#include "runtime/sim/network/network.h"
+#include "runtime/sim/network/routes.h"
+#include "runtime/world/ensemble/target.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::sim {
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/abi/actions.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/pulse.h"
-#include "runtime/base/stage_clock.h"
+#include "runtime/base/process/liveness.h"
+#include "runtime/base/process/stage_clock.h"
+#include "runtime/module/abi/actions.h"
 
 namespace meld::sim {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/world/lattice.h"
+#include "runtime/world/lattice/lattice.h"
 
 namespace meld::sim {
 

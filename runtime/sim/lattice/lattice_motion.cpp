@@ -10,9 +10,9 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/comm/packets.h"
+#include "runtime/comm/transport/packets.h"
+#include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/catom_failures.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/abi/actions.h"
+#include "runtime/module/abi/actions.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/migration.h"
 #include "runtime/sim/core/subdomain.h"
@@ -40,7 +40,7 @@ class LatticeMotion : public SimModule {
     std::string outcome() const override;
 
     // A proposal of one catom. Everything it would affect is a claim on a cell; it is granted if it is the smallest by (kind, id,
-    // direction) on each of them; kinds have the order of the table runtime/abi/actions.def.
+    // direction) on each of them; kinds have the order of the table runtime/module/abi/actions.def.
     struct Proposal {
         ActionKind kind = ActionKind::Create;
         std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.

@@ -4,11 +4,11 @@
 #include <map>
 #include <set>
 
-#include "runtime/abi/actions.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
-#include "runtime/comm/packets.h"
+#include "runtime/comm/transport/packets.h"
+#include "runtime/module/abi/actions.h"
 #include "runtime/sim/lattice/around.h"
 #include "runtime/sim/lattice/lattice_motion.h"
 

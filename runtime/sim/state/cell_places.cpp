@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/sim/state/reading.h"
-#include "runtime/world/hilbert.h"
+#include "runtime/world/lattice/hilbert.h"
 
 namespace meld::sim {
 

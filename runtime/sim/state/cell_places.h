@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/world/ensemble.h"
+#include "runtime/world/ensemble/ensemble.h"
 
 namespace meld::sim {
 

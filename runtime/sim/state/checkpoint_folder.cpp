@@ -18,7 +18,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/hash.h"
 #include "runtime/base/shallow_json.h"
-#include "runtime/comm/outcome.h"
+#include "runtime/comm/transport/collective_result.h"
 
 namespace meld::sim {
 
@@ -35,7 +35,7 @@ constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
 std::string manifest_name(std::int64_t tick) { return fmt::format("{}{}", tick, kManifest); }
 
-// What a run has left that was killed while it wrote a manifest (runtime/base/output_file.h).
+// What a run has left that was killed while it wrote a manifest (runtime/base/files/output_file.h).
 bool is_part_of_manifest(const std::string& name) { return name.find(".checkpoint.part-") != std::string::npos && name.ends_with(".json"); }
 
 // The tick that a file of a checkpoint folder is of; none of other files.
@@ -82,7 +82,7 @@ Manifest from_json(const json& j) {
     return m;
 }
 
-tl::unexpected<Error> damaged(const std::string& path, const std::string& why) {
+tl::unexpected<Error> damaged_checkpoint(const std::string& path, const std::string& why) {
     return fail(path + ": " + why, "It is damaged, or was not written to its end", ExitCode::RecordingRefused);
 }
 
@@ -90,7 +90,7 @@ tl::unexpected<Error> damaged(const std::string& path, const std::string& why) {
 Result<void> check_ours(const std::string& path) {
     struct stat status{};
     if (lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_size > kMostOfAManifest_bytes)
-        return damaged(path, "the manifest is no file of ours");
+        return damaged_checkpoint(path, "the manifest is no file of ours");
     if (status.st_uid == geteuid()) return {};
     return fail(fmt::format("{}: the manifest belongs to another user", path), "Copy the folder if you trust the command in it",
                 ExitCode::RecordingRefused);
@@ -101,16 +101,16 @@ Result<Manifest> read_manifest(const std::string& path) {
     if (auto ours = check_ours(path); !ours) return tl::unexpected<Error>(ours.error());
     std::ifstream in(path, std::ios::binary);
     std::ostringstream all;
-    if (!(all << in.rdbuf())) return damaged(path, "the manifest cannot be read");
+    if (!(all << in.rdbuf())) return damaged_checkpoint(path, "the manifest cannot be read");
     const std::string text = all.str();
     const std::size_t line = text.size() < 2 ? std::string::npos : text.rfind('\n', text.size() - 2);
     if (line == std::string::npos ||
         text.substr(line + 1) != fmt::format("{:016x}\n", hash_text(std::string_view(text).substr(0, line + 1))))
-        return damaged(path, "the manifest has other bytes than were written");
+        return damaged_checkpoint(path, "the manifest has other bytes than were written");
     try {
         return from_json(json::parse(text.substr(0, line)));
     } catch (const std::exception& e) {
-        return damaged(path, fmt::format("the manifest is none of this version ({})", e.what()));
+        return damaged_checkpoint(path, fmt::format("the manifest is none of this version ({})", e.what()));
     }
 }
 
@@ -121,11 +121,11 @@ Result<Checkpoint> read_checkpoint(const std::string& folder, std::int64_t tick)
     Result<Manifest> manifest = read_manifest(path);
     if (!manifest) return tl::unexpected<Error>(manifest.error());
     out.manifest = std::move(*manifest);
-    if (out.manifest.tick != tick || out.manifest.shares.empty()) return damaged(path, "the manifest is of another checkpoint");
+    if (out.manifest.tick != tick || out.manifest.shares.empty()) return damaged_checkpoint(path, "the manifest is of another checkpoint");
     for (const std::string& share : out.manifest.shares) {
         // A name alone: a manifest cannot lead out of its folder.
         if (tick_of(share) != tick || share.find('/') != std::string::npos)
-            return damaged(path, fmt::format("{} is none of its files", share));
+            return damaged_checkpoint(path, fmt::format("{} is none of its files", share));
         out.files.push_back((fs::path(folder) / share).string());
     }
     return out;

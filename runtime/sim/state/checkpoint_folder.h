@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/output_lock.h"
-#include "runtime/comm/communicator.h"
+#include "runtime/base/files/output_lock.h"
+#include "runtime/comm/transport/communicator.h"
 #include "runtime/sim/state/share_file.h"
 
 namespace meld::sim {

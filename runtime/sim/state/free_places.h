@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/sim/core/nodes.h"
-#include "runtime/world/ensemble.h"
+#include "runtime/sim/catoms/nodes.h"
+#include "runtime/world/ensemble/ensemble.h"
 
 namespace meld::sim {
 

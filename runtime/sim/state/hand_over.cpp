@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/comm/packets.h"
+#include "runtime/comm/transport/packets.h"
 #include "runtime/sim/core/setup.h"
 #include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/placed_chunk.h"

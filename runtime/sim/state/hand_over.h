@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/partition/partition.h"
+#include "runtime/comm/transport/communicator.h"
 #include "runtime/sim/core/code_modules.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/state/saver.h"
+#include "runtime/world/partition/partition.h"
 
 namespace meld::sim {
 

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/comm/outcome.h"
-#include "runtime/sim/core/given.h"
+#include "runtime/comm/transport/collective_result.h"
 #include "runtime/sim/core/programs.h"
 #include "runtime/sim/core/setup.h"
+#include "runtime/sim/core/world_facts.h"
 #include "runtime/sim/state/reading.h"
 
 namespace meld::sim {

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "runtime/base/error.h"
-#include "runtime/sim/core/membership.h"
+#include "runtime/engine/tuple/change_log.h"
+#include "runtime/sim/catoms/membership.h"
 #include "runtime/sim/state/cell_places.h"
-#include "runtime/tuple/change_log.h"
 
 namespace meld::sim {
 

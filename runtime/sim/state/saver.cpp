@@ -5,11 +5,11 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/pulse.h"
+#include "runtime/base/process/liveness.h"
+#include "runtime/engine/tuple/schema.h"
 #include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/failed.h"
 #include "runtime/sim/state/free_places.h"
-#include "runtime/tuple/schema.h"
 
 namespace meld::sim {
 

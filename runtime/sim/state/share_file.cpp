@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "runtime/base/hash.h"
-#include "runtime/base/pulse.h"
+#include "runtime/base/process/liveness.h"
 
 namespace meld::sim {
 
@@ -25,7 +25,7 @@ struct BlockHead {
     std::uint64_t hash = 0;
 };
 
-tl::unexpected<Error> damaged(const std::string& path, const std::string& what) {
+tl::unexpected<Error> damaged_share(const std::string& path, const std::string& what) {
     return fail(path + " " + what, "It is damaged, or was not written to its end", ExitCode::RecordingRefused);
 }
 
@@ -83,7 +83,7 @@ Result<ShareFiles> ShareFiles::open(const std::vector<std::string>& paths) {
 Result<ShareFiles::Open> ShareFiles::open_one(const std::string& path) {
     // Neither a device nor a pipe, which might never end.
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) return damaged(path, "is missing, or no file of ours");
+    if (!std::filesystem::is_regular_file(path, error)) return damaged_share(path, "is missing, or no file of ours");
     Open file(std::fopen(path.c_str(), "rbe"));
     if (!file) return fail(fmt::format("cannot read {}: {}", path, std::strerror(errno)), "", ExitCode::RecordingRefused);
     return file;
@@ -97,20 +97,20 @@ Result<ShareFiles::File> ShareFiles::index(const std::string& path) {
     const auto size = static_cast<std::uint64_t>(ftello(in->get()));
     char magic[sizeof kMagic] = {};
     if (!read_at(in->get(), 0, magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)
-        return damaged(path, "is no snapshot of this version");
+        return damaged_share(path, "is no snapshot of this version");
     File out{path, {}, std::move(*in)};
     for (std::uint64_t at = sizeof kMagic; at < size;) {
         BlockHead head;
         if (size - at < sizeof head || !read_at(out.held.get(), at, &head, sizeof head) || head.size > size - at - sizeof head)
-            return damaged(path, fmt::format("ends in the midst of a block at byte {}", at));
+            return damaged_share(path, fmt::format("ends in the midst of a block at byte {}", at));
         const bool ended = !out.blocks.empty() && out.blocks.back().kind == ShareBlock::Rest;
         const bool after_places = !out.blocks.empty() && out.blocks.back().kind == ShareBlock::Places;
         if (ended || (head.kind == ShareBlock::State) != after_places || head.kind > ShareBlock::Rest)
-            return damaged(path, fmt::format("has a block at byte {} that does not belong there", at));
+            return damaged_share(path, fmt::format("has a block at byte {} that does not belong there", at));
         out.blocks.push_back({head.kind, at + sizeof head, head.size, head.hash});
         at += sizeof head + head.size;
     }
-    if (out.blocks.empty() || out.blocks.back().kind != ShareBlock::Rest) return damaged(path, "lacks its last block");
+    if (out.blocks.empty() || out.blocks.back().kind != ShareBlock::Rest) return damaged_share(path, "lacks its last block");
     return out;
 }
 
@@ -136,9 +136,9 @@ Result<BlockView> ShareFiles::read(std::size_t share, std::size_t block, Block& 
         again = std::move(*opened);
     }
     if (!read_at(file.held ? file.held.get() : again.get(), place.offset, out.data(), place.size))
-        return damaged(file.path, fmt::format("cannot be read at byte {}", place.offset));
+        return damaged_share(file.path, fmt::format("cannot be read at byte {}", place.offset));
     if (hash_of(place.kind, out) != place.hash)
-        return damaged(file.path, fmt::format("has other bytes than were written, after byte {}", place.offset));
+        return damaged_share(file.path, fmt::format("has other bytes than were written, after byte {}", place.offset));
     return out;
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/output_file.h"
+#include "runtime/base/files/output_file.h"
 #include "runtime/sim/state/share.h"
 
 namespace meld::sim {

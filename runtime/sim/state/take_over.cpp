@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "runtime/tuple/facts.h"
+#include "runtime/engine/tuple/facts.h"
 
 namespace meld::sim {
 

@@ -13,9 +13,9 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
-#include "runtime/comm/communicator.h"
-#include "runtime/sim/core/fact_store.h"
-#include "runtime/tuple/schema.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/engine/tuple/schema.h"
+#include "runtime/sim/catoms/fact_store.h"
 
 namespace meld::sim {
 

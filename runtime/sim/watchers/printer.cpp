@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/progress.h"
-#include "runtime/base/standard_streams.h"
-#include "runtime/base/visible.h"
-#include "runtime/comm/outcome.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/terminal/progress.h"
+#include "runtime/base/terminal/terminal_text.h"
+#include "runtime/comm/transport/collective_result.h"
+#include "runtime/module/abi/actions.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "runtime/abi/module_abi.h"
+#include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/core/extension.h"
 
 namespace meld::sim {

@@ -6,14 +6,14 @@
 #include <iterator>
 #include <string_view>
 
-#include "runtime/abi/actions.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/nearest.h"
-#include "runtime/base/progress.h"
-#include "runtime/base/standard_streams.h"
-#include "runtime/comm/outcome.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/terminal/progress.h"
+#include "runtime/comm/transport/collective_result.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/module/abi/actions.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/tuple/facts.h"
 
 namespace meld::sim {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/abi/module_abi.h"
+#include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/core/extension.h"
 
 namespace meld::sim {

@@ -20,7 +20,7 @@
 
 #include "compiler/build/backend/backend.h"
 #include "compiler/build/load_backend.h"
-#include "runtime/abi/module_note.h"
+#include "runtime/module/abi/module_note.h"
 #include "tests/unit/compiler_build/scratch_folder.h"
 
 namespace meld {
@@ -30,14 +30,14 @@ namespace fs = std::filesystem;
 
 const std::string kSource = R"(
 #include <cstdint>
-#include "runtime/abi/answer.h"
+#include "runtime/module/abi/answer.h"
 namespace { std::uint64_t table[2] = {kAnswer, sizeof(void*)}; }
 extern "C" const void* claymeld_module() { return table; }
 )";
 
 BuildOptions options_in(const std::string& folder) {
     return {.cache_dir = folder,
-            .headers = {{"runtime/abi/answer.h", "#pragma once\nenum { kAnswer = 42 };\n"}},
+            .headers = {{"runtime/module/abi/answer.h", "#pragma once\nenum { kAnswer = 42 };\n"}},
             .schema_hash = 0xfedcba9876543210,
             .abi_version = 7};
 }

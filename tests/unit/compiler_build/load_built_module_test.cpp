@@ -1,6 +1,6 @@
 // What build_module writes, load_module opens.
 #include "compiler/build/build.h"
-#include "runtime/module/module.h"
+#include "runtime/module/load/module.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "compiler/front/front_end.h"
-#include "runtime/abi/actions.h"
-#include "runtime/abi/senses.h"
+#include "runtime/module/abi/actions.h"
+#include "runtime/module/abi/senses.h"
 
 namespace meld::front {
 namespace {

@@ -1,5 +1,5 @@
 // Both broadphases against all pairs tried one by one, on scenes with one and several sizes of bodies.
-#include "physics/broadphase.h"
+#include "physics/collision/broadphase.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "physics/block_grid.h"
+#include "physics/collision/block_grid.h"
 #include "physics/comparison/hash_broadphase.h"
 
 namespace meld::physics {

@@ -1,7 +1,7 @@
 // The same bits for any number of workers and any instruction set; several sizes, obstacles, magnets and sleep at work.
 #include <gtest/gtest.h>
 
-#include "physics/simd.h"
+#include "physics/bodies/simd.h"
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <ode/ode.h>
 
-#include "physics/ode_library.h"
+#include "physics/collision/ode_library.h"
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {

@@ -1,7 +1,7 @@
 // Bodies that come farther in a step than they are wide: they hit what is on their way, and nothing else.
 #include <gtest/gtest.h>
 
-#include "physics/meeting.h"
+#include "physics/collision/meeting.h"
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {

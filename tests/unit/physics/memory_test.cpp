@@ -3,7 +3,7 @@
 #include <fstream>
 #include <string>
 
-#include "physics/warm_start_cache.h"
+#include "physics/solver/warm_start_cache.h"
 #include "tests/unit/physics/scenes.h"
 
 // Sanitizers keep what is freed until they are asked to give it back; without one there is nobody to ask.

@@ -1,7 +1,7 @@
 // What follows the size of bodies: scenes of half a millimetre and of ten metres do the same, in steps that follow the size too.
 #include <gtest/gtest.h>
 
-#include "runtime/base/natural_scale.h"
+#include "runtime/base/default_time_scale.h"
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {

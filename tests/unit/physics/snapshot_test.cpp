@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "physics/engine.h"
+#include "physics/solver/engine.h"
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {

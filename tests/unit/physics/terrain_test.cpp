@@ -1,5 +1,5 @@
 // Balls on terrain: the nearest contact against all points of the surface, and pours and fast balls that must not get through.
-#include "physics/terrain.h"
+#include "physics/collision/terrain.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "runtime/base/available_memory.h"
+#include "runtime/base/process/available_memory.h"
 
 #include <gtest/gtest.h>
 

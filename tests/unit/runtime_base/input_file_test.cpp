@@ -1,4 +1,4 @@
-#include "runtime/base/input_file.h"
+#include "runtime/base/files/input_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "runtime/base/interrupt.h"
+#include "runtime/base/process/interrupt.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,8 +8,8 @@
 #include <fstream>
 #include <string>
 
-#include "runtime/base/leftovers.h"
-#include "runtime/base/output_file.h"
+#include "runtime/base/files/output_file.h"
+#include "runtime/base/temporary_files.h"
 
 namespace meld {
 namespace {

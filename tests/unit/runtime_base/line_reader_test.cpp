@@ -1,4 +1,4 @@
-#include "runtime/base/line_reader.h"
+#include "runtime/base/files/line_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

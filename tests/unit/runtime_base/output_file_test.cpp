@@ -1,5 +1,5 @@
 // The rest, with devices, FIFOs, owners and full disks, is in tests/cli/outputs_test.py.
-#include "runtime/base/output_file.h"
+#include "runtime/base/files/output_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "runtime/base/output_paths.h"
+#include "runtime/base/files/output_paths.h"
 
 namespace meld {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/base/parallel_for.h"
+#include "runtime/base/process/parallel_for.h"
 
 #include <gtest/gtest.h>
 #include <atomic>

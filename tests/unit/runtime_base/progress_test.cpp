@@ -1,10 +1,10 @@
-#include "runtime/base/progress.h"
+#include "runtime/base/terminal/progress.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "runtime/base/log.h"
+#include "runtime/base/terminal/log.h"
 
 namespace meld {
 namespace {

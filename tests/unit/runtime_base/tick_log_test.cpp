@@ -1,12 +1,12 @@
-#include "runtime/base/tick_log.h"
+#include "runtime/base/process/tick_log.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <numeric>
 
-#include "runtime/base/parallel_for.h"
-#include "runtime/base/stage_clock.h"
+#include "runtime/base/process/parallel_for.h"
+#include "runtime/base/process/stage_clock.h"
 
 namespace meld {
 namespace {

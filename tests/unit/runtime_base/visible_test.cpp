@@ -1,4 +1,4 @@
-#include "runtime/base/visible.h"
+#include "runtime/base/terminal/terminal_text.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The virtual cluster does what every communicator does, in any order of turns, and repeats what a seed has done.
-#include "runtime/comm/cluster.h"
+#include "runtime/comm/transport/cluster.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/comm/threads.h"
+#include "runtime/comm/transport/threads.h"
 #include "tests/unit/runtime_comm/semantics.h"
 
 namespace meld::comm {

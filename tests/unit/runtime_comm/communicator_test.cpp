@@ -4,8 +4,8 @@
 #include <atomic>
 #include <stdexcept>
 
-#include "runtime/comm/communicator.h"
-#include "runtime/comm/threads.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/comm/transport/threads.h"
 #include "tests/unit/runtime_comm/semantics.h"
 
 namespace meld::comm {

@@ -1,4 +1,4 @@
-#include "runtime/comm/launch.h"
+#include "runtime/comm/launch/launch.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "runtime/comm/losses.h"
+#include "runtime/comm/launch/lost_process.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

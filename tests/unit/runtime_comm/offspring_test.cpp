@@ -1,4 +1,4 @@
-#include "runtime/comm/offspring.h"
+#include "runtime/comm/launch/child_processes.h"
 
 #include <gtest/gtest.h>
 #include <sys/ptrace.h>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/comm/communicator.h"
+#include "runtime/comm/transport/communicator.h"
 
 namespace meld::comm::semantics {
 

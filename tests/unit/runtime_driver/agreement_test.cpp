@@ -1,5 +1,5 @@
 // What processes say to each other before the first tick, on threads that stand for them.
-#include "runtime/driver/agreement.h"
+#include "runtime/driver/run/configuration_agreement.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The rates that the progress line shows.
 #include <gtest/gtest.h>
 
-#include "runtime/driver/report.h"
+#include "runtime/driver/run/report.h"
 
 namespace meld::driver {
 namespace {

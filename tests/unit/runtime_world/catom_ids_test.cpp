@@ -1,4 +1,4 @@
-#include "runtime/world/catom_ids.h"
+#include "runtime/world/ensemble/catom_ids.h"
 
 #include <gtest/gtest.h>
 

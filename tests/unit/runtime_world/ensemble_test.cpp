@@ -1,4 +1,4 @@
-#include "runtime/world/ensemble.h"
+#include "runtime/world/ensemble/ensemble.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 #include <random>
 
-#include "runtime/world/target.h"
+#include "runtime/world/ensemble/target.h"
 
 namespace meld::world {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "runtime/world/ensemble.h"
+#include "runtime/world/ensemble/ensemble.h"
 
 namespace meld::world {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/world/hilbert.h"
+#include "runtime/world/lattice/hilbert.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "runtime/world/lattice.h"
+#include "runtime/world/lattice/lattice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "runtime/world/populate.h"
-#include "runtime/world/positions_file.h"
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/populate.h"
+#include "runtime/world/file/positions_file.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 namespace {

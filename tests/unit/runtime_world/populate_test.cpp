@@ -1,4 +1,4 @@
-#include "runtime/world/populate.h"
+#include "runtime/world/file/populate.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <map>
 #include <set>
 
-#include "runtime/world/fit.h"
-#include "runtime/world/target.h"
+#include "runtime/world/ensemble/fit.h"
+#include "runtime/world/ensemble/target.h"
 
 namespace meld::world {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "runtime/world/region_id.h"
-#include "runtime/world/shape.h"
+#include "runtime/world/shapes/region_id.h"
+#include "runtime/world/shapes/shape.h"
 
 namespace meld::world {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/world/shape.h"
+#include "runtime/world/shapes/shape.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <random>
 #include <set>
 
-#include "runtime/world/populate.h"
-#include "runtime/world/shape_tree.h"
+#include "runtime/world/file/populate.h"
+#include "runtime/world/shapes/shape_tree.h"
 
 namespace meld::world {
 namespace {

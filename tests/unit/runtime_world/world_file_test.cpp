@@ -1,4 +1,4 @@
-#include "runtime/world/world_file.h"
+#include "runtime/world/file/world_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "runtime/world/populate.h"
+#include "runtime/world/file/populate.h"
 
 namespace meld::world {
 namespace {

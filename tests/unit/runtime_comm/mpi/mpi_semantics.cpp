@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "runtime/comm/mpi_options.h"
+#include "runtime/comm/transport/mpi_options.h"
 #include "tests/unit/runtime_comm/semantics.h"
 
 namespace {

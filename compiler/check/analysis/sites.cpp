@@ -1,0 +1,381 @@
+// Pass 3: locality. Gives each rule its execution site and rejects bodies whose catoms no link connects to it.
+// A link is an atom of a route predicate (neighbor, or one declared `route`) whose second argument is a variable; it is
+// followed in both directions, because neighbours hear each other.
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "compiler/check/analysis/split_linear.h"
+#include "compiler/check/check.h"
+#include "compiler/check/program/forall.h"
+#include "runtime/base/assert.h"
+
+namespace meld::check {
+
+using diagnostics::Kind;
+
+namespace {
+
+class Sites {
+  public:
+    Sites(const Program& program, Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
+
+    void run() {
+        if (!rule_.linear || rule_.initial_fact)
+            view();
+        else
+            linear();
+    }
+    // Whether some head is at a catom that no link leads to.
+    bool finds_way() const { return finds_way_; }
+
+  private:
+    using Graph = std::map<VariableId, std::set<VariableId>>;
+
+    const std::string& name(VariableId v) const { return rule_.variables[v].name; }
+    // A variable that stands for a catom that the rule names, @3, or leaves open.
+    std::string shown(VariableId v) const {
+        if (!name(v).starts_with("_")) return "`" + name(v) + "`";
+        for (const Clause& c : rule_.body) {
+            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
+            for (const std::size_t side : {0u, 1u})
+                if (c.test.operands[side].is_variable() && c.test.operands[side].variable == v && !c.test.operands[1 - side].is_variable())
+                    return "`" + print(program_, rule_, c.test.operands[1 - side]) + "`";
+        }
+        return "this catom";
+    }
+
+    // Only positive facts lead to catoms, not those that are negated or aggregated.
+    void links(const std::vector<Clause>& body, Graph& graph) const {
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            const Atom& a = c.atom;
+            MELD_EXPECT(a.arguments[0].is_variable(), "{} is read at no variable", program_.predicates[a.predicate].name);
+            if (!program_.predicates[a.predicate].route || a.arguments.size() < 2 || !a.arguments[1].is_variable()) continue;
+            graph[a.arguments[0].variable].insert(a.arguments[1].variable);
+            graph[a.arguments[1].variable].insert(a.arguments[0].variable);
+        }
+    }
+    static std::set<VariableId> reached(const Graph& graph, VariableId from) {
+        std::set<VariableId> seen{from};
+        std::vector<VariableId> todo{from};
+        while (!todo.empty()) {
+            const VariableId at = todo.back();
+            todo.pop_back();
+            if (const auto next = graph.find(at); next != graph.end())
+                for (const VariableId v : next->second)
+                    if (seen.insert(v).second) todo.push_back(v);
+        }
+        return seen;
+    }
+
+    // Every atom must be at a reached catom; `graph` holds the links of the bodies around, and `around` is the clause that has this body.
+    void check_body(const std::vector<Clause>& body, Graph graph, const Clause* around = nullptr) {
+        MELD_EXPECT(rule_.site.valid(), "rule {} runs nowhere yet", rule_.name);
+        links(body, graph);
+        const std::set<VariableId> seen = reached(graph, rule_.site);
+        for (const Clause& c : body) {
+            check_body(c.inner, graph, &c);
+            if (c.kind == Clause::Kind::Delta) check_delta(c);
+            if (c.kind != Clause::Kind::Atom) continue;
+            const VariableId at = c.atom.arguments[0].variable;
+            if (seen.contains(at) || !refused_.insert(at).second) continue;
+            no_route(c, at, body, around);
+            // Everything connected with it misses the same link.
+            for (const VariableId v : reached(graph, at)) refused_.insert(v);
+        }
+    }
+
+    // Only the catom itself knows what held before the tick.
+    void check_delta(const Clause& c) {
+        MELD_EXPECT(c.kind == Clause::Kind::Delta, "rule {}: not a delta", rule_.name);
+        const VariableId at = c.atom.arguments[0].variable;
+        if (at == rule_.site || !refused_.insert(at).second) return;
+        auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span,
+                              fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.site), shown(at)));
+        d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
+        d.help = "record the change there by a separate rule, and read the record";
+    }
+
+    void no_route(const Clause& clause, VariableId at, const std::vector<Clause>& body, const Clause* around) {
+        const Atom& atom = clause.atom;
+        auto& d = report_.add(Kind::NoRoute, atom.arguments[0].span,
+                              fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.site), shown(at)));
+        d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
+        if (blame_pointer(body, at, d)) return;
+        if (name(at).starts_with("_") || name(rule_.site).starts_with("_")) {
+            d.help = "join the catoms by `neighbor`";
+            return;
+        }
+        const std::string added = link(name(rule_.site), name(at));
+        d.help = fmt::format("add `{}`, or another route between them", added);
+        suggest_link(added, clause, around, d);
+    }
+
+    // The link before a fact of a body. A negation of one fact gets brackets; what a `forall` asks first has no place for a second.
+    static void suggest_link(const std::string& added, const Clause& clause, const Clause* around, diagnostics::Diagnostic& d) {
+        const Span fact = clause.atom.span;
+        const bool written = fact.end > fact.begin && clause.span.begin == fact.begin && clause.span.end == fact.end;
+        if (!written || (around != nullptr && is_forall(*around))) return;
+        diagnostics::Fix fix = diagnostics::insert(fact, added + ", ");
+        fix.title = fmt::format("Add `{}`", added);
+        if (around != nullptr && around->kind == Clause::Kind::Not && around->span.end == fact.end) {
+            fix.edits.front().text.insert(0, "(");
+            fix.edits.push_back({{fact.file, fact.end, fact.end}, ")"});
+        }
+        d.fixes = {std::move(fix)};
+    }
+
+    // A predicate that names the catom, as a link would, but is not declared as a route.
+    bool blame_pointer(const std::vector<Clause>& body, VariableId at, diagnostics::Diagnostic& d) const {
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            const Predicate& p = program_.predicates[c.atom.predicate];
+            if (p.route || p.prelude || p.linear() || c.atom.arguments.size() < 2 || !c.atom.arguments[1].is_variable() ||
+                c.atom.arguments[1].variable != at)
+                continue;
+            d.labels.push_back({p.span, fmt::format("`{}` points to {}, and is not declared as a route", p.name, shown(at))});
+            d.help = fmt::format("declare it `type route {}(...)`", p.name);
+            diagnostics::Fix route = diagnostics::insert(p.span, "route ");
+            route.title = fmt::format("Declare `{}` as a route", p.name);
+            d.fixes.insert(d.fixes.begin(), std::move(route));
+            return true;
+        }
+        return false;
+    }
+
+    // A link that the program knows: the first of its own routes, or `neighbor`.
+    std::string link(std::string_view from, std::string_view to) const {
+        for (const Predicate& p : program_.predicates) {
+            if (!p.route || p.prelude || p.auxiliary || p.linear()) continue;
+            // One that names a third catom may lead to that one as well.
+            if (std::any_of(p.arguments.begin() + 2, p.arguments.end(), [](const Argument& a) { return a.type == Type::Node; })) continue;
+            std::string text = fmt::format("{}({}, {}", p.name, from, to);
+            for (std::size_t i = 2; i < p.arguments.size(); ++i) text += ", _";
+            return text + ")";
+        }
+        return fmt::format("neighbor({}, {})", from, to);
+    }
+
+    void view() {
+        MELD_EXPECT(rule_.heads.size() == 1 && rule_.heads[0].kind == Head::Kind::Fact, "view {} derives no fact", rule_.name);
+        const Head& head = rule_.heads[0];
+        rule_.site = head.atom.arguments[0].variable;
+        const bool waits = program_.predicates[head.atom.predicate].complete_link.valid();
+        if (waits) name_neighbours();
+        Graph graph;
+        links(rule_.body, graph);
+        const std::set<VariableId> seen = reached(graph, rule_.site);
+        bool any = false, met = false;
+        for (const Clause& c : rule_.body)
+            if (c.kind == Clause::Kind::Atom) {
+                any = true;
+                met = met || seen.contains(c.atom.arguments[0].variable);
+            }
+        if (any && !met) {
+            auto& d = report_.add(Kind::HeadUnrelated, head.atom.arguments[0].span,
+                                  fmt::format("the head is at {}, and no link of the body leads there", shown(rule_.site)));
+            for (const Clause& c : rule_.body)
+                if (c.kind == Clause::Kind::Atom) {
+                    const VariableId at = c.atom.arguments[0].variable;
+                    d.labels.push_back({c.atom.span, fmt::format("this fact is at {}", shown(at))});
+                    head_needs_link(at, rule_.site, c, d);
+                    break;
+                }
+            blame_pointer(rule_.body, rule_.site, d);
+            if (program_.worlds != Worlds::Any)
+                d.help +=
+                    ", or make it by a rule that consumes a linear fact: only such facts find their way to a node that no link leads to";
+            return;
+        }
+        check_body(rule_.body, {});
+        warn_of_far_route(head, graph, seen);
+        if (!waits) return;
+        if (const auto near = graph.find(rule_.site); near != graph.end())
+            rule_.contributors.assign(near->second.begin(), near->second.end());
+        std::erase(rule_.contributors, rule_.site);
+    }
+
+    // An aggregate that waits must know which neighbour a value comes from, even if the rule says neighbor(A, _).
+    void name_neighbours() {
+        for (Clause& c : rule_.body) {
+            const bool link = c.kind == Clause::Kind::Atom && program_.predicates[c.atom.predicate].route && c.atom.arguments.size() > 1;
+            if (!link || c.atom.arguments[1].op != Op::Anonymous) continue;
+            Term& there = c.atom.arguments[1];
+            there.op = Op::Variable;
+            there.type = Type::Node;
+            there.variable = rule_.variables.add({"_", there.span, Type::Node});
+        }
+    }
+
+    // Facts are sent only between catoms that touch: a route over two links can be stored, but nothing is received along it.
+    void warn_of_far_route(const Head& head, const Graph& graph, const std::set<VariableId>& seen) {
+        const Predicate& p = program_.predicates[head.atom.predicate];
+        if (!p.route || head.atom.arguments.size() < 2 || !head.atom.arguments[1].is_variable()) return;
+        const VariableId to = head.atom.arguments[1].variable;
+        const auto near = graph.find(rule_.site);
+        if (to == rule_.site || !seen.contains(to) || (near != graph.end() && near->second.contains(to))) return;
+        auto& d = report_.add(
+            Kind::FarRoute, head.atom.span,
+            fmt::format("{} may be more than one link away from {}: rules that follow `{}` see its facts only while the two touch",
+                        shown(to), shown(rule_.site), p.name));
+        d.labels.push_back({p.span, fmt::format("`{}` is declared as a route", p.name)});
+        d.help = "leave out `route`, and join through the catom in between where its facts are needed";
+    }
+
+    void linear() {
+        const Atom* first = nullptr;
+        bool two = false;
+        const auto consumed = [&](const Atom& a, bool) {
+            if (!program_.predicates[a.predicate].linear()) return;
+            if (first == nullptr) {
+                first = &a;
+            } else if (first->arguments[0].variable != a.arguments[0].variable && !two) {
+                two = true;
+                auto& d = report_.add(Kind::LinearElsewhere, a.span,
+                                      fmt::format("linear facts of two catoms, {} and {}, cannot be consumed in one step",
+                                                  shown(first->arguments[0].variable), shown(a.arguments[0].variable)));
+                d.labels = {{first->span, fmt::format("this one is at {}", shown(first->arguments[0].variable))}};
+                d.help = "first send one of them over the link: `p(B, X), neighbor(B, A) -o p-here(A, B, X).`, then consume both at A";
+                const auto split = split_linear(program_, rule_, first->arguments[0].variable, a.arguments[0].variable);
+                if (!split || rule_.select != Select::None) return;
+                d.help = fmt::format("first send what is at {} over the link, then consume it at {}:\n`{}`\n`{}`\n`{}`",
+                                     shown(a.arguments[0].variable), shown(first->arguments[0].variable), split->declaration, split->send,
+                                     split->consume);
+                const std::string last = split->consume.substr(0, split->consume.size() - 1);
+                d.fixes = {diagnostics::write(rule_.span, fmt::format("{}\n{}\n{}", split->declaration, split->send, last))};
+                d.fixes.front().title = "Write it in two steps";
+            }
+        };
+        each_atom(rule_.body, consumed);
+        each_head(rule_.heads, [&](const Head& h) { each_atom(h.body, consumed); });
+        if (two) return;
+        MELD_CHECK(first != nullptr, "linear rule {} consumes nothing", rule_.name);
+        rule_.site = first->arguments[0].variable;
+        Graph graph;
+        links(rule_.body, graph);
+        check_body(rule_.body, {});
+        around_ = {&rule_.body};
+        check_heads(rule_.heads, graph);
+    }
+
+    void check_heads(const std::vector<Head>& heads, const Graph& around) {
+        for (const Head& h : heads) {
+            Graph graph = around;
+            if (h.kind == Head::Kind::Set && h.term.op == Op::Fresh) made_.insert(h.variable);
+            if (h.kind != Head::Kind::Fact) {
+                check_body(h.body, around);
+                links(h.body, graph);
+                around_.push_back(&h.body);
+                check_heads(h.heads, graph);
+                around_.pop_back();
+                check_heads(h.others, h.kind == Head::Kind::Aggregate ? around : graph);
+                continue;
+            }
+            const Predicate& p = program_.predicates[h.atom.predicate];
+            const VariableId at = h.atom.arguments[0].variable;
+            if (at == rule_.site) continue;
+            if (made_.contains(at) && program_.worlds != Worlds::Any && p.kind != PredicateKind::Action) {
+                finds_way_ = true;
+                continue;
+            }
+            if (made_.contains(at)) {
+                if (refused_.insert(at).second)
+                    report_
+                        .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
+                             fmt::format("{} is a new value, and there is no catom at it", shown(at)))
+                        .help = p.kind == PredicateKind::Action ? "give the new node a linear fact, and let it act by its own rule"
+                                                                : "to make a catom, request the action `create`; only in a world with "
+                                                                  "`lattice = \"graph\"` would this make a node";
+                continue;
+            }
+            if (p.kind == PredicateKind::Action) {
+                report_
+                    .add(Kind::ActionElsewhere, h.atom.span,
+                         fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.site)))
+                    .help = "send a linear fact there, and let that catom act by its own rule";
+                continue;
+            }
+            if (!refused_.insert(at).second) continue;
+            const bool linked = reached(graph, rule_.site).contains(at);
+            finds_way_ = finds_way_ || !linked;
+            // In a graph it finds its way.
+            if (linked || program_.worlds != Worlds::Any) {
+                refused_.erase(at);
+                continue;
+            }
+            auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span,
+                                  fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
+            head_needs_link(rule_.site, at, first_fact(), d);
+            for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
+            d.help += ". Only in a world with `lattice = \"graph\"` would it find its way by itself";
+        }
+    }
+
+    void head_needs_link(VariableId from, VariableId to, const Clause& before, diagnostics::Diagnostic& d) const {
+        if (name(from).starts_with("_") || name(to).starts_with("_")) {
+            d.help = "a head must be at a catom of the body or its neighbour";
+            return;
+        }
+        const std::string added = link(name(from), name(to));
+        d.help = fmt::format("add `{}`", added);
+        suggest_link(added, before, nullptr, d);
+    }
+    // Where a link for a head goes: before the first fact of the innermost body around it.
+    const Clause& first_fact() const {
+        static const Clause none;
+        const std::vector<Clause>& body = *around_.back();
+        const auto fact = std::find_if(body.begin(), body.end(), [](const Clause& c) { return c.kind == Clause::Kind::Atom; });
+        return fact == body.end() ? none : *fact;
+    }
+
+    const Program& program_;
+    Rule& rule_;
+    diagnostics::Reporter& report_;
+    bool finds_way_ = false;
+    std::set<VariableId> refused_;
+    std::set<VariableId> made_;                       // By `exists`.
+    std::vector<const std::vector<Clause>*> around_;  // The bodies around a head.
+};
+
+// An aggregate waits for neighbours, and none of its rules follows a link to one.
+void refuse_silent_neighbours(const Program& program, diagnostics::Reporter& report) {
+    for (const PredicateId id : program.predicates.ids()) {
+        const Predicate& p = program.predicates[id];
+        if (!p.complete_link.valid() || p.refused) continue;
+        bool made = false, heard = false;
+        for (const Rule& rule : program.rules) {
+            each_head(rule.heads, [&](const Head& h) { made = made || (h.kind == Head::Kind::Fact && h.atom.predicate == id); });
+            heard = heard || rule.refused || (!rule.linear && rule.heads[0].atom.predicate == id && !rule.contributors.empty());
+        }
+        if (!made || heard) continue;
+        auto& d = report.add(Kind::BadAggregate, p.span,
+                             fmt::format("`{}` waits for its neighbours, and no rule for it follows a link to one", p.name));
+        for (const Rule& rule : program.rules)
+            each_head(rule.heads, [&](const Head& h) {
+                if (h.kind == Head::Kind::Fact && h.atom.predicate == id)
+                    d.labels.push_back({h.atom.span, "this comes from the catom itself"});
+            });
+        const Predicate& link = program.predicates[p.complete_link];
+        d.help = fmt::format("read the neighbour in a view: `{}(A, ...) :- {}({}), ...`", p.name, link.name,
+                             p.complete_outgoing ? "A, B" : "B, A");
+    }
+}
+
+}  // namespace
+
+void find_sites(Program& program, diagnostics::Reporter& report) {
+    bool find_ways = false;
+    for (Rule& rule : program.rules) {
+        const std::size_t errors = report.error_count();
+        Sites sites(program, rule, report);
+        sites.run();
+        rule.refused = report.error_count() > errors;
+        find_ways = find_ways || sites.finds_way();
+    }
+    if (program.worlds == Worlds::Undecided) program.worlds = find_ways ? Worlds::Graphs : Worlds::Any;
+    refuse_silent_neighbours(program, report);
+}
+
+}  // namespace meld::check

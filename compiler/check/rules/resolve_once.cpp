@@ -1,0 +1,119 @@
+// Pass 2, linear facts of rules that consume nothing: each new way to satisfy the body makes one. The catom remembers for which ways it has
+// done so, and forgets a way when the body no longer holds for it; if it holds again later, that is a new one.
+//     !a(A, X) -o b(A, X).     b@due4(A, X) :- a(A, X).
+//                              b@due4(A, X), not b@done4(A, X) -o b(A, X), b@done4(A, X).
+//                              b@done4(A, X), not b@due4(A, X) -o 1.
+// It is remembered at the catom of the head. In a graph that may be one to which no link of the body leads; then it is remembered where the
+// first fact of the body is, and the head finds its way from there.
+//     !a(A, B, X) -o b(B, X).  b@due4(A, B, X) :- a(A, B, X).
+//                              b@due4(A, B, X), not b@done4(A, B, X) -o b(B, X), b@done4(A, B, X).
+#include <algorithm>
+#include <set>
+
+#include "compiler/check/rules/resolver.h"
+#include "runtime/base/assert.h"
+
+namespace meld::check {
+
+namespace {
+
+// The variables that tell one way from another: all that the body binds. An argument that may be anything becomes one.
+std::set<VariableId> name_ways(std::vector<Clause>& body, Rule& rule) {
+    std::set<VariableId> ways;
+    const auto add = [&](VariableId v) { ways.insert(v); };
+    for (Clause& c : body) {
+        if (c.kind == Clause::Kind::Not) continue;
+        for (Term& argument : c.atom.arguments) {
+            if (argument.op == Op::Anonymous) {
+                argument.op = Op::Variable;
+                argument.variable = rule.variables.add({"_", argument.span, argument.type});
+            }
+            each_variable(argument, add);
+        }
+        // What an aggregate or an element is computed from, other clauses bind, or it is local.
+        if (c.kind == Clause::Kind::Test) each_free_use(c.test, [&](const Term& t) { add(t.variable); });
+        if (c.variable.valid()) add(c.variable);
+    }
+    return ways;
+}
+
+// Where it is remembered what has been made at `goal`: there, if the links of the body join it to a fact of the body.
+VariableId remembered_at(const Program& program, const std::vector<Clause>& body, VariableId goal) {
+    std::set<VariableId> seen{goal};
+    for (std::size_t before = 0; before != seen.size();) {
+        before = seen.size();
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom) continue;
+            const std::vector<Term>& arguments = c.atom.arguments;
+            const VariableId at = arguments[0].variable;
+            if (!program.predicates[c.atom.predicate].route || arguments.size() < 2 || !arguments[1].is_variable()) continue;
+            if (seen.contains(at) || seen.contains(arguments[1].variable)) seen.insert({at, arguments[1].variable});
+        }
+    }
+    const auto read = [&](const Clause& c) { return c.kind == Clause::Kind::Atom && seen.contains(c.atom.arguments[0].variable); };
+    const auto fact = std::ranges::find(body, Clause::Kind::Atom, &Clause::kind);
+    return fact == body.end() || std::ranges::any_of(body, read) ? goal : fact->atom.arguments[0].variable;
+}
+
+}  // namespace
+
+void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
+    MELD_EXPECT(head.kind == Head::Kind::Fact && program_.predicates[head.atom.predicate].linear(), "rule {} makes no linear fact",
+                rule.name);
+    if (refused_ || report_.error_count() > errors_before_) return;
+    Rule due = rule;
+    due.body = body;
+    Term place = head.atom.arguments[0];
+    if (program_.worlds != Worlds::Any) place.variable = remembered_at(program_, body, place.variable);
+    std::set<VariableId> ways = name_ways(due.body, due);
+    ways.erase(place.variable);
+
+    Predicate made;
+    made.span = head.span;
+    made.arguments = {{Type::Node, ""}};
+    made.auxiliary = true;
+    Atom way;
+    way.arguments = {place};
+    way.span = head.span;
+    for (const VariableId v : ways) {
+        const Variable& variable = due.variables[v];
+        made.arguments.push_back({variable.type, ""});
+        way.arguments.push_back({.op = Op::Variable, .type = variable.type, .span = head.span, .variable = v});
+    }
+    const std::string name = program_.predicates[head.atom.predicate].name;
+    const std::string number = fmt::format("{}{}", rule.line, ++rules_once_ > 1 ? fmt::format(".{}", rules_once_) : "");
+    made.name = fmt::format("{}@due{}", name, number);
+    const auto clause = [&](PredicateId predicate) {
+        Clause c{.kind = Clause::Kind::Atom, .atom = way, .span = head.span};
+        c.atom.predicate = predicate;
+        return c;
+    };
+    const auto without = [&](PredicateId predicate) {
+        Clause c{.kind = Clause::Kind::Not, .span = head.span};
+        c.inner.push_back(clause(predicate));
+        return c;
+    };
+    const auto fact = [&](PredicateId predicate) {
+        return Head{.kind = Head::Kind::Fact, .atom = clause(predicate).atom, .span = head.span};
+    };
+    const PredicateId is_due = program_.predicates.add(made);
+    made.name = fmt::format("{}@done{}", name, number);
+    made.kind = PredicateKind::Linear;
+    const PredicateId is_done = program_.predicates.add(std::move(made));
+
+    Rule fires = due, forgets = due;
+    due.heads = {fact(is_due)};
+    place_counts(due);
+    fires.linear = forgets.linear = true;
+    fires.used_once.clear();
+    forgets.used_once.clear();
+    fires.body = {clause(is_due), without(is_done)};
+    fires.heads = {head, fact(is_done)};
+    forgets.body = {clause(is_done), without(is_due)};
+    forgets.heads.clear();
+    add(std::move(due));
+    add(std::move(fires));
+    add(std::move(forgets));
+}
+
+}  // namespace meld::check

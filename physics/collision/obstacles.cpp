@@ -1,0 +1,223 @@
+// Obstacles: checked when added, converted to ODE geometries once per worker.
+#include "physics/collision/obstacles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/collision/ode_library.h"
+#include "physics/collision/ode_shapes.h"
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+struct Bounds {
+    Vec3 low{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, high{HUGE_VAL, HUGE_VAL, HUGE_VAL};
+};
+
+Result<Bounds> check(Plane& plane) {
+    const double norm = length(plane.normal);
+    if (!(norm > 0) || !std::isfinite(norm) || !std::isfinite(plane.offset_m))
+        return fail("the plane has no direction", "Give it a normal that is not zero and finite numbers");
+    plane = {(1 / norm) * plane.normal, plane.offset_m / norm};
+    return Bounds{};
+}
+
+Result<Bounds> check(Box& box) {
+    const Quat q = box.orientation;
+    const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    if (!is_finite(box.centre) || !is_finite(box.size_m) || !(norm > 0) || !std::isfinite(norm))
+        return fail("the box has a number that is not finite, or no orientation");
+    if (!(box.size_m.x > 0 && box.size_m.y > 0 && box.size_m.z > 0))
+        return fail(fmt::format("the box is {} x {} x {} m, which is no box", box.size_m.x, box.size_m.y, box.size_m.z),
+                    "Give it three positive sizes");
+    box.orientation = {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
+    const double half_diagonal = length(box.size_m) / 2;
+    const Vec3 around{half_diagonal, half_diagonal, half_diagonal};
+    return Bounds{box.centre - around, box.centre + around};
+}
+
+Result<Bounds> check(Terrain& terrain) {
+    if (terrain.columns < 2 || terrain.rows < 2 || !(terrain.cell_m > 0) || !std::isfinite(terrain.cell_m) || !is_finite(terrain.origin))
+        return fail("the terrain has no cell", "Give it at least 2 x 2 heights and a positive cell");
+    const auto points = static_cast<std::size_t>(terrain.columns) * static_cast<std::size_t>(terrain.rows);
+    if (terrain.heights_m.size() != points)
+        return fail(fmt::format("the terrain has {} heights, not {} x {}", terrain.heights_m.size(), terrain.columns, terrain.rows));
+    for (const double height : terrain.heights_m)
+        if (!std::isfinite(height)) return fail("the terrain has a height that is not a number");
+    const double highest = *std::max_element(terrain.heights_m.begin(), terrain.heights_m.end());
+    const Vec3 size{(terrain.columns - 1) * terrain.cell_m, (terrain.rows - 1) * terrain.cell_m, highest};
+    // A body that has sunk into the ground is in it, at any depth.
+    return Bounds{{terrain.origin.x, terrain.origin.y, -HUGE_VAL}, terrain.origin + size};
+}
+
+Result<Bounds> check(Mesh& mesh) {
+    if (mesh.triangles.empty() || mesh.triangles.size() % 3 != 0) return fail("the mesh has no triangles, or a part of one");
+    Bounds bounds{{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    for (const Vec3 p : mesh.points) {
+        if (!is_finite(p)) return fail("the mesh has a point that is not a number");
+        bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
+        bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+    }
+    for (const std::uint32_t index : mesh.triangles)
+        if (index >= mesh.points.size()) return fail(fmt::format("a triangle of the mesh names point {} of {}", index, mesh.points.size()));
+    return bounds;
+}
+
+}  // namespace
+
+// One worker's geometries, and the sphere that is moved about. Those of planes and terrain are never used.
+struct Obstacles::Geometries {
+    OdeShapes shapes;
+    dGeomID sphere = dCreateSphere(nullptr, 1);
+
+    Geometries() = default;
+    Geometries(const Geometries&) = delete;
+    Geometries& operator=(const Geometries&) = delete;
+    ~Geometries() { dGeomDestroy(sphere); }
+};
+
+Obstacles::Obstacles() = default;
+Obstacles::~Obstacles() = default;
+Obstacles::Obstacles(Obstacles&&) noexcept = default;
+Obstacles& Obstacles::operator=(Obstacles&&) noexcept = default;
+
+Result<std::uint32_t> Obstacles::add(Shape shape, std::uint8_t material) {
+    auto bounds = std::visit([](auto& one) { return check(one); }, shape);
+    if (!bounds) return tl::unexpected(bounds.error());
+    entries_.push_back({std::move(shape), material, bounds->low, bounds->high});
+    return static_cast<std::uint32_t>(entries_.size() - 1);
+}
+
+int Obstacles::parts(std::size_t obstacle) const {
+    const Shape& shape = entries_[obstacle].shape;
+    return std::holds_alternative<Plane>(shape) || std::holds_alternative<Box>(shape) ? 1 : kMaxSurfaceContacts;
+}
+
+bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const {
+    const Entry& entry = entries_[obstacle];
+    const double reach = radius_m + reach_m;
+    if (const Plane* plane = std::get_if<Plane>(&entry.shape)) return dot(plane->normal, centre) - plane->offset_m < reach;
+    const auto apart = [](double low, double high, double at) { return std::max({low - at, at - high, 0.0}); };
+    if (apart(entry.low.x, entry.high.x, centre.x) > reach || apart(entry.low.y, entry.high.y, centre.y) > reach ||
+        apart(entry.low.z, entry.high.z, centre.z) > reach)
+        return false;
+    if (const Box* box = std::get_if<Box>(&entry.shape)) {
+        const Vec3 local = rotate(conjugate(box->orientation), centre - box->centre);
+        const Vec3 outside{apart(-box->size_m.x / 2, box->size_m.x / 2, local.x), apart(-box->size_m.y / 2, box->size_m.y / 2, local.y),
+                           apart(-box->size_m.z / 2, box->size_m.z / 2, local.z)};
+        return dot(outside, outside) < reach * reach;
+    }
+    return true;
+}
+
+namespace {
+
+// From the box's surface to a point beside it, both in the box's frame.
+Vec3 from_box(const Box& box, Vec3 local) {
+    const auto beyond = [](double at, double size) { return at - std::clamp(at, -size / 2, size / 2); };
+    return {beyond(local.x, box.size_m.x), beyond(local.y, box.size_m.y), beyond(local.z, box.size_m.z)};
+}
+
+double depth_in(const Plane& plane, Vec3 centre, double radius_m) { return radius_m + plane.offset_m - dot(plane.normal, centre); }
+
+double depth_in(const Box& box, Vec3 centre, double radius_m) {
+    const Vec3 local = rotate(conjugate(box.orientation), centre - box.centre), outside = from_box(box, local);
+    if (outside != Vec3{}) return radius_m - length(outside);
+    return radius_m +
+           std::min({box.size_m.x / 2 - std::abs(local.x), box.size_m.y / 2 - std::abs(local.y), box.size_m.z / 2 - std::abs(local.z)});
+}
+
+double depth_in(const Terrain& terrain, Vec3 centre, double radius_m) { return radius_m - distance_to(terrain, centre, radius_m); }
+
+double depth_in(const Mesh&, Vec3, double) { return 0; }
+
+std::optional<SurfaceContact> meeting(const Plane& plane, Vec3 centre, double radius_m, Vec3 path) {
+    const double gap = -depth_in(plane, centre, radius_m);
+    if (gap < 0 || gap + dot(plane.normal, path) > 0) return std::nullopt;
+    return SurfaceContact{plane.normal, gap};
+}
+
+// Advances by the distance to the box repeatedly, which never leads into it (conservative advancement).
+std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius_m, Vec3 path) {
+    constexpr int kMaxSteps = 64;
+    // A path that comes this near, as a share of the radius, touches.
+    constexpr double kNear = 1e-4;
+    const Quat into = conjugate(box.orientation);
+    const Vec3 start = rotate(into, centre - box.centre), way = rotate(into, path);
+    const double far = length(way);
+    double gone = 0;
+    for (int i = 0; i < kMaxSteps; ++i) {
+        const Vec3 outside = from_box(box, start + (gone / far) * way);
+        const double distance = length(outside), gap = distance - radius_m;
+        if (gap > kNear * radius_m) {
+            gone += gap;
+            if (gone > far) return std::nullopt;
+            continue;
+        }
+        if (i == 0) return std::nullopt;
+        const Vec3 normal = (1 / distance) * outside;
+        return SurfaceContact{rotate(box.orientation, normal), gap - gone / far * dot(normal, way)};
+    }
+    return std::nullopt;
+}
+
+std::optional<SurfaceContact> meeting(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path) {
+    return physics::meet(terrain, centre, radius_m, path);
+}
+std::optional<SurfaceContact> meeting(const Mesh&, Vec3, double, Vec3) { return std::nullopt; }
+
+}  // namespace
+
+std::string_view Obstacles::kind(std::size_t obstacle) const {
+    constexpr std::string_view kKinds[] = {"plane", "box", "terrain", "mesh"};
+    return kKinds[entries_[obstacle].shape.index()];
+}
+
+double Obstacles::depth(std::size_t obstacle, Vec3 centre, double radius_m) const {
+    return std::max(0.0, std::visit([&](const auto& shape) { return depth_in(shape, centre, radius_m); }, entries_[obstacle].shape));
+}
+
+std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const {
+    return std::visit([&](const auto& shape) { return meeting(shape, centre, radius_m, path); }, entries_[obstacle].shape);
+}
+
+void Obstacles::prepare(int threads) {
+    const bool by_ode = std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) {
+        return std::holds_alternative<Box>(entry.shape) || std::holds_alternative<Mesh>(entry.shape);
+    });
+    if (!by_ode) return;
+    enter_ode_thread();
+    while (geometries_.size() < static_cast<std::size_t>(threads)) geometries_.push_back(std::make_unique<Geometries>());
+    for (const auto& own : geometries_)
+        while (own->shapes.count() < entries_.size()) own->shapes.add(entries_[own->shapes.count()].shape);
+}
+
+int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
+                       std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
+    MELD_EXPECT(obstacle < entries_.size() && radius_m > 0 && reach_m >= 0, "obstacle {} of {}", obstacle, entries_.size());
+    if (const Plane* plane = std::get_if<Plane>(&entries_[obstacle].shape)) {
+        contacts[0] = {plane->normal, dot(plane->normal, centre) - plane->offset_m - radius_m};
+        return contacts[0].gap_m < reach_m ? 1 : 0;
+    }
+    if (const Terrain* terrain = std::get_if<Terrain>(&entries_[obstacle].shape))
+        return physics::collide(*terrain, centre, radius_m, reach_m, contacts);
+    MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
+    enter_ode_thread();
+    const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];
+    // ODE reports overlaps only, so the sphere is enlarged by the distance to look ahead.
+    dGeomSphereSetRadius(own.sphere, radius_m + reach_m);
+    dGeomSetPosition(own.sphere, centre.x, centre.y, centre.z);
+    std::array<dContactGeom, kMaxSurfaceContacts> found;
+    const int count = dCollide(own.sphere, own.shapes[obstacle], kMaxSurfaceContacts, found.data(), sizeof(dContactGeom));
+    for (int i = 0; i < count; ++i) {
+        const dContactGeom& contact = found[static_cast<std::size_t>(i)];
+        contacts[static_cast<std::size_t>(i)] = {{contact.normal[0], contact.normal[1], contact.normal[2]}, reach_m - contact.depth};
+    }
+    return count;
+}
+
+}  // namespace meld::physics

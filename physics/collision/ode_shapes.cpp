@@ -1,0 +1,66 @@
+// Makes ODE geometries.
+#include "physics/collision/ode_shapes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace meld::physics {
+
+OdeShapes::~OdeShapes() {
+    for (const dGeomID geom : geoms_) dGeomDestroy(geom);
+    for (const dHeightfieldDataID data : heights_) dGeomHeightfieldDataDestroy(data);
+    for (const dTriMeshDataID data : meshes_) dGeomTriMeshDataDestroy(data);
+}
+
+dGeomID OdeShapes::add(const Shape& shape) {
+    const dGeomID geom = std::visit([this](const auto& one) { return make(one); }, shape);
+    // A geometry computes its box when first asked; asking now means that no thread writes to it later.
+    std::array<dReal, 6> box;
+    dGeomGetAABB(geom, box.data());
+    geoms_.push_back(geom);
+    return geom;
+}
+
+dGeomID OdeShapes::make(const Plane& plane) {
+    return dCreatePlane(nullptr, plane.normal.x, plane.normal.y, plane.normal.z, plane.offset_m);
+}
+
+dGeomID OdeShapes::make(const Box& box) {
+    const dGeomID geom = dCreateBox(nullptr, box.size_m.x, box.size_m.y, box.size_m.z);
+    dGeomSetPosition(geom, box.centre.x, box.centre.y, box.centre.z);
+    const dQuaternion q = {box.orientation.w, box.orientation.x, box.orientation.y, box.orientation.z};
+    dGeomSetQuaternion(geom, q);
+    return geom;
+}
+
+// ODE's heights rise along y; a quarter turn about x makes its y our z and its z our -y.
+dGeomID OdeShapes::make(const Terrain& terrain) {
+    auto& turned = *points_.emplace_back(std::make_unique<std::vector<double>>());
+    for (int row = terrain.rows - 1; row >= 0; --row)
+        for (int column = 0; column < terrain.columns; ++column)
+            turned.push_back(terrain.heights_m[static_cast<std::size_t>(row) * static_cast<std::size_t>(terrain.columns) +
+                                               static_cast<std::size_t>(column)]);
+    const double width = (terrain.columns - 1) * terrain.cell_m, depth = (terrain.rows - 1) * terrain.cell_m;
+    const dHeightfieldDataID data = heights_.emplace_back(dGeomHeightfieldDataCreate());
+    dGeomHeightfieldDataBuildDouble(data, turned.data(), 0, width, depth, terrain.columns, terrain.rows, 1, 0, 10 * terrain.cell_m, 0);
+    const auto [least, most] = std::minmax_element(terrain.heights_m.begin(), terrain.heights_m.end());
+    dGeomHeightfieldDataSetBounds(data, *least, *most);
+    const dGeomID geom = dCreateHeightfield(nullptr, data, 1);
+    dGeomSetPosition(geom, terrain.origin.x + width / 2, terrain.origin.y + depth / 2, terrain.origin.z);
+    const dQuaternion quarter = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+    dGeomSetQuaternion(geom, quarter);
+    return geom;
+}
+
+dGeomID OdeShapes::make(const Mesh& mesh) {
+    auto& flat = *points_.emplace_back(std::make_unique<std::vector<double>>());
+    auto& triangles = *triangles_.emplace_back(std::make_unique<std::vector<std::uint32_t>>(mesh.triangles));
+    for (const Vec3 p : mesh.points) flat.insert(flat.end(), {p.x, p.y, p.z});
+    const dTriMeshDataID data = meshes_.emplace_back(dGeomTriMeshDataCreate());
+    dGeomTriMeshDataBuildDouble(data, flat.data(), 3 * sizeof(double), static_cast<int>(mesh.points.size()), triangles.data(),
+                                static_cast<int>(triangles.size()), 3 * sizeof(std::uint32_t));
+    return dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr);
+}
+
+}  // namespace meld::physics

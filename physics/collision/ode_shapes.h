@@ -1,0 +1,40 @@
+// Obstacles as ODE geometries.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <memory>
+#include <vector>
+
+#include "physics/collision/obstacles.h"
+
+namespace meld::physics {
+
+// Geometries and the data they point at, freed together. The calling thread has entered ODE.
+class OdeShapes {
+  public:
+    OdeShapes() = default;
+    ~OdeShapes();
+    OdeShapes(const OdeShapes&) = delete;
+    OdeShapes& operator=(const OdeShapes&) = delete;
+
+    // A geometry without a space, at its position.
+    dGeomID add(const Shape& shape);
+    std::size_t count() const { return geoms_.size(); }
+    dGeomID operator[](std::size_t index) const { return geoms_[index]; }
+
+  private:
+    dGeomID make(const Plane& plane);
+    dGeomID make(const Box& box);
+    dGeomID make(const Terrain& terrain);
+    dGeomID make(const Mesh& mesh);
+
+    std::vector<dGeomID> geoms_;
+    std::vector<dHeightfieldDataID> heights_;
+    std::vector<dTriMeshDataID> meshes_;
+    // ODE keeps pointers to these.
+    std::vector<std::unique_ptr<std::vector<double>>> points_;
+    std::vector<std::unique_ptr<std::vector<std::uint32_t>>> triangles_;
+};
+
+}  // namespace meld::physics

@@ -1,0 +1,172 @@
+// The nearest points of the triangles around a sphere.
+#include "physics/collision/terrain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+struct Triangle {
+    Vec3 a, b, c;
+};
+
+Vec3 point_at(const Terrain& terrain, int column, int row) {
+    MELD_EXPECT(column >= 0 && column < terrain.columns && row >= 0 && row < terrain.rows, "point {}, {}", column, row);
+    const auto index = static_cast<std::size_t>(row) * static_cast<std::size_t>(terrain.columns) + static_cast<std::size_t>(column);
+    return terrain.origin + Vec3{column * terrain.cell_m, row * terrain.cell_m, terrain.heights_m[index]};
+}
+
+// Counter-clockwise as seen from above.
+std::array<Triangle, 2> triangles_of(const Terrain& terrain, int column, int row) {
+    const Vec3 low = point_at(terrain, column, row), high = point_at(terrain, column + 1, row + 1);
+    return {{{low, point_at(terrain, column + 1, row), high}, {low, high, point_at(terrain, column, row + 1)}}};
+}
+
+Vec3 normal_of(const Triangle& t) {
+    const Vec3 n = cross(t.b - t.a, t.c - t.a);
+    return (1 / length(n)) * n;
+}
+
+// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: which region of corners, edges and face the point is in.
+Vec3 nearest_point(const Triangle& t, Vec3 p) {
+    const Vec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
+    const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+    if (d1 <= 0 && d2 <= 0) return t.a;
+    const Vec3 bp = p - t.b;
+    const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+    if (d3 >= 0 && d4 <= d3) return t.b;
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + (d1 / (d1 - d3)) * ab;
+    const Vec3 cp = p - t.c;
+    const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+    if (d6 >= 0 && d5 <= d6) return t.c;
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return t.a + (d2 / (d2 - d6)) * ac;
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 >= d3 && d5 >= d6) return t.b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (t.c - t.b);
+    const double scale = 1 / (va + vb + vc);
+    return t.a + (vb * scale) * ab + (vc * scale) * ac;
+}
+
+// Calls visit(triangle) for those that may be within `range_m` of the point.
+template <class Visit>
+void each_triangle_near(const Terrain& terrain, Vec3 point, double range_m, const Visit& visit) {
+    const auto cell = [&](double at, int cells) {
+        return static_cast<int>(std::clamp(std::floor(at / terrain.cell_m), 0.0, static_cast<double>(cells - 1)));
+    };
+    const Vec3 local = point - terrain.origin;
+    const double width = (terrain.columns - 1) * terrain.cell_m, depth = (terrain.rows - 1) * terrain.cell_m;
+    if (local.x < -range_m || local.y < -range_m || local.x > width + range_m || local.y > depth + range_m) return;
+    const int first_column = cell(local.x - range_m, terrain.columns - 1), last_column = cell(local.x + range_m, terrain.columns - 1);
+    const int first_row = cell(local.y - range_m, terrain.rows - 1), last_row = cell(local.y + range_m, terrain.rows - 1);
+    for (int row = first_row; row <= last_row; ++row)
+        for (int column = first_column; column <= last_column; ++column)
+            for (const Triangle& triangle : triangles_of(terrain, column, row)) {
+                const auto [low, high] = std::minmax({triangle.a.z, triangle.b.z, triangle.c.z});
+                if (low - point.z <= range_m && point.z - high <= range_m) visit(triangle);
+            }
+}
+
+// How far a point is above the surface, straight down; infinite beside the terrain.
+double height_above(const Terrain& terrain, Vec3 point) {
+    const double x = (point.x - terrain.origin.x) / terrain.cell_m, y = (point.y - terrain.origin.y) / terrain.cell_m;
+    if (!(x >= 0 && y >= 0 && x <= terrain.columns - 1 && y <= terrain.rows - 1)) return std::numeric_limits<double>::infinity();
+    const int column = std::min(static_cast<int>(x), terrain.columns - 2), row = std::min(static_cast<int>(y), terrain.rows - 2);
+    const double u = x - column, v = y - row;
+    const auto [lower, upper] = triangles_of(terrain, column, row);
+    const Vec3 p = lower.a;
+    const double ground =
+        u >= v ? p.z + u * (lower.b.z - p.z) + v * (lower.c.z - lower.b.z) : p.z + v * (upper.c.z - p.z) + u * (upper.b.z - upper.c.z);
+    return point.z - ground;
+}
+
+// The nearest point of the surface within the range, and the direction out of the ground there.
+struct Nearest {
+    Vec3 point, normal;
+    double distance_m;
+};
+
+std::optional<Nearest> nearest_of(const Terrain& terrain, Vec3 point, double range_m) {
+    const double above = height_above(terrain, point);
+    // The surface is straight above, so a point in the ground need not look farther.
+    const double range = above < 0 ? -above * (1 + 1e-9) : range_m;
+    std::optional<Nearest> best;
+    each_triangle_near(terrain, point, range, [&](const Triangle& triangle) {
+        const Vec3 on_surface = nearest_point(triangle, point);
+        const double distance = length(point - on_surface);
+        if (distance > range || (best && distance >= std::abs(best->distance_m))) return;
+        constexpr double kInSurface = 1e-12;
+        const Vec3 normal =
+            distance > kInSurface ? (1 / distance) * (above < 0 ? on_surface - point : point - on_surface) : normal_of(triangle);
+        best = Nearest{on_surface, normal, above < 0 ? -distance : distance};
+    });
+    return best;
+}
+
+}  // namespace
+
+double distance_to(const Terrain& terrain, Vec3 point, double range_m) {
+    const auto nearest = nearest_of(terrain, point, range_m);
+    return nearest ? nearest->distance_m : range_m;
+}
+
+int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m,
+            std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
+    MELD_EXPECT(radius_m > 0 && reach_m >= 0, "radius {}, reach {}", radius_m, reach_m);
+    const auto nearest = nearest_of(terrain, centre, radius_m + reach_m);
+    if (!nearest || nearest->distance_m - radius_m >= reach_m) return 0;
+    contacts[0] = {nearest->normal, nearest->distance_m - radius_m};
+    // A body deep in the ground leaves it at the nearest point.
+    if (nearest->distance_m < 0) return 1;
+    std::array<Vec3, kMaxSurfaceContacts> points{nearest->point};
+    int count = 1;
+    // Repeatedly, the nearest point that is above the tangent planes of all contacts so far.
+    while (count < kMaxSurfaceContacts) {
+        constexpr double kAboveShare = 1e-6;
+        double least = radius_m + reach_m;
+        std::optional<Vec3> next;
+        each_triangle_near(terrain, centre, least, [&](const Triangle& triangle) {
+            const Vec3 point = nearest_point(triangle, centre);
+            const double distance = length(centre - point);
+            if (distance >= least) return;
+            for (int i = 0; i < count; ++i) {
+                const auto at = static_cast<std::size_t>(i);
+                if (dot(point - points[at], contacts[at].normal) <= kAboveShare * radius_m) return;
+            }
+            least = distance, next = point;
+        });
+        if (!next) break;
+        const auto at = static_cast<std::size_t>(count++);
+        points[at] = *next;
+        contacts[at] = {(1 / least) * (centre - *next), least - radius_m};
+    }
+    return count;
+}
+
+// Advances by the distance to the surface repeatedly, which never leads into it (conservative advancement).
+std::optional<SurfaceContact> meet(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path) {
+    constexpr int kMaxSteps = 256;
+    constexpr double kNear = 1e-4;
+    const double far = length(path), range = radius_m + std::max(radius_m, terrain.cell_m);
+    double gone = 0;
+    for (int i = 0; i < kMaxSteps; ++i) {
+        const Vec3 at = centre + (gone / far) * path;
+        const auto nearest = nearest_of(terrain, at, range);
+        const double gap = (nearest ? nearest->distance_m : range) - radius_m;
+        if (gap > kNear * radius_m) {
+            gone += gap;
+            if (gone > far) return std::nullopt;
+            continue;
+        }
+        if (i == 0) return std::nullopt;
+        return SurfaceContact{nearest->normal, gap - gone / far * dot(nearest->normal, path)};
+    }
+    return std::nullopt;
+}
+
+}  // namespace meld::physics

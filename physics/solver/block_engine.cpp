@@ -1,0 +1,472 @@
+// The stages of a step over blocks.
+#include "physics/solver/block_engine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <tuple>
+
+#include "physics/collision/broadphase.h"
+#include "physics/collision/meeting.h"
+#include "physics/collision/ode_library.h"
+#include "physics/solver/feature_wrenches.h"
+#include "physics/solver/kernels.h"
+#include "runtime/base/assert.h"
+#include "runtime/base/release_memory.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kSlotsPerJob = 16384;
+// Contacts are searched this far ahead, as a share of the smallest diameter: a body that moves a third of its diameter per tick is stopped
+// at the surface instead of inside it.
+constexpr double kLookAheadShare = 0.02;
+
+// Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxation sweep stops those that would touch
+// in the next step.
+constexpr double kStepsAhead = 2;
+
+// A blow passes through about two touching bodies per sweep; the rest after the last sweep is stopped without restitution.
+constexpr int kBounceSweeps = 4;
+
+// Bodies that travel less far than this while a list is used, as a share of the smallest diameter, are found in time although they may
+// overlap a little.
+constexpr double kSlowShare = 0.375;
+
+// A new list holds what fast bodies may meet in the step, and what a relaxation sweep then keeps from touching in the next substep.
+double ahead_of_fast_s(const StepTimes& times) { return times.dt_s + times.substep_s(); }
+
+float squared(double value) { return static_cast<float>(value * value); }
+
+}  // namespace
+
+std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
+    using Kind = Stage::Kind;
+    const SolverSettings& solver = world_.settings.solver;
+    const bool soft = solver.mode == SolverMode::Soft, bounces = world_.bounces();
+    std::vector<Stage> stages;
+    const auto coloured = [&](Kind kind) {
+        for (int colour = 0; colour < kColours; ++colour) stages.push_back({.kind = kind, .colour = colour});
+    };
+    // Before anything that would change the approach: the sweeps of a solver without restitution, and the relaxation sweep.
+    const auto bounce = [&] {
+        for (int left = bounces ? kBounceSweeps : 0; left > 0; --left) {
+            stages.push_back({.kind = Kind::FindBounces, .bounce_stages = left * (1 + kColours) - 1});
+            coloured(Kind::Bounce);
+        }
+    };
+    stages.push_back({.kind = Kind::Prepare});
+    stages.push_back({.kind = Kind::UpdateSleep});
+    if (world_.has_features()) coloured(Kind::Actuate);
+    bounce();
+    for (int substep = 0; substep < times.substeps; ++substep) {
+        stages.push_back({.kind = Kind::Accelerate});
+        if (soft) coloured(Kind::WarmStart);
+        for (int sweep = 0; sweep < solver.sweeps; ++sweep) coloured(Kind::Solve);
+        stages.push_back({.kind = Kind::Move});
+        stages.push_back({.kind = Kind::Refresh});
+        bounce();
+        for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) coloured(Kind::Relax);
+    }
+    stages.push_back({.kind = Kind::Finish});
+    return stages;
+}
+
+Result<StepReport> BlockEngine::step(const StepTimes& times, Workers& workers) {
+    const std::vector<Stage> stages = plan(times);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        if (auto done = run(stages[i], times, workers); !done) return tl::unexpected(done.error());
+        if (stages[i].must_agree()) i += static_cast<std::size_t>(stages[i].left_out(bouncing_colours_));
+    }
+    return report();
+}
+
+Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Workers& workers) {
+    MELD_EXPECT(times.dt_s > 0 && times.substeps > 0, "{} s in {} substeps", times.dt_s, times.substeps);
+    MELD_EXPECT(stage.colour < kColours && stage.kind <= Stage::Kind::Finish, "colour {}", stage.colour);
+    const Rules rules = rules_for(world_.settings, times, 2 * smallest_radius_m_);
+    Bodies& bodies = world_.bodies;
+    const auto over_colour = [&](const auto& f) {
+        for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); });
+    };
+    switch (stage.kind) {
+        case Stage::Kind::Prepare:
+            return prepare(times, workers);
+        case Stage::Kind::UpdateSleep:
+            return settle(times, workers);
+        case Stage::Kind::Actuate: {
+            const StageClock clock(world_.times.actuation);
+            if (stage.colour == 0) begin_actuation(times.dt_s, workers);
+            over_colour([&](std::uint32_t block) { actuate_block(block); });
+            return {};
+        }
+        case Stage::Kind::Accelerate: {
+            // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
+            if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
+            const StageClock clock(world_.times.move);
+            const Wrench* wrenches = bodies.wrenches.empty() ? nullptr : bodies.wrenches.data();
+            const Wrench* feature_wrenches = world_.has_features() ? feature_wrenches_.data() : nullptr;
+            for_blocks(awake_, workers, [&](int, std::uint32_t block) {
+                accelerate(bodies.velocity.data(), bodies.place.data(), wrenches, feature_wrenches, grid_.blocks()[block].first,
+                           grid_.blocks()[block].count, rules.move);
+            });
+            return {};
+        }
+        case Stage::Kind::WarmStart: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) {
+                warm_start(contacts_.pairs(block), bodies.velocity.data());
+                warm_start(contacts_.obstacle_contacts(block), bodies.velocity.data());
+            });
+            return {};
+        }
+        case Stage::Kind::Solve: {
+            const StageClock clock(world_.times.solve);
+            over_colour(
+                [&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
+            return {};
+        }
+        case Stage::Kind::Relax: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
+            return {};
+        }
+        case Stage::Kind::FindBounces: {
+            const StageClock clock(world_.times.solve);
+            find_bounces(rules.bounce, workers);
+            return {};
+        }
+        case Stage::Kind::Bounce: {
+            const StageClock clock(world_.times.solve);
+            over_colour([&](std::uint32_t block) { bounce_block(block, rules.bounce); });
+            return {};
+        }
+        case Stage::Kind::Move:
+            return move(times, workers);
+        case Stage::Kind::Refresh:
+            return refresh(active_, times, workers);
+        case Stage::Kind::Finish: {
+            if (world_.has_features()) account_charges(world_, workers);
+            find_events(workers);
+            last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
+            return {};
+        }
+    }
+    return {};
+}
+
+void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s) {
+    MELD_EXPECT(block < states_.size() && states_[block].owned && states_[block].active, "block {} of {}", block, states_.size());
+    MELD_EXPECT(contacts_.adhesion.empty() || contacts_.adhesion.size() == contacts_.pair_batch_count());
+    BodyVelocity* velocities = world_.bodies.velocity.data();
+    for (int i = 0; i < sweeps; ++i) {
+        if (contacts_.adhesion.empty())
+            sweep(contacts_.pairs(block), velocities, rule);
+        else
+            sweep_adhesive(contacts_.pairs(block), contacts_.adhesion.data() + contacts_.first_pair_batch(block), step_s, velocities, rule);
+        sweep(contacts_.obstacle_contacts(block), velocities, rule);
+    }
+}
+
+void BlockEngine::find_bounces(const BounceRule& rule, Workers& workers) {
+    std::atomic<std::uint8_t> found{0};
+    for_blocks(active_, workers, [&](int, std::uint32_t block) {
+        const auto colour = static_cast<std::uint8_t>(1u << colour_of(unpack(grid_.blocks()[block].key)));
+        if ((found.load(std::memory_order_relaxed) & colour) != 0) return;
+        const BodyVelocity* velocities = world_.bodies.velocity.data();
+        bool bounces = false;
+        look_for_bounces(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule, bounces);
+        look_for_bounces(contacts_.obstacle_contacts(block), contacts_.obstacle_bounces(block), velocities, rule, bounces);
+        if (bounces) found.fetch_or(colour, std::memory_order_relaxed);
+    });
+    bouncing_colours_ = found;
+}
+
+void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
+    BodyVelocity* velocities = world_.bodies.velocity.data();
+    bounce(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule);
+    bounce(contacts_.obstacle_contacts(block), contacts_.obstacle_bounces(block), velocities, rule);
+}
+
+Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
+    world_.events.clear();
+    rebuilt_in_step_ = false;
+    count_still_ticks(times.dt_s);
+    if (rebuild_ || list_is_old(times))
+        if (auto built = rebuild(times, workers); !built) return built;
+    keep_last_good(workers);
+    find_resting();
+    return {};
+}
+
+Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
+    update_sleep();
+    world_.obstacles.prepare(workers.threads());
+    if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
+    if (!fresh_) {
+        // The list is new. Blocks that sleep may wake before the next one, and need its gaps and normals then.
+        std::vector<std::uint32_t> all(states_.size());
+        std::iota(all.begin(), all.end(), 0u);
+        if (auto refreshed = refresh(all, times, workers); !refreshed) return refreshed;
+    }
+    // After a failed step all impulses must be forgotten; a step of another length would need impulses of another size.
+    if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
+    for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
+    return {};
+}
+
+double BlockEngine::reach_m() const { return std::max(kLookAheadShare * 2 * smallest_radius_m_, world_.feature_range_m()); }
+
+// Old when the movement so far and in this step could bring together two bodies that the list does not hold.
+bool BlockEngine::list_is_old(const StepTimes& times) const {
+    if (reach_m() > margin_m_) return true;
+    double farthest = 0;
+    for (const BlockState& state : states_)
+        farthest = std::max(farthest, std::sqrt(static_cast<double>(state.drift_squared)) +
+                                          std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s);
+    return farthest > skin_m_ / 2;
+}
+
+RadiusRange BlockEngine::radii_of_world() const {
+    const Settings& settings = world_.settings;
+    if (settings.min_radius_m > 0 && settings.max_radius_m > 0) return {settings.min_radius_m, settings.max_radius_m};
+    return radius_range(world_.bodies);
+}
+
+GridShape BlockEngine::next_shape() const {
+    const RadiusRange radii = radii_of_world();
+    const double skin = world_.settings.skin_share * 2 * radii.min,
+                 margin = std::max(kLookAheadShare * 2 * radii.min, world_.feature_range_m());
+    return GridShape::fitting(radii.min, radii.max, margin + skin, 2 * farthest_path_m_);
+}
+
+void BlockEngine::set_velocities(const Velocities& all, const StepTimes& times) {
+    frame_m_s_ = all.mean();
+    // A faster body ends the step with an error.
+    farthest_path_m_ = std::min(all.greatest_beside_mean(), world_.settings.max_speed_m_s) * ahead_of_fast_s(times);
+}
+
+Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
+    Bodies& bodies = world_.bodies;
+    note_stillness();
+    const RadiusRange radii = radii_of_world();
+    if (world_.has_features()) bodies.need_features();
+    if (!owns_) set_velocities(velocities_of(bodies), times);
+    smallest_radius_m_ = radii.min;
+    skin_m_ = world_.settings.skin_share * 2 * radii.min;
+    margin_m_ = reach_m();
+    if (!std::exchange(cached_, false)) cache_contacts(workers);
+    Buffer<std::uint32_t> order;
+    {
+        const StageClock clock(world_.times.sort);
+        if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built)
+            return world_.wrong(built.error().problem, built.error().suggestion);
+        give_back(order);
+    }
+    {
+        const StageClock clock(world_.times.pairs);
+        std::vector<bool> owned;
+        for (const Block& block : grid_.blocks())
+            if (owns_) owned.push_back(owns_(unpack(block.key)));
+        PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_of_fast_s(times), .frame_m_s = frame_m_s_};
+        reach.slow_m = kSlowShare * 2 * radii.min;
+        if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s}, owns_ ? &owned : nullptr,
+                          workers);
+        grid_.forget_cells();
+        states_.assign(grid_.blocks().size(), {});
+        cages_.clear();
+        for (std::size_t b = 0; b < owned.size(); ++b) states_[b].owned = owned[b];
+    }
+    for (std::size_t b = 0; b < states_.size(); ++b) {
+        const Block& block = grid_.blocks()[b];
+        std::uint16_t still = std::numeric_limits<std::uint16_t>::max();
+        for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
+            still = std::min(still, bodies.properties[slot].still_ticks);
+            bodies.drift[slot] = {0, 0, 0};
+        }
+        resume_stillness(states_[b], still);
+    }
+    MELD_ENSURE(states_.size() == grid_.blocks().size());
+    MELD_ENSURE(bodies.velocity.size() == bodies.count() + states_.size(), "{} bodies, {} blocks", bodies.count(), states_.size());
+    rebuild_ = fresh_ = false;
+    rebuilt_in_step_ = true;
+    return {};
+}
+
+void BlockEngine::cache_contacts(Workers& workers) {
+    for (const CachedContact& gone : contacts_.take_out(world_.bodies, workers))
+        world_.events.push_back({touch_of(gone.id(), gone.partner), false});
+}
+
+void BlockEngine::keep_last_good(Workers& workers) {
+    const Bodies& bodies = world_.bodies;
+    LastGood& kept = world_.last_good;
+    const bool all = world_.settings.keep_last_good;
+    const std::size_t count = bodies.count();
+    const bool velocities = all || world_.settings.keep_former_velocities;
+    kept.velocity.resize(velocities ? count : 0), kept.place.resize(all ? count : 0), kept.orientation.resize(all ? count : 0);
+    kept.complete = all;
+    if (!velocities) return;
+    workers.run((count + kSlotsPerJob - 1) / kSlotsPerJob, [&](int, std::size_t job) {
+        const std::size_t begin = job * kSlotsPerJob, length = std::min(count - begin, kSlotsPerJob);
+        std::copy_n(bodies.velocity.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.velocity.begin() + static_cast<std::ptrdiff_t>(begin));
+        if (!all) return;
+        std::copy_n(bodies.place.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.place.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy_n(bodies.orientation.begin() + static_cast<std::ptrdiff_t>(begin), length,
+                    kept.orientation.begin() + static_cast<std::ptrdiff_t>(begin));
+    });
+}
+
+Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
+    const StageClock clock(world_.times.move);
+    const float limit = squared(world_.settings.max_speed_m_s);
+    std::atomic<bool> fine{true};
+    for_blocks(awake_, workers, [&](int, std::uint32_t block) {
+        BlockState& state = states_[block];
+        const Moved moved =
+            move_bodies(world_.bodies, grid_.blocks()[block].first, grid_.blocks()[block].count, static_cast<float>(times.substep_s()));
+        state.speed_squared = std::max(state.speed_squared, moved.speed_squared);
+        state.drift_squared = moved.drift_squared;
+        if (!(moved.speed_squared <= limit)) fine = false;
+    });
+    fresh_ = false;
+    return fine ? Result<void>() : world_.check_speeds();
+}
+
+Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers) {
+    const StageClock clock(world_.times.refresh);
+    MELD_EXPECT(states_.size() == grid_.blocks().size(), "{} states of {} blocks", states_.size(), grid_.blocks().size());
+    const auto max_overlap = static_cast<float>(world_.settings.max_overlap_share);
+    std::atomic<std::uint32_t> crushed{kNoBlock};
+    std::mutex failing;
+    std::optional<std::pair<BodyId, Error>> failure;
+    for_blocks(blocks, workers, [&](int worker, std::uint32_t block) {
+        if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) {
+            const std::lock_guard lock(failing);
+            if (!failure || collided.error().first < failure->first) failure = collided.error();
+        }
+        const bool deep = refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap);
+        refresh_fast(block, times.dt_s);
+        if (!deep) return;
+        std::uint32_t seen = crushed.load();
+        while (block < seen && !crushed.compare_exchange_weak(seen, block)) {
+        }
+    });
+    fresh_ = true;
+    if (failure) return world_.wrong(failure->second.problem, failure->second.suggestion);
+    if (crushed != kNoBlock) return too_deep(crushed);
+    return {};
+}
+
+void BlockEngine::refresh_fast(std::uint32_t block, double dt_s) {
+    const Bodies& bodies = world_.bodies;
+    for (const std::uint32_t lane : contacts_.fast_lanes(block)) {
+        Batch& batch = contacts_.pairs(block)[lane / kLanes];
+        const int i = static_cast<int>(lane % kLanes);
+        if (static_cast<double>(batch.gap[i]) <= kLookAheadShare * 2 * smallest_radius_m_) continue;
+        const Place &a = bodies.place[batch.a[i]], &b = bodies.place[batch.b[i]];
+        const Vec3 path = kStepsAhead * dt_s * (velocity_of(bodies.velocity[batch.b[i]]) - velocity_of(bodies.velocity[batch.a[i]]));
+        const auto met = meet({b.x - a.x, b.y - a.y, b.z - a.z}, a.radius + b.radius, path);
+        batch.gap[i] = met ? static_cast<float>(met->gap_m) : kNoContactGap;
+        if (!met) continue;
+        batch.nx[i] = static_cast<float>(met->normal.x);
+        batch.ny[i] = static_cast<float>(met->normal.y);
+        batch.nz[i] = static_cast<float>(met->normal.z);
+    }
+}
+
+tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block, double dt_s) {
+    const std::span<Batch> batches = contacts_.obstacle_contacts(block);
+    const ObstacleLane* lanes_of = contacts_.obstacle_lanes(block);
+    Bodies& bodies = world_.bodies;
+    struct Lane {
+        Batch* batch;
+        int lane;
+        ObstacleLane what;
+    };
+    // The parts of one contact lie in different batches, because they share the body; sorting by (body, obstacle) brings them together.
+    thread_local std::vector<Lane> found;
+    found.clear();
+    for (std::size_t n = 0; n < batches.size(); ++n)
+        for (int i = 0; i < kLanes; ++i)
+            if (batches[n].a[i] < bodies.count()) found.push_back({&batches[n], i, lanes_of[n * kLanes + static_cast<std::size_t>(i)]});
+    const auto key = [](const Lane& lane) { return std::tuple(lane.batch->a[lane.lane], lane.what.obstacle, lane.what.part); };
+    const bool single = std::all_of(found.begin(), found.end(), [](const Lane& lane) { return lane.what.part == 0; });
+    if (!single) std::sort(found.begin(), found.end(), [&](const Lane& one, const Lane& other) { return key(one) < key(other); });
+
+    std::array<SurfaceContact, kMaxSurfaceContacts> surfaces;
+    std::optional<std::pair<BodyId, Error>> failure;
+    const auto fails = [&](BodyId body, Error error) {
+        if (!failure || body < failure->first) failure = std::pair(body, std::move(error));
+    };
+    for (std::size_t begin = 0; begin < found.size();) {
+        const std::uint32_t slot = found[begin].batch->a[found[begin].lane], obstacle = found[begin].what.obstacle;
+        std::size_t end = begin + 1;
+        while (!single && end < found.size() && found[end].batch->a[found[end].lane] == slot && found[end].what.obstacle == obstacle) ++end;
+        const Place& p = bodies.place[slot];
+        const BodyId id = bodies.properties[slot].id;
+        // On uneven ground, looking too far ahead would find more contacts than a body has lanes for.
+        const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
+        int count = 0;
+        try {
+            count = world_.obstacles.collide(worker, obstacle, {p.x, p.y, p.z}, p.radius, ahead, surfaces);
+        } catch (const OdeFailure& wrong) {
+            fails(id, {fmt::format("ODE cannot collide body {} with an obstacle ({})", id, wrong.what()), "Check the obstacle's shape"});
+        }
+        for (int c = 0; c < count; ++c)
+            if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine)
+                fails(id, fine.error());
+        // A body from farther away would be behind a wall before it is noticed, and for a near one only its path tells what it will touch.
+        const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
+        const bool apart = count == 0 || surfaces[0].gap_m > kLookAheadShare * 2 * smallest_radius_m_;
+        if (apart && dot(path, path) > ahead * ahead && world_.obstacles.can_be_met(obstacle)) {
+            const auto met = world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path);
+            count = met ? 1 : 0;
+            if (met) surfaces[0] = *met;
+        }
+        std::array<bool, kMaxSurfaceContacts> used{};
+        for (std::size_t n = begin; n < end; ++n) {
+            Batch& batch = *found[n].batch;
+            const int i = found[n].lane;
+            // Each lane takes the contact whose normal is most similar to its last one.
+            int best = -1;
+            double likeness = -2;
+            for (int c = 0; c < count; ++c) {
+                const Vec3 normal = surfaces[static_cast<std::size_t>(c)].normal;
+                const double like = -(normal.x * static_cast<double>(batch.nx[i]) + normal.y * static_cast<double>(batch.ny[i]) +
+                                      normal.z * static_cast<double>(batch.nz[i]));
+                if (!used[static_cast<std::size_t>(c)] && like > likeness) best = c, likeness = like;
+            }
+            if (best < 0) {
+                batch.gap[i] = kNoContactGap;
+                batch.normal_impulse[i] = batch.tx[i] = batch.ty[i] = batch.tz[i] = 0;
+                continue;
+            }
+            used[static_cast<std::size_t>(best)] = true;
+            const SurfaceContact& surface = surfaces[static_cast<std::size_t>(best)];
+            const float nx = static_cast<float>(-surface.normal.x), ny = static_cast<float>(-surface.normal.y),
+                        nz = static_cast<float>(-surface.normal.z);
+            const float along = batch.tx[i] * nx + batch.ty[i] * ny + batch.tz[i] * nz;
+            batch.nx[i] = nx, batch.ny[i] = ny, batch.nz[i] = nz;
+            batch.gap[i] = static_cast<float>(surface.gap_m);
+            batch.tx[i] -= along * nx, batch.ty[i] -= along * ny, batch.tz[i] -= along * nz;
+        }
+        begin = end;
+    }
+    if (failure) return tl::unexpected(std::move(*failure));
+    return {};
+}
+
+std::unique_ptr<Engine> make_block_engine(World& world) { return std::make_unique<BlockEngine>(world); }
+
+}  // namespace meld::physics

@@ -1,0 +1,204 @@
+// The engine for millions of bodies: blocks of space, coloured so that blocks of one colour share no body, solved one colour at a time.
+//
+// A step is a list of stages. Each is a loop over independent blocks, so a caller can run a step stage by stage and exchange velocities
+// between processes after each coloured stage (subdomain.h).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "physics/bodies/denormals.h"
+#include "physics/collision/block_grid.h"
+#include "physics/collision/broadphase.h"
+#include "physics/solver/contacts.h"
+#include "physics/solver/engine.h"
+
+namespace meld::physics {
+
+class BlockEngine final : public Engine {
+  public:
+    explicit BlockEngine(World& world) : world_(world) {}
+
+    Result<StepReport> step(const StepTimes& times, Workers& workers) override;
+    void structure_changed() override { rebuild_ = true; }
+    void body_changed(std::uint32_t slot, bool moved) override;
+    void state_restored() override;
+    bool asleep(std::uint32_t slot) const override;
+    void each_contact(const ContactVisitor& visit) const override;
+    void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const override;
+    std::size_t bytes() const override;
+    double residual() override;
+    std::size_t awake_bodies() const override { return report().awake_bodies; }
+    Home home(std::uint32_t slot) const override;
+    std::vector<std::uint32_t> slots_of(Home home, std::span<const std::uint32_t> known) const override;
+    void save_home(Home home, ByteWriter& bodies, ByteWriter& contacts) const override;
+    Result<void> load_home(Home home, std::uint32_t first, Holds holds, ByteReader& bodies, ByteReader& contacts) override;
+    void save_rest(ByteWriter& out) const override;
+    void load_rest(ByteReader& in) override;
+    Result<void> loaded(Workers& workers) override;
+
+    // The stages of a step, to be run in order.
+    std::vector<Stage> plan(const StepTimes& times) const;
+    Result<void> run(const Stage& stage, const StepTimes& times, Workers& workers);
+    StepReport report() const;
+    // The result of the last stage FindBounces: the colours of the blocks with contacts that would bounce, as bits.
+    std::uint8_t bouncing_colours() const { return bouncing_colours_; }
+
+    // Before a rebuild, with the same argument on all subdomains: the velocities of the whole world's bodies.
+    void set_velocities(const Velocities& all, const StepTimes& times);
+    const BlockGrid& grid() const { return grid_; }
+    bool must_rebuild(const StepTimes& times) const { return rebuild_ || list_is_old(times); }
+
+  private:
+    friend class Subdomain;
+
+    // The state of a block besides its bodies.
+    struct BlockState {
+        // The greatest speed in the last tick, infinite if unknown; the greatest drift since the candidate list was made.
+        float speed_squared = 0;
+        float drift_squared = 0;
+        std::uint16_t still_ticks = 0;
+        // When to decide whether it stays: after this many still ticks, if the greatest speed of their last quarter is not well above that
+        // of the second, and no body's velocity has changed steadily since half of them. A body that begins to roll or to be pulled speeds
+        // up, however slowly, and one that turns round at the end of its way slows down and speeds up again.
+        std::uint16_t decide_at = 0;
+        float first_speed_squared = 0, second_speed_squared = 0;
+        bool stays = false;
+        // This block and all blocks around it stay.
+        bool rests = false;
+        bool asleep = false;
+        // This subdomain solves its pairs; false for blocks that another subdomain owns.
+        bool owned = true;
+        // Awake, or asleep next to an awake block: its contacts are solved.
+        bool active = true;
+    };
+
+    // A body that moves in a block where nearly all are still: where it was when the engine began to watch it, and its greatest speed
+    // since.
+    struct Rattler {
+        std::uint32_t slot;
+        Drift at;
+        float peak_squared;
+    };
+    struct Cages {
+        std::vector<Rattler> rattlers;
+        std::uint64_t since_tick = 0;
+        int watch_ticks = 0;
+        // How many times one after the other all were found to be caged.
+        int confirmed = 0;
+        // A body that turns round once comes not far in one watch, but in the next.
+        bool are_sure() const { return confirmed >= 2; }
+    };
+
+    // A block that came from a snapshot: its bodies are in the slots from `first` on.
+    struct LoadedBlock {
+        std::uint64_t key = 0;
+        std::uint32_t first = 0, count = 0;
+        BlockState state = {};
+        std::optional<Cages> cages = {};           // Slots are counted from the first of the block.
+        std::span<const std::byte> contacts = {};  // Valid until loaded().
+    };
+    struct Loading {
+        GridShape shape;
+        std::vector<LoadedBlock> blocks;
+    };
+
+    Result<void> prepare(const StepTimes& times, Workers& workers);
+    bool list_is_old(const StepTimes& times) const;
+    Result<void> rebuild(const StepTimes& times, Workers& workers);
+    void keep_last_good(Workers& workers);
+    RadiusRange radii_of_world() const;
+    // How the next rebuild will divide space.
+    GridShape next_shape() const;
+    // The speed below which a body counts as still in steps of this length.
+    double still_speed_m_s(double dt_s) const;
+    void count_still_ticks(double dt_s);
+    // Whether the bodies of this block that are not still are few, slow, and have not left their cages for long.
+    bool only_rattles(std::uint32_t block, float still_squared, double dt_s);
+    // In a block that is watched: keeps its bodies' velocities, and later whether one has changed steadily since.
+    void mark_velocities(std::uint32_t block, double still_speed_m_s);
+    bool turns_or_speeds_up(std::uint32_t block, double still_speed_m_s) const;
+    // The stillness of a new block's bodies.
+    void resume_stillness(BlockState& state, std::uint16_t still_ticks) const;
+    bool has_moving_fixed_body(const Block& block) const;
+    void note_stillness();
+    // Slots have changed: drops what is stored by block.
+    void forget_blocks();
+    void find_resting();
+    void update_sleep();
+    Result<void> settle(const StepTimes& times, Workers& workers);
+    void cache_contacts(Workers& workers);
+    void list_blocks();
+    void set_asleep(std::uint32_t block, bool asleep);
+    void begin_actuation(double dt_s, Workers& workers);
+    void actuate_block(std::uint32_t block);
+    // Gaps and normals of the contacts of these blocks, from the present positions.
+    Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers);
+    // The error: a body that ODE fails at or that is too deep in an obstacle, and the message; of several, that of the lowest body.
+    tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
+    Result<void> move(const StepTimes& times, Workers& workers);
+    void find_events(Workers& workers);
+    void find_bounces(const BounceRule& rule, Workers& workers);
+    // Gaps and normals of pairs of fast bodies that are still apart: those of the place where they will meet.
+    void refresh_fast(std::uint32_t block, double dt_s);
+    void bounce_block(std::uint32_t block, const BounceRule& rule);
+    void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
+    // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, and obstacle(batch, lane, normal force, obstacle
+    // lane) for each body that touches an obstacle.
+    template <class Pair, class Obstacle>
+    void each_touch(std::size_t block, const Pair& pair, const Obstacle& obstacle) const;
+    double list_reach_m() const { return margin_m_ + skin_m_; }
+    double reach_m() const;
+
+    tl::unexpected<Error> too_deep(std::uint32_t block);
+
+    // Calls f(worker, block) for the blocks of a list.
+    template <class F>
+    static void for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f);
+
+    World& world_;
+    BlockGrid grid_;
+    Contacts contacts_;
+    std::vector<BlockState> states_;
+    // By block, where some are watched.
+    std::unordered_map<std::uint32_t, Cages> cages_;
+    std::vector<Wrench> feature_wrenches_;
+    std::vector<std::uint32_t> awake_, active_;
+    std::array<std::vector<std::uint32_t>, kColours> coloured_;
+    double smallest_radius_m_ = 0.5;
+    double skin_m_ = 0, margin_m_ = 0;
+    // How far a body may travel before the next list, relative to a frame that moves with all of them.
+    double farthest_path_m_ = 0;
+    Vec3 frame_m_s_;
+    double last_dt_s_ = 0;
+    double last_substep_s_ = 0;
+    // Whether this subdomain owns a block; empty if the world is not divided.
+    std::function<bool(BlockCoordinates)> owns_;
+    std::uint8_t bouncing_colours_ = 0;
+    Loading loading_;
+    bool cached_ = false;
+    bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
+};
+
+// Several blocks make a job, so that small blocks are not all overhead, but few enough that all workers have some.
+template <class F>
+void BlockEngine::for_blocks(const std::vector<std::uint32_t>& list, Workers& workers, const F& f) {
+    constexpr std::size_t kMaxBlocksPerJob = 16;
+    const std::size_t per_job =
+        std::clamp<std::size_t>(list.size() / (4 * static_cast<std::size_t>(workers.threads())), 1, kMaxBlocksPerJob);
+    workers.run((list.size() + per_job - 1) / per_job, [&](int worker, std::size_t job) {
+        const FlushDenormals flush;
+        const std::size_t end = std::min(list.size(), (job + 1) * per_job);
+        for (std::size_t i = job * per_job; i < end; ++i) f(worker, list[i]);
+    });
+}
+
+}  // namespace meld::physics

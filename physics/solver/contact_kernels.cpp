@@ -1,0 +1,260 @@
+// The passes over contacts. A body of radius r and angular velocity w has surface velocity u = r w; at a contact with normal n (from a to
+// b) the surfaces separate with v_b - v_a - (u_a + u_b) x n, so no lever arm is needed.
+#include "physics/solver/kernels.h"
+
+namespace meld::physics {
+
+namespace {
+
+struct Vector {
+    Lanes x, y, z;
+};
+
+MELD_INLINE Vector operator+(const Vector& a, const Vector& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+MELD_INLINE Vector operator-(const Vector& a, const Vector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+MELD_INLINE Vector operator*(const Lanes& s, const Vector& a) { return {s * a.x, s * a.y, s * a.z}; }
+MELD_INLINE Lanes dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+MELD_INLINE Vector cross(const Vector& a, const Vector& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+MELD_INLINE Vector select(LaneMask mask, const Vector& yes, const Vector& no) {
+    return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
+}
+
+// The velocities of eight bodies.
+struct LaneVelocities {
+    Vector linear;
+    Lanes inverse_mass;
+    Vector surface;
+    Lanes inverse_surface_mass;
+};
+
+constexpr int kQuadsOfVelocity = 2;
+
+MELD_INLINE LaneVelocities load(const BodyVelocity* velocities, const std::uint32_t* slots) {
+    const Quad* quads = reinterpret_cast<const Quad*>(velocities);
+    Lanes linear[4], angular[4];
+    gather(quads, kQuadsOfVelocity, 0, slots, linear);
+    gather(quads, kQuadsOfVelocity, 1, slots, angular);
+    return {{linear[0], linear[1], linear[2]}, linear[3], {angular[0], angular[1], angular[2]}, angular[3]};
+}
+
+MELD_INLINE void store(BodyVelocity* velocities, const std::uint32_t* slots, const LaneVelocities& changed) {
+    Quad* quads = reinterpret_cast<Quad*>(velocities);
+    scatter(quads, kQuadsOfVelocity, 0, slots, {changed.linear.x, changed.linear.y, changed.linear.z, changed.inverse_mass});
+    scatter(quads, kQuadsOfVelocity, 1, slots, {changed.surface.x, changed.surface.y, changed.surface.z, changed.inverse_surface_mass});
+}
+
+// Impulse `along` the normal and `across` it, on b and reversed on a.
+MELD_INLINE void apply_impulse(LaneVelocities& a, LaneVelocities& b, const Vector& normal, const Lanes& along, const Vector& across) {
+    const Vector impulse = along * normal + across;
+    const Vector twist = cross(normal, across);
+    a.linear = a.linear - a.inverse_mass * impulse;
+    b.linear = b.linear + b.inverse_mass * impulse;
+    a.surface = a.surface - a.inverse_surface_mass * twist;
+    b.surface = b.surface - b.inverse_surface_mass * twist;
+}
+
+MELD_INLINE bool refresh_pairs_kernel(std::span<Batch> batches, const Place* places, float max_overlap) {
+    LaneMask bad = {};
+    for (Batch& batch : batches) {
+        Quad rows[kLanes];
+#pragma GCC unroll 8
+        for (int i = 0; i < kLanes; ++i) {
+            const DoubleQuad a = *reinterpret_cast<const DoubleQuad*>(places + batch.a[i]);
+            const DoubleQuad b = *reinterpret_cast<const DoubleQuad*>(places + batch.b[i]);
+            const DoubleQuad difference = b - a, sum = b + a;
+            rows[i] = __builtin_convertvector(__builtin_shufflevector(difference, sum, 0, 1, 2, 7), Quad);
+        }
+        const Lanes joined[4] = {join(rows[0], rows[4]), join(rows[1], rows[5]), join(rows[2], rows[6]), join(rows[3], rows[7])};
+        Lanes columns[4];
+        transpose(joined, columns);
+        const Vector apart{columns[0], columns[1], columns[2]};
+        const Lanes radii = columns[3];
+        const Lanes distance = sqrt_lanes(dot(apart, apart));
+        // Bodies in the same place are pushed apart upwards.
+        const LaneMask together = distance < 1e-20f;
+        const Lanes inverse = 1.0f / physics::select(together, lanes(1), distance);
+        const Vector normal = select(together, {lanes(0), lanes(0), lanes(1)}, inverse * apart);
+        const LaneMask somebody = radii > 0.0f;
+        const Lanes gap = distance - radii;
+        bad |= somebody & (gap < -max_overlap * radii);
+        batch.gap = physics::select(somebody, gap, lanes(kNoContactGap));
+        batch.nx = normal.x, batch.ny = normal.y, batch.nz = normal.z;
+        const Vector friction{batch.tx, batch.ty, batch.tz};
+        const Vector turned = friction - dot(friction, normal) * normal;
+        batch.tx = turned.x, batch.ty = turned.y, batch.tz = turned.z;
+    }
+    return any(bad);
+}
+
+MELD_INLINE void warm_start_kernel(std::span<const Batch> batches, BodyVelocity* velocities) {
+    for (const Batch& batch : batches) {
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        apply_impulse(a, b, {batch.nx, batch.ny, batch.nz}, batch.normal_impulse, {batch.tx, batch.ty, batch.tz});
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
+    }
+}
+
+// The inverse of a sum of inverse masses, 0 if the sum is 0: between two bodies that cannot move nothing changes, and the impulses wait
+// until one of them wakes.
+MELD_INLINE Lanes mass_of(const Lanes& lightness) {
+    constexpr float kLightest = 1e-30f;
+    return keep(lightness > 0.0f, 1.0f / max_lanes(lightness, lanes(kLightest)));
+}
+
+// The change of the normal impulse that a contact needs, before the impulse is kept from pulling. `holds`: lanes with a latch, which pull a
+// gap together as they push an overlap apart.
+template <bool kAdhesive>
+MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
+    const Lanes gap = batch.gap;
+    LaneMask pressed = gap <= 0.0f;
+    const Lanes fastest = max_lanes(rule.load_rate * (lightness * batch.normal_impulse), lanes(rule.max_depenetration_speed));
+    Lanes bias = max_lanes(gap, lanes(0)) * rule.apart_rate + max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, -fastest);
+    if constexpr (kAdhesive) {
+        pressed |= holds;
+        bias = physics::select(
+            holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.max_latch_speed)), lanes(rule.max_latch_speed)), bias);
+    }
+    const Lanes mass_scale = 1.0f + keep(pressed, lanes(rule.mass_scale - 1));
+    const Lanes kept_back = keep(pressed & (lightness > 0.0f), rule.impulse_scale * batch.normal_impulse);
+    return (mass_of(lightness) * mass_scale * rule.over_relaxation) * (parting + bias) + kept_back;
+}
+
+template <bool kAdhesive>
+MELD_INLINE void sweep_batches(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
+                               const SweepRule& rule) {
+    for (std::size_t n = 0; n < batches.size(); ++n) {
+        Batch& batch = batches[n];
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Vector normal{batch.nx, batch.ny, batch.nz};
+        const Lanes lightness = a.inverse_mass + b.inverse_mass;
+        const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
+
+        const Vector apart = b.linear - a.linear;
+        const Lanes parting = dot(apart, normal);
+        const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
+        const Lanes now = batch.normal_impulse;
+        Lanes pressed, held = lanes(0);
+        if constexpr (kAdhesive) {
+            held = adhesion[n] * step_s;
+            pressed = max_lanes(now - wanted_change<true>(batch, parting, lightness, held > 0.0f, rule), -held);
+        } else {
+            pressed = max_lanes(now - wanted_change<false>(batch, parting, lightness, LaneMask{}, rule), lanes(0));
+        }
+
+        const Vector friction_now{batch.tx, batch.ty, batch.tz};
+        const Vector wanted = friction_now - (surface_mass * rule.over_relaxation) * slip;
+        constexpr float kNoImpulseSquared = 1e-36f;
+        const Lanes inverse = 1.0f / sqrt_lanes(max_lanes(dot(wanted, wanted), lanes(kNoImpulseSquared)));
+        const Lanes scale = min_lanes(batch.friction * (pressed + held) * inverse, lanes(1));
+        const Vector friction = scale * wanted;
+
+        apply_impulse(a, b, normal, pressed - now, friction - friction_now);
+        batch.normal_impulse = pressed;
+        batch.tx = friction.x, batch.ty = friction.y, batch.tz = friction.z;
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
+    }
+}
+
+MELD_INLINE void sweep_kernel(std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& rule) {
+    sweep_batches<false>(batches, nullptr, 0, velocities, rule);
+}
+MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
+                                       const SweepRule& rule) {
+    sweep_batches<true>(batches, adhesion, step_s, velocities, rule);
+}
+
+// The lanes that bounce, for bodies that separate at this speed.
+MELD_INLINE LaneMask bouncing_lanes(const Batch& batch, const Lanes& restitution, const Lanes& parting, const Lanes& lightness,
+                                    const BounceRule& rule) {
+    return (restitution > 0.0f) & (parting < -rule.min_speed) & (lightness > 0.0f) & (batch.gap < rule.margin - rule.step_s * parting);
+}
+
+MELD_INLINE void bounce_kernel(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule) {
+    for (std::size_t n = 0; n < batches.size(); ++n) {
+        Batch& batch = batches[n];
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Vector normal{batch.nx, batch.ny, batch.nz};
+        const Vector apart = b.linear - a.linear;
+        const Lanes parting = dot(apart, normal);
+        const Lanes lightness = a.inverse_mass + b.inverse_mass;
+        const LaneMask bouncing = bouncing_lanes(batch, bounces[n].restitution, parting, lightness, rule);
+        if (!any(bouncing)) continue;
+        const Lanes along = keep(bouncing, -(1.0f + bounces[n].restitution) * (mass_of(lightness) * parting));
+        // The impulse that stops the slip of the surfaces, as far as friction can.
+        const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
+        const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;
+        constexpr float kNoSlipSquared = 1e-30f;
+        const Lanes speed = sqrt_lanes(max_lanes(dot(slip, slip), lanes(kNoSlipSquared)));
+        const Lanes across = min_lanes(surface_mass, batch.friction * along / speed);
+        apply_impulse(a, b, normal, along, -across * slip);
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
+        bounces[n].impulse += along;
+        // The impulse from before no longer presses.
+        for (Lanes* kept : {&batch.normal_impulse, &batch.tx, &batch.ty, &batch.tz}) *kept = keep(~bouncing, *kept);
+    }
+}
+
+MELD_INLINE void look_for_bounces_kernel(std::span<const Batch> batches, std::span<const Bounce> bounces, const BodyVelocity* velocities,
+                                         const BounceRule& rule, bool& found) {
+    for (std::size_t n = 0; !found && n < batches.size(); ++n) {
+        const Batch& batch = batches[n];
+        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Lanes parting = dot(b.linear - a.linear, {batch.nx, batch.ny, batch.nz});
+        found = any(bouncing_lanes(batch, bounces[n].restitution, parting, a.inverse_mass + b.inverse_mass, rule));
+    }
+}
+
+}  // namespace
+
+namespace {
+#if defined(__x86_64__)
+bool refresh_pairs_baseline(std::span<Batch> batches, const Place* places, float max_overlap) {
+    return refresh_pairs_kernel(batches, places, max_overlap);
+}
+__attribute__((target("avx2"))) bool refresh_pairs_avx2(std::span<Batch> batches, const Place* places, float max_overlap) {
+    return refresh_pairs_kernel(batches, places, max_overlap);
+}
+#endif
+}  // namespace
+
+MELD_KERNEL_VARIANTS(warm_start, (std::span<const Batch> batches, BodyVelocity* velocities), (batches, velocities))
+MELD_KERNEL_VARIANTS(sweep, (std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& rule), (batches, velocities, rule))
+MELD_KERNEL_VARIANTS(sweep_adhesive,
+                     (std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule),
+                     (batches, adhesion, step_s, velocities, rule))
+
+MELD_KERNEL_VARIANTS(bounce, (std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule),
+                     (batches, bounces, velocities, rule))
+MELD_KERNEL_VARIANTS(look_for_bounces,
+                     (std::span<const Batch> batches, std::span<const Bounce> bounces, const BodyVelocity* velocities,
+                      const BounceRule& rule, bool& found),
+                     (batches, bounces, velocities, rule, found))
+
+SquareSums measure_residual(std::span<const Batch> batches, const BodyVelocity* velocities, const SweepRule& rule) {
+    SquareSums sums;
+    for (const Batch& batch : batches) {
+        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Lanes parting = dot(b.linear - a.linear, {batch.nx, batch.ny, batch.nz});
+        const Lanes wanted = wanted_change<false>(batch, parting, a.inverse_mass + b.inverse_mass, LaneMask{}, rule);
+        const Lanes change = max_lanes(batch.normal_impulse - wanted, lanes(0)) - batch.normal_impulse;
+        for (int i = 0; i < kLanes; ++i) {
+            sums.change += static_cast<double>(change[i]) * static_cast<double>(change[i]);
+            sums.impulse += static_cast<double>(batch.normal_impulse[i]) * static_cast<double>(batch.normal_impulse[i]);
+        }
+    }
+    return sums;
+}
+
+bool refresh_pairs(std::span<Batch> batches, const Place* places, float max_overlap) {
+#if defined(__x86_64__)
+    if (simd_level() == SimdLevel::Avx2) return refresh_pairs_avx2(batches, places, max_overlap);
+    return refresh_pairs_baseline(batches, places, max_overlap);
+#else
+    return refresh_pairs_kernel(batches, places, max_overlap);
+#endif
+}
+
+}  // namespace meld::physics

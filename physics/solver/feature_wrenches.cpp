@@ -1,0 +1,120 @@
+// The effects of two bodies' features on each other, body by body and pair by pair.
+#include "physics/solver/feature_wrenches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "physics/bodies/actuation.h"
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kWrenchesPerJob = 4096;
+
+Vec3 position(const Place& place) { return {place.x, place.y, place.z}; }
+Quat orientation(const Orientation& turn) {
+    return {static_cast<double>(turn.w), static_cast<double>(turn.x), static_cast<double>(turn.y), static_cast<double>(turn.z)};
+}
+
+// The features of one body that are on and near enough to the other body to matter.
+struct Near {
+    std::uint8_t count = 0;
+    std::uint8_t index[kMaxFeatures];
+};
+
+// `towards` leads to the other body, a unit vector in the world. The distance of a feature at angle t from the other's centre, at its
+// depth, follows from the law of cosines; the deepest feature stands for all.
+Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat turned, Vec3 towards, double radius, double other_radius,
+                   double distance, double range, double depth) {
+    const Vec3 local = rotate(conjugate(turned), towards);
+    const double inner = radius - depth, farthest = other_radius + range + depth;
+    const double least_cosine = inner > 0 ? (inner * inner + distance * distance - farthest * farthest) / (2 * inner * distance)
+                                          : -std::numeric_limits<double>::infinity();
+    Near near;
+    for (std::size_t i = 0; i < table.size(); ++i)
+        if ((on >> i & 1) != 0 && dot(table[i].direction, local) >= least_cosine) near.index[near.count++] = static_cast<std::uint8_t>(i);
+    return near;
+}
+
+}  // namespace
+
+void add_wrench(Wrench& wrench, Vec3 force, Vec3 torque) {
+    wrench.force[0] += static_cast<float>(force.x), wrench.force[1] += static_cast<float>(force.y),
+        wrench.force[2] += static_cast<float>(force.z);
+    wrench.torque[0] += static_cast<float>(torque.x), wrench.torque[1] += static_cast<float>(torque.y),
+        wrench.torque[2] += static_cast<float>(torque.z);
+}
+
+void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers) {
+    Bodies& bodies = world.bodies;
+    MELD_EXPECT(bodies.features.size() == bodies.count() && bodies.energy.size() == bodies.count(), "{} bodies", bodies.count());
+    wrenches.resize(bodies.count());
+    workers.run((bodies.count() + kWrenchesPerJob - 1) / kWrenchesPerJob, [&](int, std::size_t job) {
+        for (std::size_t slot = job * kWrenchesPerJob; slot < std::min(bodies.count(), (job + 1) * kWrenchesPerJob); ++slot) {
+            wrenches[slot] = {};
+            Bodies::FeatureState& state = bodies.features[slot];
+            state.charge_before_j = std::exchange(state.charge_j, 0.0f);
+            const std::vector<Feature>& table = world.tables[state.table];
+            for (std::size_t i = 0; i < table.size(); ++i)
+                if (state.on >> i & 1) bodies.energy[slot] += table[i].power_w * dt_s;
+        }
+    });
+}
+
+// Charging a plate takes C V^2 from its supply, shared by both bodies; discharging returns nothing. Bodies that sleep keep their charge.
+void account_charges(World& world, Workers& workers) {
+    Bodies& bodies = world.bodies;
+    workers.run((bodies.count() + kWrenchesPerJob - 1) / kWrenchesPerJob, [&](int, std::size_t job) {
+        for (std::size_t slot = job * kWrenchesPerJob; slot < std::min(bodies.count(), (job + 1) * kWrenchesPerJob); ++slot) {
+            Bodies::FeatureState& state = bodies.features[slot];
+            if (bodies.velocity[slot].inverse_mass == 0 && (bodies.properties[slot].flags & kFixed) == 0)
+                state.charge_j = state.charge_before_j;
+            else
+                bodies.energy[slot] += std::max(0.0, static_cast<double>(state.charge_j) - static_cast<double>(state.charge_before_j));
+        }
+    });
+}
+
+double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m) {
+    MELD_EXPECT(a != b && a < wrenches.size() && b < wrenches.size(), "slots {} and {} of {}", a, b, wrenches.size());
+    Bodies& bodies = world.bodies;
+    Bodies::FeatureState &a_state = bodies.features[a], &b_state = bodies.features[b];
+    const std::vector<Feature>&a_table = world.tables[a_state.table], &b_table = world.tables[b_state.table];
+    const Place &a_place = bodies.place[a], &b_place = bodies.place[b];
+    const Quat a_turn = orientation(bodies.orientation[a]), b_turn = orientation(bodies.orientation[b]);
+    const double distance = gap_m + a_place.radius + b_place.radius, range = world.feature_range_m(), depth = world.feature_depth_m();
+
+    const Near a_near = near_features(a_table, a_state.on, a_turn, normal, a_place.radius, b_place.radius, distance, range, depth);
+    if (a_near.count == 0) return 0;
+    const Near b_near = near_features(b_table, b_state.on, b_turn, -normal, b_place.radius, a_place.radius, distance, range, depth);
+    const auto pose = [](const Place& place, Quat turned, const Feature& feature, std::uint32_t reversed, std::uint8_t index) {
+        const Vec3 direction = rotate(turned, feature.direction);
+        return FeaturePose{position(place) + place.radius * direction, direction, (reversed >> index & 1) != 0 ? -1.0 : 1.0};
+    };
+    double held = 0;
+    for (std::uint8_t i = 0; i < a_near.count; ++i)
+        for (std::uint8_t j = 0; j < b_near.count; ++j) {
+            const Feature &first = a_table[a_near.index[i]], &second = b_table[b_near.index[j]];
+            if (first.kind != second.kind) continue;
+            const FeaturePose first_pose = pose(a_place, a_turn, first, a_state.reversed, a_near.index[i]);
+            const FeaturePose second_pose = pose(b_place, b_turn, second, b_state.reversed, b_near.index[j]);
+            if (first.kind == FeatureKind::Latch) {
+                if (length(second_pose.surface - first_pose.surface) < std::min(first.range_m, second.range_m))
+                    held += std::min(first.strength, second.strength);
+                continue;
+            }
+            double charge = 0;
+            const Interaction done = interact(first, first_pose, second, second_pose, charge);
+            const Vec3 a_lever = a_place.radius * first_pose.direction, b_lever = b_place.radius * second_pose.direction;
+            add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(a_lever, done.force_n));
+            add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(b_lever, done.force_n));
+            a_state.charge_j += static_cast<float>(charge / 2);
+            b_state.charge_j += static_cast<float>(charge / 2);
+        }
+    return held;
+}
+
+}  // namespace meld::physics

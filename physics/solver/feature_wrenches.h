@@ -1,0 +1,21 @@
+// The wrenches (force and torque) that magnets, plates and latches exert on bodies, for all engines.
+#pragma once
+
+#include <vector>
+
+#include "physics/solver/engine.h"
+
+namespace meld::physics {
+
+// Adds a force and a torque.
+void add_wrench(Wrench& wrench, Vec3 force_n, Vec3 torque_nm);
+
+// Call these in this order in each step. First: sets all wrenches to zero and adds the energy that features draw while they are on.
+void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers);
+// Then, for each pair whose surfaces are nearer than the world's range, with `normal` from a to b: adds what their features do to each
+// other. Returns the force of the latches that hold, N, which the wrenches do not include.
+double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m);
+// At the end of the step: adds the energy drawn by charging plates.
+void account_charges(World& world, Workers& workers);
+
+}  // namespace meld::physics

@@ -1,0 +1,83 @@
+#include "runtime/ask/query/query.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "compiler/front/body.h"
+#include "runtime/ask/facts/all_facts.h"
+#include "runtime/ask/facts/program.h"
+#include "runtime/ask/query/solver.h"
+#include "runtime/ask/query/terms.h"
+
+namespace meld::inspect {
+
+namespace {
+
+std::string name_of(Trap trap) {
+    switch (trap) {
+        case Trap::Overflow:
+            return "an overflow";
+        case Trap::DivisionByZero:
+            return "a division by zero";
+        case Trap::NotANumber:
+            return "a result that is no number";
+        case Trap::BadConversion:
+            return "a float that does not fit an int";
+        case Trap::BadIndex:
+            return "an element that a list does not have";
+        case Trap::TooDeep:
+            return "calls that are nested too deep";
+        case Trap::NotAnInt:
+        case Trap::NotAFloat:
+            return "a string that is no number";
+        case Trap::NegativePower:
+            return "a negative power of an int";
+        default:
+            return "a value that is too large";
+    }
+}
+
+Result<Table> answer(sim::Subdomain& subdomain, Facts& facts, const std::string& body, const std::function<void(std::uint64_t)>& looked) {
+    Result<Program> program = Program::read(subdomain.module, body);
+    if (!program) return tl::unexpected<Error>(program.error());
+    const check::Rule& question = program->question();
+    if (auto can = program->can_ask(question.body); !can) return tl::unexpected<Error>(can.error());
+    const std::vector<check::VariableId> variables = front::answers(question);
+    std::vector<Table::Column> columns;
+    for (const check::VariableId v : variables) columns.push_back({question.variables[v].name, question.variables[v].type});
+    Table table(std::move(columns));
+    Terms terms(*program, subdomain.view());
+    Solver solver(*program, facts, terms);
+    std::vector<Value> row(variables.size());
+    const Result<void> searched = solver.search(question, question.body, {}, {},
+                                                [&](const Solution& found) {
+                                                    for (std::size_t i = 0; i < variables.size(); ++i)
+                                                        row[i] = found.values[variables[i].index()];
+                                                    table.add(row);
+                                                    return !variables.empty();
+                                                },
+                                                {.looked = looked});
+    if (!searched) return tl::unexpected<Error>(searched.error());
+    table.finish();
+    table.failures = terms.scratch.failures();
+    if (table.failures > 0) table.first_failure = name_of(terms.scratch.first_failure());
+    return table;
+}
+
+}  // namespace
+
+Result<Table> query(sim::Subdomain& subdomain, const std::string& body, const std::function<void(std::uint64_t)>& looked) {
+    Table table;
+    sim::Subdomain* const states[] = {&subdomain};
+    const Result<void> asked = ask(states, [&](std::span<Facts* const> facts) -> Result<void> {
+        Result<Table> found = answer(subdomain, *facts[0], body, looked);
+        if (!found) return tl::unexpected<Error>(found.error());
+        table = std::move(*found);
+        return {};
+    });
+    if (!asked) return tl::unexpected<Error>(asked.error());
+    return table;
+}
+
+}  // namespace meld::inspect

@@ -1,0 +1,27 @@
+// The command lines of the commands that ask one thing about a run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "runtime/driver/setup/options.h"
+
+namespace meld::driver {
+
+struct Asking {
+    RunOptions run = {};
+    std::string scratch = {};
+    const CLI::App* command = nullptr;
+};
+
+void add_query(CLI::App& app, Asking& asking);
+void add_facts(CLI::App& app, Asking& asking);
+// name: why or why-not.
+void add_why(CLI::App& app, Asking& asking, const std::string& name);
+void add_history(CLI::App& app, Asking& asking);
+void add_messages(CLI::App& app, Asking& asking);
+void add_depends(CLI::App& app, Asking& asking);
+// What is run, for all of them, and how it is printed.
+void add_looked_at(CLI::App& command, Asking& asking);
+
+}  // namespace meld::driver

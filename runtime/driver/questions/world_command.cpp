@@ -1,0 +1,175 @@
+#include "runtime/driver/questions/world_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/base/files/input_file.h"
+#include "runtime/base/files/output_file.h"
+#include "runtime/base/files/output_paths.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/terminal/log.h"
+#include "runtime/base/terminal/terminal_text.h"
+#include "runtime/base/units.h"
+#include "runtime/comm/transport/communicator.h"
+#include "runtime/driver/pictures/picture_options.h"
+#include "runtime/driver/pictures/shot.h"
+#include "runtime/driver/setup/extension_file.h"
+#include "runtime/driver/setup/memory_check.h"
+#include "runtime/results/record/drawing.h"
+#include "runtime/sim/choices.h"
+#include "runtime/sim/simulation.h"
+#include "runtime/world/ensemble/target.h"
+#include "runtime/world/file/populate.h"
+#include "runtime/world/model/visiblesim.h"
+
+namespace meld::driver {
+
+namespace {
+
+// A module of no program: it has neither predicates nor rules.
+constexpr ModuleInfo kNoProgram = [] {
+    ModuleInfo none{};
+    none.abi_version = kAbiVersion;
+    return none;
+}();
+
+std::string graph_text(const world::World& world) {
+    const graph::Graph& graph = *world.graph;
+    const graph::Degrees degrees = graph::degrees(graph);
+    const std::uint64_t components = graph::components(graph);
+    const auto counted = [](std::uint64_t n, const char* one) { return fmt::format("{} {}{}", n, one, n == 1 ? "" : "s"); };
+    return fmt::format("{}: {}graph, {}, {}, degrees {} to {}, {:.2f} on average, {}\n", visible(world.path),
+                       graph.directed ? "directed " : "", counted(graph.nodes(), "node"), counted(graph.links(), "link"), degrees.least,
+                       degrees.most, degrees.mean, counted(components, "component"));
+}
+
+std::string size_text(const world::World& world, const world::WorldSize& size) {
+    if (world.is_graph()) return graph_text(world);
+    const world::Lattice lattice(world.lattice);
+    // Counting is exact and fast up to some hundred million.
+    const bool exact = size.cells_estimate < 2e8;
+    const std::uint64_t catoms = exact ? world::count_catoms(world, lattice) : 0;
+    const std::string count = exact ? fmt::format("{} catom{}", catoms, catoms == 1 ? "" : "s")
+                                    : fmt::format("about {} catoms", format_count(size.cells_estimate));
+    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count,
+                       size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
+}
+
+// What links are like, if not as in the ideal network. Empty: they are.
+std::string network_text(const world::World& world) {
+    const world::NetworkOptions& network = world.network;
+    std::vector<std::string> parts;
+    if (world.apart())
+        parts.push_back(fmt::format("what changes at a catom has been acted on by its neighbours after at most {} ticks", world.latency()));
+    if (!network.singles.empty()) parts.push_back(fmt::format("single links with terms of their own: {}", network.singles.size()));
+    if (network.reach == world::Reach::Any) parts.push_back("linear facts reach any node in one hop");
+    if (network.detect > 0)
+        parts.push_back(fmt::format("an end is sensed after {} tick{}", network.detect, network.detect == 1 ? "" : "s"));
+    return parts.empty() ? "" : fmt::format("network: {}\n", fmt::join(parts, "; "));
+}
+
+std::string memory_text(const MemoryNeed& need, double seconds) {
+    const auto bytes = [](double amount) { return format_bytes(static_cast<std::uint64_t>(amount)); };
+    return fmt::format("memory: {} for the catoms of one process, {:.0f} bytes each, before the facts of a program; placed in {:.2f} s\n",
+                       bytes(need.made().least), need.made().least / std::max(1.0, need.own_catoms), seconds);
+}
+
+// Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
+// settings and components.
+Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry, const PictureOptions& picture) {
+    if (!picture.file.empty())
+        if (const auto fine = last_tick_of(picture); !fine) return tl::unexpected<Error>(fine.error());
+    const auto begun = std::chrono::steady_clock::now();
+    const auto alone = comm::make_single();
+    auto counts = sim::count_beforehand(world, *alone, 1);
+    if (!counts) return tl::unexpected<Error>(counts.error());
+    const MemoryNeed need = memory_need(world, kNoProgram, {}, 1, *counts);
+    if (const auto fits = check_memory(world, need, 1); !fits) return fits;
+    world.components.clear();
+    world.facts.clear();
+    world.events.clear();
+    world.set.clear();
+    ModuleInfo no_program = kNoProgram;
+    no_program.by_links = world.by_links;
+    sim::Simulation simulation(no_program, world, target, *alone, 1);
+    auto drawn = std::make_unique<record::Drawing>();
+    record::Drawing& drawing = *drawn;
+    simulation.add(std::move(drawn), "drawing");
+    if (auto started = simulation.start(registry, std::move(*counts)); !started) return started;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
+    std::FILE* const talk = picture.file == "-" ? stderr : stdout;
+    if (auto printed = print(talk, memory_text(need, taken.count())); !printed) return printed;
+    return picture.file.empty() ? Result<void>() : shoot_start(picture, world, simulation.subdomain(), drawing);
+}
+
+Result<void> check_world(const WorldOptions& options) {
+    if (options.file.empty()) return fail("no world is named", "Write meldsim world FILE.toml");
+    const NamedPath paths[] = {{"the world", options.file}, {"--shot", options.picture.file, NamedPath::Written}};
+    if (const auto distinct = check_distinct(paths); !distinct) return distinct;
+    const Result<world::World> world = world::read_world(options.file);
+    if (!world) return tl::unexpected<Error>(world.error());
+    const Result<world::WorldSize> size = world::measure(*world);
+    if (!size) return tl::unexpected<Error>(size.error());
+    const Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
+    if (!target) return tl::unexpected<Error>(target.error());
+    sim::Registry registry = sim::Registry::standard();
+    if (const auto added = add_extensions(options.extensions, registry); !added) return added;
+    if (const auto known = sim::check_choices(registry, *world); !known) return known;
+    std::string text = size_text(*world, *size);
+    if (world->target)
+        text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+    text += network_text(*world);
+    {
+        const log::FewWarnings few;
+        for (const std::string& each : world->warnings) log::warning("{}", each);
+    }
+    if (const auto printed = print(options.picture.file == "-" ? stderr : stdout, text); !printed) return printed;
+    return check_start(*world, *target, registry, options.picture);
+}
+
+constexpr std::uint64_t kMaxImport_bytes = std::uint64_t{1} << 30;
+
+Result<void> import_world(const WorldOptions& options) {
+    const std::vector<std::string_view> lattices = world::Lattice::kind_names();
+    if (!world::Lattice::kind_named(options.lattice))
+        return fail(options.lattice.empty() ? "--import: a configuration of VisibleSim does not name its lattice"
+                                            : fmt::format("--lattice: there is no lattice '{}'", options.lattice),
+                    fmt::format("Write --lattice with one of {}", fmt::join(lattices, ", ")));
+    if (options.output.empty()) return fail("--import: the world has no name", "Write -o world.toml");
+    const NamedPath paths[] = {{"--import", options.import}, {"--output", options.output, NamedPath::Written}};
+    if (const auto distinct = check_distinct(paths); !distinct) return distinct;
+    const Result<std::string> xml = read_input(options.import, kMaxImport_bytes, InputKind::FileOrPipe);
+    if (!xml) return tl::unexpected<Error>(xml.error());
+    const Result<model::ImportedWorld> made = model::import_visiblesim(*xml, options.import, options.lattice);
+    if (!made) return tl::unexpected<Error>(made.error());
+    if (const auto fine = world::parse_world(made->text, options.output); !fine)
+        return fail(fmt::format("{} makes no world: {}", options.import, fine.error().problem), fine.error().suggestion);
+    Result<OutputFile> file = OutputFile::open(options.output, Appears::Whole);
+    if (!file) return tl::unexpected<Error>(file.error());
+    file->write(made->text);
+    if (auto written = file->commit(); !written) return written;
+    const std::string left = made->left_out.empty() ? "" : fmt::format("; left out: {}", fmt::join(made->left_out, ", "));
+    return print(options.output == "-" ? stderr : stdout, fmt::format("{}: {} catom{} of {}{}\n", visible(options.output), made->cells,
+                                                                      made->cells == 1 ? "" : "s", visible(options.import), visible(left)));
+}
+
+}  // namespace
+
+int world_command(const WorldOptions& options) {
+    const Result<void> done = options.import.empty() ? check_world(options) : import_world(options);
+    if (done) return 0;
+    static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(done.error().message()))));
+    return static_cast<int>(done.error().code);
+}
+
+}  // namespace meld::driver

@@ -1,0 +1,195 @@
+#include "runtime/driver/setup/inputs.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <utility>
+
+#include "runtime/base/files/input_file.h"
+#include "runtime/comm/transport/collective_result.h"
+#include "runtime/driver/run/replay.h"
+#include "runtime/driver/setup/default_world.h"
+#include "runtime/driver/setup/extension_file.h"
+#include "runtime/driver/setup/memory_check.h"
+
+namespace meld::driver {
+
+std::string world_path(const RunOptions& options) {
+    if (!options.world.empty()) return options.world;
+    const std::string beside = std::filesystem::path(options.program).replace_extension(".toml").string();
+    std::error_code error;
+    return std::filesystem::exists(beside, error) ? beside : "";
+}
+
+namespace {
+
+constexpr std::uint64_t kMostEvents_bytes = std::uint64_t{1} << 30;
+
+// Several files as one text, whose places are those of the first file.
+class Joined {
+  public:
+    Joined(std::string text, std::string path) : path_(std::move(path)), text_(std::move(text)) {}
+
+    void add(const std::string& text, const std::string& path) {
+        text_ += "\n";
+        begins_.push_back({static_cast<std::uint64_t>(std::ranges::count(text_, '\n')), path});
+        text_ += text;
+    }
+    const std::string& text() const { return text_; }
+
+    // A message or a place with each place as that of the file in which it is.
+    std::string placed(const std::string& said) const {
+        std::string out;
+        std::size_t done = 0;
+        for (std::size_t at = 0; (at = said.find(path_ + ":", at)) != std::string::npos; at = done) {
+            const char* const digits = said.data() + at + path_.size() + 1;
+            std::uint64_t line = 0;
+            const char* const end = std::from_chars(digits, said.data() + said.size(), line).ptr;
+            const auto file = std::ranges::find_if(begins_.rbegin(), begins_.rend(), [&](const Begin& b) { return line > b.lines; });
+            out.append(said, done, at - done);
+            done = static_cast<std::size_t>(end - said.data());
+            if (end == digits || file == begins_.rend())
+                out.append(said, at, done - at);
+            else
+                out += fmt::format("{}:{}", file->path, line - file->lines);
+        }
+        return out + said.substr(done);
+    }
+
+  private:
+    struct Begin {
+        std::uint64_t lines;  // Before it.
+        std::string path;
+    };
+    std::string path_, text_;
+    std::vector<Begin> begins_;
+};
+
+// The same world with the events of these files after its own.
+Result<world::World> with_events(const world::World& world, const std::vector<std::string>& files) {
+    Joined all(world.text, world.path);
+    for (const std::string& file : files) {
+        const Result<std::string> events = read_input(file, kMostEvents_bytes, InputKind::FileOrPipe);
+        if (!events) return tl::unexpected<Error>(events.error());
+        all.add(*events, file);
+    }
+    const std::string names = fmt::format("{}", fmt::join(files, ", "));
+    Result<world::World> with = world::parse_world(all.text(), world.path);
+    if (!with) return fail(fmt::format("--events: {}", all.placed(with.error().problem)), with.error().suggestion);
+    for (std::string& warning : with->warnings) warning = all.placed(warning);
+    for (world::Event& event : with->events) {
+        for (auto* facts : {&event.give, &event.take})
+            for (world::GivenFact& fact : *facts) fact.place = all.placed(fact.place);
+        for (auto* catoms : {&event.kill, &event.hang, &event.restart})
+            for (world::CatomChoice& one : *catoms) one.place = all.placed(one.place);
+        for (auto* links : {&event.cut, &event.heal, &event.join})
+            for (world::LinkChoice& one : *links) one.place = all.placed(one.place);
+        for (world::Jam& jam : event.jam) jam.links.place = all.placed(jam.links.place);
+    }
+    const auto rest = [](std::map<std::string, std::uint64_t> parts) {
+        parts.erase("event");
+        return parts;
+    };
+    if (rest(world.parts) != rest(with->parts))
+        return fail(fmt::format("--events {}: there is more than [[event]] tables in it", names), "Put the rest into the world");
+    return with;
+}
+
+}  // namespace
+
+Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* module) {
+    if (!options.replay.empty()) return recorded_world(options.replay);
+    const std::string path = world_path(options);
+    Result<world::World> world = !path.empty() ? world::read_world(path) : module != nullptr ? default_world(*module) : default_world();
+    if (world && !options.events.empty()) world = with_events(*world, options.events);
+    if (!world) return world;
+    if (options.seed >= 0)
+        if (const auto done = world::set_seed(*world, static_cast<std::uint64_t>(options.seed)); !done)
+            return tl::unexpected<Error>(done.error());
+    if (options.given.size() > 9)
+        return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
+    for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];
+    for (const std::string& setting : options.set) {
+        const std::size_t equals = setting.find('=');
+        if (equals == std::string::npos || equals == 0) return fail("--set " + setting + " sets nothing", "Write --set name=value");
+        world->set[setting.substr(0, equals)] = setting.substr(equals + 1);
+    }
+    return world;
+}
+
+namespace {
+
+int processes_on_this_machine(const comm::Communicator& comm) {
+    const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+    return local != nullptr ? std::max(1, std::atoi(local)) : comm.processes();
+}
+
+}  // namespace
+
+namespace {
+
+// Views need what their neighbours tell in the end; a raw network loses it.
+Result<void> check_raw(const ModuleInfo& module, const world::World& world) {
+    if (world.network.kind != world::NetworkKind::Raw) return {};
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        if (p.column == kNone16 || !module.columns[p.column].exported) continue;
+        return fail(fmt::format("{}: neighbours read {} of the program, and in a network that is raw they may never learn of it",
+                                world.path, p.auxiliary ? "what rules derive" : p.name),
+                    "Send linear facts instead, or choose a network that is lossy");
+    }
+    return {};
+}
+
+// Each program that the world names is in the module.
+Result<void> check_programs(const ModuleInfo& module, const world::World& world, const std::string& module_path) {
+    if (module.program_count == world.programs.size() + 1) return {};
+    return fail(fmt::format("{} contains {} program{}, and with those that {} names there are {}", module_path, module.program_count,
+                            module.program_count == 1 ? "" : "s", world.path, world.programs.size() + 1),
+                fmt::format("Give the .meld file{}, or compile it with meldc compile --with FILE for each [[program]] file",
+                            world.programs.empty() ? "" : " and the world as a file"));
+}
+
+}  // namespace
+
+Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path) {
+    Result<Module> module = load_module(module_path, kAbiVersion);
+    if (!module) return tl::unexpected<Error>(module.error());
+    const ModuleInfo& info = *static_cast<const ModuleInfo*>(module->table());
+    if (info.schema_hash != module->note().schema_hash)
+        return fail(module_path + " contradicts its own note", "Compile it again", ExitCode::ModuleRefused);
+    Result<world::World> world = choose_world(options, &info);
+    if (!world) return tl::unexpected<Error>(world.error());
+    Result<world::Target> target = world::Target::make(*world, world::Lattice(world->lattice));
+    if (!target) return tl::unexpected<Error>(target.error());
+    if (world->by_links && !info.by_links)
+        return fail(fmt::format("{} finds neighbours by geometry, and in this world they are known by their links", module_path),
+                    fmt::format("Give the .meld file, or compile it with meldc compile {}", world->is_graph() ? "--graph" : "--links"));
+    if (info.for_graphs && !world->is_graph())
+        return fail(fmt::format("{} was compiled for graphs, and this world has a lattice", module_path),
+                    "Give the .meld file, or compile it without --graph");
+    if (auto all = check_programs(info, *world, module_path); !all) return tl::unexpected<Error>(all.error());
+    if (auto fits = check_raw(info, *world); !fits) return tl::unexpected<Error>(fits.error());
+    Inputs inputs{.module = std::move(*module),
+                  .world = std::move(*world),
+                  .target = std::move(*target),
+                  .processes_here = processes_on_this_machine(comm)};
+    if (auto done = add_extensions(options.extensions, inputs.registry); !done) return tl::unexpected<Error>(done.error());
+    return inputs;
+}
+
+Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs) {
+    auto counts = sim::count_beforehand(inputs.world, comm, options.threads);
+    if (!counts) return tl::unexpected<Error>(counts.error());
+    inputs.counts = std::move(*counts);
+    inputs.memory = memory_need(inputs.world, inputs.info(), options, comm.processes(), inputs.counts);
+    return comm::outcome_of_all(comm, check_memory(inputs.world, inputs.memory, inputs.processes_here));
+}
+
+}  // namespace meld::driver

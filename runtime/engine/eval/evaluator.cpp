@@ -1,0 +1,508 @@
+#include "runtime/engine/eval/evaluator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <tuple>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/process/interrupt.h"
+#include "runtime/base/random.h"
+#include "runtime/engine/eval/rotation.h"
+#include "runtime/engine/eval/worker.h"
+#include "runtime/module/kernel/values.h"
+
+namespace meld::eval {
+
+namespace {
+
+// How many groups of the agenda a worker takes at a time: enough to hide the cost of taking, few enough to balance workers.
+constexpr std::size_t kMinGroups = 4, kMaxGroups = 16, kSharesOfThread = 4;
+constexpr std::size_t kArena = 1 << 16;
+// Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
+// one matter again, and then all processes must agree on whether it still exists.
+constexpr i64 kSweepTicks = 64;
+
+// Marks the neighbours of a catom, several at a time.
+void mark_around(const Geometry& g, u32 catom, u64 bits, Agenda& agenda) {
+    std::array<u32, 16> others;
+    std::size_t count = 0;
+    each_link(g, catom, [&](i32, u32 other) {
+        others[count++] = other;
+        if (count < others.size()) return;
+        agenda.mark_all(others, bits);
+        count = 0;
+    });
+    agenda.mark_all({others.data(), count}, bits);
+}
+
+// A copy of a length known at compile time is a few instructions.
+void copy_record(u8* to, const u8* from, u32 bytes) {
+    switch (bytes) {
+        case 4:
+            std::memcpy(to, from, 4);
+            break;
+        case 8:
+            std::memcpy(to, from, 8);
+            break;
+        case 16:
+            std::memcpy(to, from, 16);
+            break;
+        default:
+            std::memcpy(to, from, bytes);
+    }
+}
+template <class Word>
+void swap_words(u8* a, u8* b) {
+    Word x, y;
+    std::memcpy(&x, a, sizeof x);
+    std::memcpy(&y, b, sizeof y);
+    std::memcpy(a, &y, sizeof y);
+    std::memcpy(b, &x, sizeof x);
+}
+void swap_records(u8* a, u8* b, u32 bytes) {
+    u32 at = 0;
+    for (; at + sizeof(u64) <= bytes; at += sizeof(u64)) swap_words<u64>(a + at, b + at);
+    for (; at + sizeof(u32) <= bytes; at += sizeof(u32)) swap_words<u32>(a + at, b + at);
+    for (; at < bytes; ++at) swap_words<u8>(a + at, b + at);
+}
+
+}  // namespace
+
+Evaluator::Thread& Evaluator::of(Eval* e) { return *static_cast<Thread*>(e); }
+
+Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers& workers, Positions positions)
+    : module_(module), columns_(columns), workers_(workers), positions_(std::move(positions)), requests_(module, columns) {
+    host_.more_arena = [](Eval* e, u64 bytes) {
+        Thread& t = of(e);
+        const std::size_t before = static_cast<std::size_t>(t.arena_end - t.arena_start);
+        const std::size_t size = std::max<std::size_t>(before * 2, bytes * 2);
+        if (size > kMaxChunk) meld::trap(*e, Trap::TooMuchMemory, e->rule, static_cast<i64>(size));
+        // The evaluation then ends at its next check; until then it gets what it asks for.
+        t.new_chunk(size > kMaxChunk ? std::max<std::size_t>(kArena, bytes) : size);
+    };
+    host_.export_record = [](Eval* e, u16 column, const void* record) {
+        Thread& t = of(e);
+        tuple::Columns& all = t.owner->columns_;
+        const ColumnInfo& c = t.owner->module_.columns[column];
+        if (c.exported) {
+            u8* const kept = t.bytes.take(c.stride);
+            copy_record(kept, static_cast<const u8*>(record), c.stride);
+            t.records.push_back({e->catom, column, kept});
+            if (c.list_count == 0) return;
+            all.keep_lists(column, kept, 1, t.number);
+        } else {
+            t.begin_write(c);
+            all.set_record(column, e->catom, record, t.number);
+        }
+        if (c.list_count > 0) t.check_length(column);
+    };
+    host_.assign_rows = [](Eval* e, u16 column, const void* rows, u32 count) {
+        Thread& t = of(e);
+        tuple::Columns& all = t.owner->columns_;
+        const ColumnInfo& c = t.owner->module_.columns[column];
+        if (c.exported) {
+            t.rows.push_back({e->catom, column, count, t.keep(rows, std::size_t{count} * c.row_bytes)});
+            all.keep_lists(column, t.rows.back().rows, count, t.number);
+        } else {
+            t.begin_write(c);
+            all.set_rows(column, e->catom, rows, count, t.number);
+        }
+        if (c.list_count > 0) t.check_length(column);
+    };
+    host_.change_rows = [](Eval* e, u16 column, const RowChanges* changes) {
+        Thread& t = of(e);
+        RowChanges* kept = t.owner->columns_.changes().make(column, changes->removed, changes->added, t.number);
+        const std::size_t bytes =
+            std::size_t{t.owner->module_.columns[column].row_bytes} * (std::size_t{changes->removed} + changes->added);
+        if (bytes > 0) std::memcpy(kept + 1, changes + 1, bytes);
+        t.row_changes.push_back({e->catom, column, kept});
+    };
+    host_.send = [](Eval* e, u32 to, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        MELD_EXPECT(predicate < t.owner->module_.predicate_count, "predicate {}", predicate);
+        const Geometry& g = e->subdomain->geometry;
+        if (g.catom_state[to] == kCatomMailbox) to = g.catom_site[to];
+        t.messages.push_back({to, predicate, id_of(e->subdomain->geometry, e->catom), t.next_sequence(),
+                              t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+    };
+    host_.send_row = [](Eval* e, u32 to, u16 predicate, const void* row) {
+        Thread& t = of(e);
+        const ModuleInfo& all = t.owner->module_;
+        const PredicateInfo& p = all.predicates[predicate];
+        if (t.owner->apart_) {
+            // A network gives each message its number.
+            tuple::read_row(p, static_cast<const u8*>(row), t.arguments);
+            return e->host->send(e, to, predicate, t.arguments.data());
+        }
+        const ColumnInfo& column = all.columns[p.column];
+        u8* const kept = t.outbox.add(p.column, to, e->catom);
+        std::memcpy(kept, row, column.row_bytes);
+        for (u32 i = 0; i < column.list_count; ++i) t.send_list({all.types, column.list_types[i]}, p.column, kept + column.list_offsets[i]);
+        if (column.list_count > 0) t.check_length(p.column);
+    };
+    // A node that this catom has made in this tick is no node yet: what it sends there comes with what the node begins with.
+    host_.next_hop = [](Eval* e, u64 target) {
+        const Thread& t = of(e);
+        return t.owner->anywhere_ && t.bears(target) ? target : t.owner->next_hop_(e->catom, target);
+    };
+    host_.send_far = [](Eval* e, u64 to, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        const u64 from = id_of(e->subdomain->geometry, e->catom);
+        if (!t.owner->anywhere_ || to == from) {
+            ++e->dropped;
+            return false;
+        }
+        ++e->far_hops;
+        (t.bears(to) ? t.births : t.far_messages)
+            .push_back({to, predicate, from, t.next_sequence(), t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+        return true;
+    };
+    host_.new_node = [](Eval* e) {
+        Thread& t = of(e);
+        if (t.nodes_made_of != e->catom) t.nodes_made = 0;
+        t.nodes_made_of = e->catom;
+        const u64 id = t.owner->new_node_(e->catom, t.nodes_made++);
+        t.greatest_new_node = std::max(t.greatest_new_node, id);
+        return id;
+    };
+    host_.bear = [](Eval* e, u64 node, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        t.births.push_back({node, predicate, id_of(e->subdomain->geometry, e->catom), t.next_sequence(),
+                            t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+    };
+    host_.act = [](Eval* e, u16 predicate, const Value* arguments) {
+        Thread& t = of(e);
+        MELD_EXPECT(t.owner->module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
+        t.actions.push_back({e->catom, predicate, t.keep_values(arguments, t.owner->module_.predicates[predicate])});
+    };
+    host_.wake = [](Eval* e, i64 tick, u64 dirty) {
+        MELD_EXPECT(tick > e->subdomain->now, "catom {} in tick {}", e->catom, tick);
+        of(e).wakes.push_back({tick, e->catom, dirty});
+    };
+    host_.wake_group = [](Eval* e, i64 tick, u16 predicate, const void* row) {
+        Thread& t = of(e);
+        const u16 column = t.owner->module_.predicates[predicate].column;
+        if (tick != 0) t.group_wakes.push_back({tick, e->catom, column, t.keep(row, t.owner->module_.columns[column].row_bytes)});
+    };
+    host_.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
+        const Thread& t = of(e);
+        const Tombstones::Entry* found = t.owner->tombstones_.find(e->catom, predicate, key);
+        const bool before =
+            found != nullptr && !Tombstones::expired(*found, e->subdomain->now, e->subdomain->greatest_rank, e->subdomain->latency);
+        if (before) *out = {found->least_rank, found->time};
+        return (t.owner->has_linear() && t.lost_now(predicate, key, before, *out)) || before;
+    };
+    host_.lose = [](Eval* e, u16 predicate, u64 key, u32 rank) { of(e).losses.push_back({e->catom, predicate, key, rank}); };
+    host_.fired = [](Eval* e, u32 rule, u32 count, const BoundVariable* variables, const Value* values) {
+        Thread& t = of(e);
+        if (!t.owner->told_[rule]) return;
+        t.firings.push_back(
+            {rule, id_of(e->subdomain->geometry, e->catom), pack_bound(t.owner->module_.types, {variables, count}, values)});
+    };
+    host_.random = [](Eval* e) {
+        return random_bits(e->subdomain->seed, id_of(e->subdomain->geometry, e->catom), static_cast<u64>(e->subdomain->now), e->draws++);
+    };
+    host_.nearest_rotation = nearest_rotation;
+    host_.broken = [](Eval* e, const char* condition, const char* file, i32 line) {
+        assertion_failed("kernel check", condition, file, line,
+                         fmt::format("catom @{}, tick {}, rule {}, stratum {}", id_of(e->subdomain->geometry, e->catom), e->subdomain->now,
+                                     e->rule, e->stratum));
+    };
+    host_.position = [](Eval* e, double out[3]) { of(e).owner->positions_(e->catom, out); };
+    host_.undefined = [](Eval* e) {
+        e->undefined = 0;
+        for (const Undefined::Entry& entry : of(e).undefined_entries()) e->undefined |= undefined_bit(entry.stratum);
+    };
+    host_.note_undefined = [](Eval* e) {
+        Thread& t = of(e);
+        Undefined::Entries& all = t.undefined_entries();
+        const Undefined::Entry entry{e->stratum, t.failure_here()};
+        const auto at = std::lower_bound(all.begin(), all.end(), entry, Undefined::by_rule);
+        // The first of each rule stays.
+        if (at == all.end() || at->failure.rule != entry.failure.rule) all.insert(at, entry);
+        e->undefined |= undefined_bit(e->stratum);
+        e->trap = Trap::None;
+    };
+    host_.forget_undefined = [](Eval* e) {
+        std::erase_if(of(e).undefined_entries(), [&](const Undefined::Entry& entry) { return entry.stratum == e->stratum; });
+        e->host->undefined(e);
+    };
+    host_.undefined_rule = [](Eval* e, u32 number) {
+        const Undefined::Entries& all = of(e).undefined_entries();
+        return number < all.size() ? all[number].failure.rule : kNone32;
+    };
+    host_.stop_undefined = [](Eval* e, u32 number) {
+        const Failure& f = of(e).undefined_entries().at(number).failure;
+        e->trap = f.trap;
+        e->trap_rule = f.rule;
+        e->trap_left = f.left;
+        e->trap_right = f.right;
+        e->trap_real = f.real;
+        std::copy(std::begin(f.text), std::end(f.text), e->trap_text);
+    };
+    for (u32 c = 0; c < module.column_count; ++c) concerns_ = concerns_ || module.columns[c].concerned != nullptr;
+    for (u32 p = 0; p < module.predicate_count; ++p)
+        if (module.predicates[p].kind == PredicateKind::Linear && module.predicates[p].column != kNone16)
+            linear_predicates_.push_back(static_cast<u16>(p));
+    for (int i = 0; i < workers.threads(); ++i) {
+        threads_.push_back(std::make_unique<Thread>(module));
+        Thread& t = *threads_.back();
+        t.owner = this;
+        outboxes_.push_back(&t.outbox);
+        t.number = i;
+        t.host = &host_;
+        t.new_chunk(kArena);
+    }
+    if (module.counts) count_evaluations();
+}
+
+void Evaluator::count_evaluations() {
+    if (counts_) return;
+    counts_.emplace(module_, threads_.size());
+    counts_->resize(columns_.count());
+    for (std::size_t i = 0; i < threads_.size(); ++i) threads_[i]->counters = &counts_->of(i);
+}
+
+void Evaluator::tell_firings(std::vector<bool> rules) {
+    told_ = std::move(rules);
+    for (auto& t : threads_) t->tells_firings = !told_.empty();
+}
+
+std::vector<Firing> Evaluator::firings() const {
+    std::vector<Firing> all;
+    for (const auto& t : threads_) all.insert(all.end(), t->firings.begin(), t->firings.end());
+    return all;
+}
+
+// Drops undelivered messages and actions. The columns outlive the evaluator.
+Evaluator::~Evaluator() {
+    for (auto& t : threads_) t->release_owned();
+}
+
+void Evaluator::measure(TickLog& log) {
+    // A thousand samples in some seconds. Each costs a few microseconds and, where all processors are busy, takes one from a worker.
+    constexpr std::chrono::microseconds kBetweenSamples(4000);
+    log_ = &log;
+    if (!module_.places) return;
+    std::vector<const u32*> places;
+    for (const auto& t : threads_) places.push_back(&t->place);
+    samples_.emplace(module_, std::move(places));
+    sampler_.emplace(kBetweenSamples, [this] { samples_->take(); });
+}
+
+const CpuSeconds* Evaluator::end_measuring() {
+    log_ = nullptr;
+    sampler_.reset();
+    return samples_ ? &samples_->seconds() : nullptr;
+}
+
+Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export) {
+    take_agenda(subdomain.geometry);
+    if (!acts_) threads_[0]->repeated.rest(subdomain.now, taken(), actions_, timers_);
+    subdomain.tombstones = !tombstones_.empty() || has_linear();
+    subdomain.undefined = !undefined_.empty();
+    requests_.begin_evaluation();
+    for (auto& t : threads_) {
+        t->subdomain = &subdomain;
+        t->trap = Trap::None;
+        t->failed_column = kNone32;
+        t->failure = {};
+        t->awake = 0;
+        t->derivations = 0;
+        t->dropped = 0;
+        t->far_facts = t->far_hops = 0;
+        t->greatest_rank = 0;
+        t->sequence_of = t->nodes_made_of = kNone32;
+        t->greatest_new_node = 0;
+        t->cut = t->passed_over = false;
+        t->release_owned();
+        t->values.clear();
+        t->outbox.clear();
+        t->records.clear();
+        t->rows.clear();
+        t->row_changes.clear();
+        t->firings.clear();
+    }
+    MELD_EXPECT(subdomain.columns == columns_.pointers() && (groups_.empty() || subdomain.geometry.catom_state != nullptr),
+                "the arrays of the subdomain are not up to date");
+    MELD_ASSERT(std::is_sorted(groups_.begin(), groups_.end()), "the agenda is not in the order of memory");
+    if (counts_) counts_->room_for_ports(std::max<std::size_t>(kMaxPorts, subdomain.geometry.most_ports));
+    columns_.changes().begin_evaluation();
+    const std::size_t share = groups_.size() / (threads_.size() * kSharesOfThread);
+    const std::size_t at_once = threads_.size() == 1 ? kMaxGroups : std::clamp<std::size_t>(share, kMinGroups, kMaxGroups);
+    workers_.run((groups_.size() + at_once - 1) / at_once, [&](int worker, std::size_t block) {
+        Thread& t = *threads_[static_cast<std::size_t>(worker)];
+        // The user has waited long enough for the end of this tick.
+        t.cut = t.cut || interrupt::overdue();
+        const std::size_t from = block * at_once, to = std::min(groups_.size(), from + at_once);
+        if (!t.cut) evaluate_groups(subdomain, t, worker, std::span(groups_).subspan(from, to - from));
+    });
+    // Of catoms that are not here nothing waits.
+    columns_.changes().end_evaluation(
+        !acts_ ? acts_ : [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !acts_(catom); });
+    enter(log_, TickLog::Stage::Commit);
+    workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
+    if (concerns_ && !apart_) workers_.run(threads_.size(), [&](int, std::size_t i) { mark_concerned(subdomain.geometry, *threads_[i]); });
+    gather(subdomain);
+    Failure first;
+    for (const auto& t : threads_)
+        if (t->failure.trap != Trap::None && (first.trap == Trap::None || t->failure.catom < first.catom)) first = t->failure;
+    return first;
+}
+
+void Evaluator::evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups) {
+    std::array<u32, kMaxGroups * Agenda::kGroup> catoms;
+    std::array<u64, kMaxGroups * Agenda::kGroup> dirty;
+    std::size_t count = 0;
+    for (const u32 group : groups)
+        taken().each_of(group, [&](u32 catom, u64 bits) {
+            // Nothing is evaluated of catoms that live elsewhere, or no longer. No other thread reads the group.
+            if (subdomain.geometry.catom_state[catom] != kCatomOwned) return taken().forget(catom);
+            catoms[count] = catom;
+            dirty[count++] = bits;
+        });
+    if (count > 0) evaluate_block(t, worker, {catoms.data(), count}, {dirty.data(), count});
+}
+
+void Evaluator::evaluate_block(Thread& t, int worker, std::span<const u32> catoms, std::span<const u64> dirty) {
+    t.awake += catoms.size();
+    t.trim_chunks();
+    const double begin = log_ != nullptr ? seconds_now() : 0;
+    if (samples_) samples_->note_worker(worker);
+    if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), catoms.size());
+    module_.evaluate(&t, catoms.data(), dirty.data(), static_cast<u32>(catoms.size()));
+    if (counts_) counts_->end_block(static_cast<std::size_t>(worker), catoms);
+    if (samples_) note_place(t, kPlaceNone);
+    if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);
+    if (t.trap == Trap::None) return;
+    // Of several failures the one with the least id is reported, whichever thread met it.
+    const Failure failure = t.failure_here();
+    if (t.failure.trap == Trap::None || failure.catom < t.failure.catom) t.failure = failure;
+    t.trap = Trap::None;
+    t.failed_column = kNone32;
+}
+
+// Makes exported changes visible and wakes their readers. Each catom was evaluated by one thread, so writes never conflict; marks may, but
+// they are commutative.
+void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_export) {
+    Thread& t = *threads_[static_cast<std::size_t>(thread)];
+    const Geometry& g = subdomain.geometry;
+    const bool shared = threads_.size() > 1;
+    Agenda& next = agenda();
+    const auto changed = [&](u32 catom, u16 column) {
+        MELD_ASSERT(module_.columns[column].exported && g.catom_state[catom] == kCatomOwned, "catom {}, column {}", catom, column);
+        const u64 bits = module_.columns[column].reader_dirty;
+        if (!apart_ && shared)
+            each_link(g, catom, [&](i32, u32 other) { next.mark_shared(other, bits); });
+        else if (!apart_)
+            mark_around(g, catom, bits, next);
+        if (on_export) on_export(thread, catom, column);
+    };
+    using Lists = tuple::Columns::Lists;
+    t.dropped_of = kNone32;
+    constexpr std::size_t kAhead = 8;
+    for (std::size_t i = 0; i < t.records.size(); ++i) {
+        const PendingRecord& r = t.records[i];
+        const ColumnInfo& column = module_.columns[r.column];
+        if (i + kAhead < t.records.size()) __builtin_prefetch(columns_.entry(t.records[i + kAhead].column, t.records[i + kAhead].catom), 1);
+        if (asks_concerned(r.column)) {
+            // What the record was is kept in its place until mark_concerned().
+            swap_records(columns_.entry(r.column, r.catom), r.record, column.stride);
+            if (on_export) on_export(thread, r.catom, r.column);
+            continue;
+        }
+        if (column.list_count == 0)
+            copy_record(columns_.entry(r.column, r.catom), r.record, column.stride);
+        else
+            columns_.set_record(r.column, r.catom, r.record, thread, Lists::HandOver);
+        changed(r.catom, r.column);
+    }
+    for (const PendingRows& r : t.rows) {
+        columns_.set_rows(r.column, r.catom, r.rows, r.count, thread, Lists::HandOver);
+        changed(r.catom, r.column);
+    }
+    for (const PendingChanges& r : t.row_changes) {
+        columns_.change_rows(r.column, r.catom, r.changes, thread);
+        changed(r.catom, r.column);
+    }
+    columns_.release_dropped(thread);
+}
+
+void Evaluator::gather(const SubdomainView& subdomain) {
+    statistics_ = {};
+    passed_over_ = false;
+    unsorted_ = requests_.messages();
+    actions_ = requests_.actions();
+    far_messages_.clear(), births_.clear();
+    greatest_new_node_ = 0;
+    statistics_.messages = unsorted_.size();
+    for (auto& t : threads_) {
+        statistics_.awake += t->awake;
+        statistics_.derivations += t->derivations;
+        statistics_.dropped += t->dropped;
+        statistics_.far_facts += t->far_facts;
+        statistics_.far_hops += t->far_hops;
+        statistics_.cut = statistics_.cut || t->cut;
+        passed_over_ = passed_over_ || t->passed_over;
+        statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
+        statistics_.messages += t->messages.size() + t->outbox.count() + t->far_messages.size();
+        far_messages_.insert(far_messages_.end(), t->far_messages.begin(), t->far_messages.end());
+        t->far_messages.clear();
+        births_.insert(births_.end(), t->births.begin(), t->births.end());
+        t->births.clear();
+        greatest_new_node_ = std::max(greatest_new_node_, t->greatest_new_node);
+        greatest_rank_ = std::max(greatest_rank_, t->greatest_rank);
+        if (unsorted_.empty())
+            unsorted_.swap(t->messages);
+        else
+            unsorted_.insert(unsorted_.end(), t->messages.begin(), t->messages.end());
+        actions_.insert(actions_.end(), t->actions.begin(), t->actions.end());
+        for (const Action& a : t->actions) threads_[0]->repeated.note(a);
+        for (const Loss& l : t->losses)
+            tombstones_.lose(l.catom, l.predicate, l.key, l.rank, subdomain.now, subdomain.greatest_rank, subdomain.latency);
+        for (const Wake& w : t->wakes) timers_.add(subdomain.now, w.tick, w.catom, w.dirty);
+        for (const GroupWake& w : t->group_wakes)
+            timers_.add_group(subdomain.now, w.tick, w.catom, w.column, w.row, module_.columns[w.column].row_bytes);
+        t->put_undefined_aside();
+        for (auto& [catom, entries] : t->undefined_left) undefined_.replace(catom, std::move(entries));
+        t->undefined_left.clear();
+        t->messages.clear();
+        t->actions.clear();
+        t->losses.clear();
+        t->wakes.clear();
+        t->group_wakes.clear();
+        t->bytes.clear();
+    }
+    order_messages();
+    for (std::vector<FarMessage>* all : {&far_messages_, &births_})
+        std::ranges::sort(*all, {}, [](const FarMessage& m) { return std::tuple(m.to, m.from, m.sequence); });
+    // What code outside the program asks for is not repeated: the next evaluation finds out what the rules ask for.
+    for (const Action& a : requests_.actions())
+        if (threads_[0]->repeated.asked(a.catom)) agenda().mark(a.catom, kDirtyWake);
+    order_actions(subdomain.geometry);
+    threads_[0]->repeated.add_to(actions_, subdomain.geometry);
+    if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
+}
+
+void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const {
+    const auto add = [&](const auto& changes) {
+        for (const auto& change : changes)
+            if (columns[change.column]) catoms.push_back(change.catom);
+    };
+    for (const auto& t : threads_) {
+        add(t->records);
+        add(t->rows);
+        add(t->row_changes);
+    }
+}
+
+void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments) {
+    MELD_EXPECT(module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
+    actions_.push_back({catom, predicate, threads_[0]->keep_values(arguments, module_.predicates[predicate])});
+    threads_[0]->repeated.note(actions_.back());
+}
+
+}  // namespace meld::eval

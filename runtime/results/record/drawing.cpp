@@ -1,0 +1,90 @@
+#include "runtime/results/record/drawing.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "runtime/base/bytes.h"
+#include "runtime/base/process/liveness.h"
+
+namespace meld::record {
+
+namespace {
+
+struct DrawnRow {
+    u64 id;
+    world::Vec3 position;
+    double diameter;
+};
+
+}  // namespace
+
+std::optional<std::size_t> Drawn::find(u64 id) const {
+    const auto found = std::ranges::lower_bound(ids, id);
+    if (found == ids.end() || *found != id) return std::nullopt;
+    return static_cast<std::size_t>(found - ids.begin());
+}
+
+Result<void> Drawing::start(sim::Subdomain& subdomain) {
+    marks_.start(subdomain.program_actions);
+    return {};
+}
+
+Result<void> Drawing::after(sim::Subdomain& subdomain) {
+    marks_.collect(subdomain);
+    return {};
+}
+
+void Drawing::save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const {
+    const bool keeps = subdomain.comm.process() == 0;
+    out.write(keeps);
+    marks_.save(keeps, out);
+}
+
+Result<void> Drawing::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
+    const bool kept = in.read<bool>();
+    Marks others;
+    (subdomain.comm.process() == 0 ? marks_ : others).load(kept, in);
+    in.read_bytes(in.left());
+    return {};
+}
+
+Drawn Drawing::drawn(sim::Subdomain& subdomain) {
+    ByteWriter out;
+    marks_.send(out);
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        pulse::beat();
+        if (subdomain.owned(c)) out.write(DrawnRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
+    }
+    std::vector<std::vector<std::byte>> all;
+    std::vector<comm::Packet> packets;
+    if (subdomain.comm.process() == 0)
+        all.push_back(out.take());
+    else
+        packets.push_back({.process = 0, .bytes = out.take()});
+    for (comm::Packet& packet : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(packet.bytes));
+    if (subdomain.comm.process() != 0) return {};
+
+    std::vector<DrawnRow> rows;
+    marks_.begin_step();
+    for (const auto& part : all) {
+        ByteReader in(part, "what is drawn on a process");
+        marks_.receive(in);
+        while (!in.done()) rows.push_back(in.read<DrawnRow>());
+    }
+    std::ranges::sort(rows, {}, &DrawnRow::id);
+    Drawn drawn;
+    for (const DrawnRow& row : rows) {
+        drawn.ids.push_back(row.id);
+        drawn.positions.push_back(row.position);
+        if (subdomain.has_diameters()) drawn.diameters.push_back(row.diameter);
+        drawn.colours.push_back(marks_.colour(row.id));
+        if (marks_.labels()) drawn.labels.push_back(marks_.label(row.id));
+    }
+    for (const auto& [from, to] : marks_.drawn()) {
+        const auto a = drawn.find(from), b = drawn.find(to);
+        if (a && b) drawn.lines.emplace_back(*a, *b);
+    }
+    return drawn;
+}
+
+}  // namespace meld::record

@@ -1,0 +1,46 @@
+// What catoms have drawn so far, for pictures of a run that is not recorded: a SimModule that follows it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/results/record/marks.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/subdomain.h"
+#include "runtime/world/lattice/lattice.h"
+
+namespace meld::record {
+
+// All catoms of a run as they are drawn, in the order of their numbers.
+struct Drawn {
+    std::vector<u64> ids = {};
+    std::vector<world::Vec3> positions = {};                      // In catom diameters.
+    std::vector<double> diameters = {};                           // Empty where bodies do not differ in size.
+    std::vector<std::uint32_t> colours = {};                      // 0xRRGGBB.
+    std::vector<std::string> labels = {};                         // Empty if the program sets none.
+    std::vector<std::pair<std::size_t, std::size_t>> lines = {};  // Between catoms, by their places here.
+
+    // Where a catom stands; nothing if there is none of this number.
+    std::optional<std::size_t> find(u64 id) const;
+};
+
+class Drawing : public sim::SimModule {
+  public:
+    Result<void> start(sim::Subdomain& subdomain) override;
+    Result<void> after(sim::Subdomain& subdomain) override;
+    Result<void> saveable() const override { return {}; }
+    // It loads what a recorder has kept, since both keep that first.
+    void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
+    Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
+
+    // Of all processes, on process 0; the others get nothing. Every process calls it, between two ticks.
+    Drawn drawn(sim::Subdomain& subdomain);
+
+  private:
+    Marks marks_;
+};
+
+}  // namespace meld::record

@@ -1,0 +1,152 @@
+#include "runtime/results/record/drawn_steps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "runtime/base/process/liveness.h"
+
+namespace meld::record {
+
+namespace {
+
+// So many are read at a time: a file that is not as it should be is found out before it fills memory.
+constexpr std::uint64_t kRowsAtOnce = 65536;
+// No catom is farther away, in diameters, or larger.
+constexpr double kFarthest = 1e12;
+
+}  // namespace
+
+tl::unexpected<Error> DrawnSteps::damaged(std::size_t step, const char* what) const {
+    return fail(fmt::format("cannot read {}: in tick {}, {}", recording_.path(), ticks()[step], what),
+                "It is damaged, or was written by another version", ExitCode::RecordingRefused);
+}
+
+Result<DrawnSteps> DrawnSteps::of(RecordingReader recording) {
+    DrawnSteps out(std::move(recording));
+    const RecordingReader& reader = out.recording_;
+    if (reader.ticks().empty()) return fail(reader.path() + " has no step", "", ExitCode::RecordingRefused);
+    // The array of this name, of this shape, if it is none of a predicate.
+    const auto find = [&](const char* name, ElementType type, int components, bool texts) -> std::optional<SeriesIndex> {
+        if (std::ranges::any_of(reader.predicates(), [&](const DescribedPredicate& p) { return p.name == name; })) return std::nullopt;
+        for (const SeriesIndex index : reader.arrays())
+            if (const Series& one = reader.series()[index];
+                one.name == name && one.type == type && one.components == components && one.texts.empty() != texts)
+                return index;
+        return std::nullopt;
+    };
+    const auto colours = find("colour", ElementType::UInt8, 3, false);
+    if (!colours)
+        return fail(fmt::format("cannot read {}: it has no colours of catoms", reader.path()),
+                    "It is damaged, or was written by another version", ExitCode::RecordingRefused);
+    out.colours_ = *colours;
+    out.diameters_ = find("diameter", ElementType::Float64, 1, false);
+    out.labels_ = find("label", ElementType::Int64, 1, true);
+    return out;
+}
+
+template <class Row, class Take>
+Result<void> DrawnSteps::each(SeriesIndex series, std::size_t step, std::optional<std::uint64_t> count, const Take& take) {
+    const Result<Rows> rows = recording_.rows(series, step);
+    if (!rows) return tl::unexpected<Error>(rows.error());
+    if (count && rows->count != *count) return damaged(step, "catoms and what is known of them differ in number");
+    std::vector<Row> some;
+    for (std::uint64_t done = 0; done < rows->count; done += some.size()) {
+        pulse::beat();
+        some.resize(std::min(kRowsAtOnce, rows->count - done));
+        if (auto read = recording_.read(series, rows->first + done, some.size(), some.data()); !read) return read;
+        if (auto taken = take(std::span<const Row>(some)); !taken) return taken;
+    }
+    return {};
+}
+
+Result<void> DrawnSteps::read_ids(std::size_t step, Drawn& drawn) {
+    return each<std::int64_t>(recording_.ids(), step, {}, [&](std::span<const std::int64_t> ids) -> Result<void> {
+        for (const std::int64_t id : ids) {
+            if (id < 0 || (!drawn.ids.empty() && static_cast<u64>(id) <= drawn.ids.back()))
+                return damaged(step, "the numbers of catoms are out of order");
+            drawn.ids.push_back(static_cast<u64>(id));
+        }
+        return {};
+    });
+}
+
+Result<void> DrawnSteps::read_positions(std::size_t step, Drawn& drawn) {
+    using Row = std::array<float, 3>;
+    drawn.positions.reserve(drawn.ids.size());
+    return each<Row>(recording_.points(), step, drawn.ids.size(), [&](std::span<const Row> positions) -> Result<void> {
+        for (const Row& at : positions) {
+            if (!std::ranges::all_of(at, [](float x) { return std::abs(x) < kFarthest; }))
+                return damaged(step, "a catom is where none can be");
+            drawn.positions.push_back({at[0], at[1], at[2]});
+        }
+        return {};
+    });
+}
+
+Result<void> DrawnSteps::read_colours(std::size_t step, Drawn& drawn) {
+    using Row = std::array<std::uint8_t, 3>;
+    drawn.colours.reserve(drawn.ids.size());
+    return each<Row>(colours_, step, drawn.ids.size(), [&](std::span<const Row> colours) -> Result<void> {
+        for (const auto& [red, green, blue] : colours)
+            drawn.colours.push_back(static_cast<std::uint32_t>(red) << 16 | static_cast<std::uint32_t>(green) << 8 | blue);
+        return {};
+    });
+}
+
+Result<void> DrawnSteps::read_diameters(std::size_t step, Drawn& drawn) {
+    if (!diameters_) return {};
+    drawn.diameters.reserve(drawn.ids.size());
+    return each<double>(*diameters_, step, drawn.ids.size(), [&](std::span<const double> diameters) -> Result<void> {
+        for (const double diameter : diameters) {
+            if (!(diameter > 0 && diameter < kFarthest)) return damaged(step, "a catom has a diameter that cannot be");
+            drawn.diameters.push_back(diameter);
+        }
+        return {};
+    });
+}
+
+Result<void> DrawnSteps::read_labels(std::size_t step, Drawn& drawn) {
+    if (!labels_) return {};
+    const Result<const std::vector<std::string>*> texts = recording_.texts(recording_.series()[*labels_].texts);
+    if (!texts) return tl::unexpected<Error>(texts.error());
+    drawn.labels.reserve(drawn.ids.size());
+    return each<std::int64_t>(*labels_, step, drawn.ids.size(), [&](std::span<const std::int64_t> numbers) -> Result<void> {
+        for (const std::int64_t number : numbers) {
+            if (number < -1 || (number >= 0 && static_cast<u64>(number) >= (*texts)->size()))
+                return damaged(step, "a catom has a label that is not there");
+            drawn.labels.push_back(number < 0 ? std::string() : (**texts)[static_cast<std::size_t>(number)]);
+        }
+        return {};
+    });
+}
+
+Result<void> DrawnSteps::read_lines(std::size_t step, Drawn& drawn) {
+    const auto count = static_cast<std::int64_t>(drawn.ids.size());
+    // Those that are read at a time are an even number.
+    static_assert(kRowsAtOnce % 2 == 0);
+    return each<std::int64_t>(recording_.line_ends(), step, {}, [&](std::span<const std::int64_t> ends) -> Result<void> {
+        for (std::size_t i = 0; i + 1 < ends.size(); i += 2) {
+            const std::int64_t a = ends[i], b = ends[i + 1];
+            if (a < 0 || b < 0 || a >= count || b >= count) return damaged(step, "a line goes to a catom that is not there");
+            const std::pair line(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
+            if (!drawn.lines.empty() && line <= drawn.lines.back()) return damaged(step, "lines are out of order");
+            drawn.lines.push_back(line);
+        }
+        return {};
+    });
+}
+
+Result<Drawn> DrawnSteps::drawn(std::size_t step) {
+    Drawn out;
+    for (const auto& part : {&DrawnSteps::read_ids, &DrawnSteps::read_positions, &DrawnSteps::read_colours, &DrawnSteps::read_diameters,
+                             &DrawnSteps::read_labels, &DrawnSteps::read_lines})
+        if (const auto done = (this->*part)(step, out); !done) return tl::unexpected<Error>(done.error());
+    return out;
+}
+
+}  // namespace meld::record

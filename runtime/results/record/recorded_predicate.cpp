@@ -1,0 +1,136 @@
+#include "runtime/results/record/recorded_predicate.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/value_text.h"
+#include "runtime/results/facts/fact_tables.h"
+
+namespace meld::record {
+
+RecordedPredicate::RecordedPredicate(const ModuleInfo& module, u32 predicate, std::string name)
+    : predicate_(predicate), name_(std::move(name)) {
+    const PredicateInfo& p = module.predicates[predicate];
+    several_ = p.arity > 0 && (p.storage == Storage::Rows || p.storage == Storage::PerLink);
+    for (u16 i = 0; i < p.arity; ++i) {
+        Argument argument{.name = argument_name(p, i), .array = name_, .type = tuple::type_name(tuple::type_of(module, p.fields[i]))};
+        if (i > 0) argument.array += "." + argument.name;
+        const ValueType type = p.fields[i].type;
+        if (type == ValueType::Float || type == ValueType::Vec3)
+            argument.stored = RecordedArray::Float64;
+        else if (type >= ValueType::String)
+            argument.stored = RecordedArray::Text;
+        if (type == ValueType::Vec3) argument.components = 3;
+        arguments_.push_back(std::move(argument));
+    }
+}
+
+std::string RecordedPredicate::description() const {
+    nlohmann::ordered_json arguments = nlohmann::ordered_json::array();
+    for (const Argument& argument : arguments_)
+        arguments.push_back({{"name", argument.name}, {"type", argument.type}, {"array", argument.array}});
+    return nlohmann::ordered_json{{"name", name_}, {"table", several_}, {"arguments", std::move(arguments)}}.dump();
+}
+
+void RecordedPredicate::pack_fact(const ModuleInfo& module, const Value* fact, ByteWriter& out) const {
+    const PredicateInfo& p = module.predicates[predicate_];
+    for (std::size_t i = 0; i < arguments_.size(); ++i) {
+        const tuple::Type type = tuple::type_of(module, p.fields[i]);
+        if (arguments_[i].stored == RecordedArray::Text)
+            out.write_string(tuple::print_value(type, fact[i]));
+        else if (type.kind() == ValueType::Vec3)
+            for (std::size_t k = 0; k < 3; ++k) out.write(tuple::item(fact[i].list, k).real);
+        else
+            out.write(fact[i]);
+    }
+}
+
+// How many facts there are; the first one, as it is stored; all of them, in the order of their arguments.
+void RecordedPredicate::pack(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const {
+    const PredicateInfo& p = subdomain.module.predicates[predicate_];
+    std::vector<std::vector<Value>> facts;
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), predicate_, catom,
+                     [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
+    out.write_count(facts.size());
+    if (facts.empty() || arguments_.empty()) return;
+    pack_fact(subdomain.module, facts[0].data(), out);
+    if (!several_) return;
+    std::sort(facts.begin(), facts.end(),
+              [&](const auto& a, const auto& b) { return tuple::compare_arguments(subdomain.module, p, a.data(), b.data()) < 0; });
+    for (const auto& fact : facts) pack_fact(subdomain.module, fact.data(), out);
+}
+
+void RecordedPredicate::skip(ByteReader& in) const {
+    const auto count = in.read<std::uint32_t>();
+    if (count == 0 || arguments_.empty()) return;
+    for (std::uint32_t fact = 0; fact < (several_ ? count + 1 : 1); ++fact)
+        for (const Argument& argument : arguments_) {
+            if (argument.stored == RecordedArray::Text)
+                in.read_block();
+            else
+                in.read_bytes(static_cast<std::size_t>(argument.components) * sizeof(u64));
+        }
+}
+
+void RecordedPredicate::begin_step() {
+    counts_.clear();
+    catoms_.clear();
+    for (Argument& argument : arguments_) {
+        for (Cells* cells : {&argument.first, &argument.all}) {
+            cells->words.clear();
+            cells->texts.clear();
+        }
+    }
+}
+
+void RecordedPredicate::take(const Argument& argument, ByteReader& in, Cells& cells) {
+    if (argument.stored == RecordedArray::Text) return cells.texts.push_back(in.read_string());
+    for (int k = 0; k < argument.components; ++k) cells.words.push_back(in.read<u64>());
+}
+
+// Where there is no fact a number is -1, a vector is not a number, a text is empty.
+void RecordedPredicate::unpack(u64 id, ByteReader& in) {
+    const auto count = in.read<std::uint32_t>();
+    counts_.push_back(count);
+    for (Argument& argument : arguments_) {
+        if (count > 0)
+            take(argument, in, argument.first);
+        else if (argument.stored == RecordedArray::Text)
+            argument.first.texts.emplace_back();
+        else if (argument.components == 3)
+            argument.first.words.insert(argument.first.words.end(), 3, std::bit_cast<u64>(std::numeric_limits<double>::quiet_NaN()));
+        else
+            argument.first.words.push_back(argument.stored == RecordedArray::Float64 ? std::bit_cast<u64>(-1.0) : ~u64{0});
+    }
+    if (!several_) return;
+    for (std::uint32_t fact = 0; fact < count; ++fact) {
+        catoms_.push_back(id);
+        for (Argument& argument : arguments_) take(argument, in, argument.all);
+    }
+}
+
+RecordedArray RecordedPredicate::Argument::cells(const std::string& shown, const Cells& cells) const {
+    const bool texts = stored == RecordedArray::Text;
+    return {.name = shown,
+            .type = stored,
+            .data = texts ? static_cast<const void*>(cells.texts.data()) : cells.words.data(),
+            .components = components,
+            .texts = array};
+}
+
+void RecordedPredicate::list(std::vector<RecordedArray>& arrays, std::vector<RecordedTable>& tables) const {
+    // Without arguments the number of facts is all there is to say: 1 or 0.
+    const std::string counts = arguments_.empty() ? name_ : name_ + "." + kFactsColumn;
+    for (const Argument& argument : arguments_) arrays.push_back(argument.cells(argument.array, argument.first));
+    arrays.push_back({.name = counts, .data = counts_.data()});
+    if (!several_) return;
+    RecordedTable table{.name = name_, .rows = catoms_.size(), .columns = {{.name = kCatomColumn, .data = catoms_.data()}}};
+    for (const Argument& argument : arguments_) table.columns.push_back(argument.cells(argument.name, argument.all));
+    tables.push_back(std::move(table));
+}
+
+}  // namespace meld::record

@@ -1,0 +1,69 @@
+// The recorder: a SimModule that writes positions, what catoms draw and chosen predicates to a VTKHDF file every few ticks.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/results/record/load_map.h"
+#include "runtime/results/record/marks.h"
+#include "runtime/results/record/recorded_predicate.h"
+#include "runtime/results/record/recording.h"
+#include "runtime/sim/core/extension.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::record {
+
+class Recorder : public sim::SimModule {
+  public:
+    // A run that is loaded from a snapshot appends to its recording, or branches off and begins one of its own, with what catoms have
+    // drawn so far.
+    enum class Loaded { Appends, Begins };
+    // predicates: names of predicates whose facts are recorded.
+    Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info, Loaded loaded = Loaded::Appends);
+    // How busy each catom was is recorded too: the run is counted.
+    void add_load() { load_.emplace(); }
+    Result<void> start(sim::Subdomain& subdomain) override;
+    Result<void> after(sim::Subdomain& subdomain) override;
+    Result<void> saveable() const override { return {}; }
+    Result<void> secure(sim::Subdomain& subdomain) override;
+    Result<void> resume(sim::Subdomain& subdomain) override;
+    // How far the recording is, and what has been drawn since its last step.
+    void save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const override;
+    Result<void> load_rest(sim::Subdomain& subdomain, ByteReader& in) override;
+    Result<void> resumed(sim::Subdomain& subdomain) override;
+    void finish(sim::Subdomain& subdomain) override;
+    std::string outcome() const override { return outcome_; }
+    Result<void> ending() const override { return ending_; }
+
+  private:
+    struct Step;
+    // What is recorded: finds the predicates, and completes info_.
+    Result<void> prepare(sim::Subdomain& subdomain);
+    // Makes the file, with a first step.
+    Result<void> begin(sim::Subdomain& subdomain);
+    Result<void> add_predicates(const sim::Subdomain& subdomain);
+    Result<void> keep(Result<Recording> file);
+    Result<void> write(sim::Subdomain& subdomain);
+    std::vector<std::byte> pack(sim::Subdomain& subdomain);
+    void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
+    std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
+    Result<void> write_step(sim::Subdomain& subdomain, const Digest& state, const std::vector<std::vector<std::byte>>& all);
+
+    std::string path_;
+    int every_;
+    std::vector<std::string> wanted_;
+    RecordingInfo info_;
+    Loaded loaded_;
+    std::vector<RecordedPredicate> recorded_;  // What they hold is of one step, and of none between steps.
+    Marks marks_;
+    std::optional<LoadMap> load_;
+    std::optional<Recording> file_;
+    std::int64_t last_step_ = -1;
+    std::uint64_t steps_ = 0;
+    std::string outcome_;
+    Result<void> ending_;
+};
+
+}  // namespace meld::record

@@ -1,0 +1,314 @@
+#include "runtime/results/record/recording_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "runtime/results/hdf5/file_kind.h"
+#include "runtime/results/hdf5/hdf5_dataset.h"
+#include "runtime/results/hdf5/hdf5_library.h"
+#include "runtime/results/hdf5/hdf5_reading.h"
+
+namespace meld::record {
+
+namespace {
+
+constexpr std::uint64_t kStepsAtOnce = 4096;
+constexpr double kMaxTick = 9e15;  // Floats are exact up to there.
+
+// A column of the table of steps, of which some thousand rows are in memory.
+struct StepWindow {
+    Dataset values;
+    std::uint64_t first = 0, count = 0;
+    std::vector<std::int64_t> rows = {};
+};
+
+}  // namespace
+
+struct RecordingReader::State {
+    std::string path;
+    std::unique_ptr<Handle> file;
+    std::uint64_t size_bytes = 0;
+    std::map<std::string, std::string> about;
+    std::vector<std::int64_t> ticks;
+    std::vector<Series> series;
+    std::vector<Dataset> values;      // By series.
+    std::vector<std::string> begins;  // By series: the column of the steps with its first rows.
+    std::vector<std::string> counts;  // By series: the column with how many; empty: the catoms of the step.
+    std::vector<SeriesIndex> arrays;
+    SeriesIndex line_ends = 0;
+    std::vector<SeriesTable> tables;
+    std::vector<DescribedPredicate> predicates;
+    std::map<std::string, StepWindow> columns;
+    std::vector<std::int64_t> points_of_part, lines_of_part;
+    std::map<std::string, std::vector<std::string>> texts;
+
+    tl::unexpected<Error> damaged(const std::string& what) const {
+        return fail(fmt::format("cannot read {}: {}", path, what), "It is damaged, or was written by another version",
+                    ExitCode::RecordingRefused);
+    }
+    Result<void> read_about();
+    Result<void> read_predicates();
+    Result<void> read_ticks();
+    Result<void> find_series();
+    Result<SeriesIndex> add(const std::string& place, Series series, std::string begin, std::string count);
+    Result<std::vector<std::string>> names(const std::string& group) const;
+    Result<std::vector<std::int64_t>> numbers(const std::string& place) const;
+    Result<std::int64_t> of_step(const std::string& column, std::size_t step, std::size_t component = 0);
+};
+
+Result<void> RecordingReader::State::read_about() {
+    if (attribute(*file, "/meld", "format") != kRecordingFormat)
+        return fail(path + " is no recording of meldsim", "Give a file that `meldsim run --record` has written",
+                    ExitCode::RecordingRefused);
+    if (const std::string version = attribute(*file, "/meld", "version"); version != std::to_string(kRecordingVersion))
+        return fail(fmt::format("{} is a recording of version {}, and this meldsim reads version {}", path,
+                                version.empty() ? "none" : version, kRecordingVersion),
+                    "Read it with the meldsim that wrote it", ExitCode::RecordingRefused);
+    for (const char* name : {"seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
+    for (const char* name : {"program", "world", "provenance"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    return {};
+}
+
+Result<void> RecordingReader::State::read_predicates() {
+    try {
+        const nlohmann::json described = nlohmann::json::parse(text_at(*file, "/meld/predicates"));
+        if (!described.is_array()) return damaged("its predicates are not a list");
+        for (const auto& predicate : described) {
+            DescribedPredicate& one = predicates.emplace_back();
+            one.name = predicate.at("name").get<std::string>();
+            one.table = predicate.at("table").get<bool>();
+            for (const auto& argument : predicate.at("arguments"))
+                one.arguments.push_back({argument.at("name").get<std::string>(), argument.at("type").get<std::string>(),
+                                         argument.at("array").get<std::string>()});
+        }
+    } catch (const nlohmann::json::exception& error) {
+        return damaged(fmt::format("its list of predicates is not as we write it ({})", error.what()));
+    }
+    return {};
+}
+
+Result<void> RecordingReader::State::read_ticks() {
+    const std::optional<std::uint64_t> count = number_attribute(*file, "/VTKHDF/Steps", "NSteps");
+    const std::optional<Dataset> times = Dataset::open(*file, "/VTKHDF/Steps/Values");
+    if (!times || times->type() != ElementType::Float64 || times->components() != 1 || !count) return damaged("it has no table of steps");
+    // Rows that were never written do not fill memory.
+    if (*count > times->rows() || *count > size_bytes) return damaged("its table of steps is too short");
+    std::vector<double> all(*count);
+    if (const auto done = times->read(0, *count, all.data()); !done) return damaged(done.error().problem);
+    for (const double time : all) {
+        if (!(time >= 0 && time <= kMaxTick)) return damaged("it has a tick that cannot be");
+        ticks.push_back(static_cast<std::int64_t>(time));
+    }
+    if (!std::is_sorted(ticks.begin(), ticks.end(), std::less_equal<>())) return damaged("its ticks are out of order");
+    return {};
+}
+
+Result<std::vector<std::string>> RecordingReader::State::names(const std::string& group) const {
+    Result<std::vector<std::string>> found = names_in(*file, group);
+    if (!found) return damaged(found.error().problem);
+    return found;
+}
+
+Result<SeriesIndex> RecordingReader::State::add(const std::string& place, Series one, std::string begin, std::string count) {
+    std::optional<Dataset> dataset = Dataset::open(*file, place);
+    if (!dataset) return damaged(place + " is missing, or not as we write it");
+    one.type = dataset->type();
+    one.components = dataset->components();
+    if (!one.texts.empty() && (one.type != ElementType::Int64 || one.components != 1)) return damaged(place + " has no numbers of strings");
+    series.push_back(std::move(one));
+    values.push_back(std::move(*dataset));
+    begins.push_back(std::move(begin));
+    counts.push_back(std::move(count));
+    return series.size() - 1;
+}
+
+Result<void> RecordingReader::State::find_series() {
+    // An empty recording has no column of positions yet.
+    if (ticks.empty()) return {};
+    if (auto done = add("/VTKHDF/Points", {.name = "position"}, "PointOffsets", ""); !done) return tl::unexpected(done.error());
+    if (auto done = add("/VTKHDF/PointData/id", {.name = "id"}, "PointDataOffsets/id", ""); !done) return tl::unexpected(done.error());
+    if (series[0].components != 3 || series[0].type != ElementType::Float32 || series[1].components != 1 ||
+        series[1].type != ElementType::Int64)
+        return damaged("its positions or numbers of catoms are not as we write them");
+    const Result<std::vector<std::string>> texts_here = names("/meld/texts"), data = names("/VTKHDF/PointData"),
+                                           table_names = names("/meld/facts");
+    for (const auto* each : {&texts_here, &data, &table_names})
+        if (!*each) return tl::unexpected(each->error());
+    // Arrays of strings have those in a group of their name; a column of a table has those of the array with the same argument.
+    const auto texts_of = [&](const std::string& array) {
+        return std::binary_search(texts_here->begin(), texts_here->end(), array) ? array : std::string();
+    };
+    for (const std::string& name : *data) {
+        if (name == "id") continue;
+        const auto added = add("/VTKHDF/PointData/" + name, {.name = name, .texts = texts_of(name)}, "PointDataOffsets/" + name, "");
+        if (!added) return tl::unexpected(added.error());
+        arrays.push_back(*added);
+    }
+    const auto ends = add("/VTKHDF/Lines/Connectivity", {.name = "line"}, "", "");
+    if (!ends) return tl::unexpected(ends.error());
+    line_ends = *ends;
+    if (series[line_ends].type != ElementType::Int64 || series[line_ends].components != 1)
+        return damaged("its lines are not as we write them");
+    std::map<std::pair<std::string, std::string>, std::string> array_of;
+    for (const DescribedPredicate& predicate : predicates)
+        for (const DescribedPredicate::Argument& argument : predicate.arguments) array_of[{predicate.name, argument.name}] = argument.array;
+    for (const std::string& table : *table_names) {
+        SeriesTable one{table, {}};
+        const Result<std::vector<std::string>> columns_here = names("/meld/facts/" + table);
+        if (!columns_here) return tl::unexpected(columns_here.error());
+        for (const std::string& column : *columns_here) {
+            const auto array = array_of.find({table, column});
+            const auto added = add(fmt::format("/meld/facts/{}/{}", table, column),
+                                   {.name = column, .texts = array == array_of.end() ? "" : texts_of(array->second)},
+                                   fmt::format("FactOffsets/{}/{}", table, column), "FactCounts/" + table);
+            if (!added) return tl::unexpected(added.error());
+            if (column == "catom")
+                one.columns.insert(one.columns.begin(), *added);
+            else
+                one.columns.push_back(*added);
+        }
+        if (one.columns.empty() || series[one.columns[0]].name != "catom" || series[one.columns[0]].type != ElementType::Int64)
+            return damaged(fmt::format("its facts of {} have no catoms", table));
+        tables.push_back(std::move(one));
+    }
+    return {};
+}
+
+Result<std::vector<std::int64_t>> RecordingReader::State::numbers(const std::string& place) const {
+    const std::optional<Dataset> dataset = Dataset::open(*file, place);
+    // Numbers that compress to nothing do not fill memory.
+    if (!dataset || dataset->type() != ElementType::Int64 || dataset->components() != 1 || dataset->rows() > size_bytes)
+        return damaged(place + " is missing, or not as we write it");
+    std::vector<std::int64_t> out(dataset->rows());
+    if (const auto done = dataset->read(0, out.size(), out.data()); !done) return damaged(done.error().problem);
+    return out;
+}
+
+Result<std::int64_t> RecordingReader::State::of_step(const std::string& column, std::size_t step, std::size_t component) {
+    auto known = columns.find(column);
+    if (known == columns.end()) {
+        std::optional<Dataset> dataset = Dataset::open(*file, "/VTKHDF/Steps/" + column);
+        if (!dataset || dataset->type() != ElementType::Int64) return damaged(fmt::format("its steps have no {}", column));
+        known = columns.emplace(column, StepWindow{std::move(*dataset)}).first;
+    }
+    StepWindow& window = known->second;
+    const auto components = static_cast<std::size_t>(window.values.components());
+    if (step >= window.values.rows() || component >= components) return damaged(fmt::format("its {} end too early", column));
+    if (step < window.first || step >= window.first + window.count) {
+        window.first = step;
+        window.count = std::min<std::uint64_t>(kStepsAtOnce, window.values.rows() - step);
+        window.rows.resize(window.count * components);
+        if (const auto done = window.values.read(window.first, window.count, window.rows.data()); !done)
+            return damaged(done.error().problem);
+    }
+    return window.rows[(step - window.first) * components + component];
+}
+
+Result<RecordingReader> RecordingReader::open(const std::string& path) {
+    auto state = std::make_unique<State>();
+    state->path = path;
+    std::error_code error;
+    state->size_bytes = std::filesystem::file_size(path, error);
+    if (error == std::errc::operation_not_supported) return fail(fmt::format("cannot read {}: it is no regular file", path));
+    if (error) return fail(fmt::format("cannot read {}: {}", path, error.message()));
+    state->file = std::make_unique<Handle>(open_to_read(path), H5Fclose);
+    if (*state->file < 0) return state->damaged(text_of_last_error());
+    for (const auto& part : {&State::read_about, &State::read_predicates, &State::read_ticks, &State::find_series})
+        if (const Result<void> done = (*state.*part)(); !done) return tl::unexpected(done.error());
+    if (!state->ticks.empty())
+        for (const auto& [place, to] : {std::pair{"/VTKHDF/NumberOfPoints", &State::points_of_part},
+                                        std::pair{"/VTKHDF/Lines/NumberOfCells", &State::lines_of_part}}) {
+            Result<std::vector<std::int64_t>> read = state->numbers(place);
+            if (!read) return tl::unexpected(read.error());
+            (*state).*to = std::move(*read);
+        }
+    return RecordingReader(std::move(state));
+}
+
+RecordingReader::RecordingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader::~RecordingReader() = default;
+
+const std::string& RecordingReader::path() const { return state_->path; }
+std::string RecordingReader::about(const std::string& name) const {
+    const auto known = state_->about.find(name);
+    return known == state_->about.end() ? "" : known->second;
+}
+const std::vector<std::int64_t>& RecordingReader::ticks() const { return state_->ticks; }
+
+Result<std::vector<Digest>> RecordingReader::digests() const {
+    const Result<std::vector<std::int64_t>> low = state_->numbers("/VTKHDF/Steps/StateDigestLow");
+    if (!low) return tl::unexpected(low.error());
+    const Result<std::vector<std::int64_t>> high = state_->numbers("/VTKHDF/Steps/StateDigestHigh");
+    if (!high) return tl::unexpected(high.error());
+    if (low->size() < state_->ticks.size() || high->size() < state_->ticks.size())
+        return state_->damaged("its table of digests is too short");
+    std::vector<Digest> out;
+    for (std::size_t i = 0; i < state_->ticks.size(); ++i)
+        out.emplace_back(static_cast<std::uint64_t>((*low)[i]), static_cast<std::uint64_t>((*high)[i]));
+    return out;
+}
+const std::vector<Series>& RecordingReader::series() const { return state_->series; }
+const std::vector<SeriesIndex>& RecordingReader::arrays() const { return state_->arrays; }
+SeriesIndex RecordingReader::line_ends() const { return state_->line_ends; }
+const std::vector<SeriesTable>& RecordingReader::tables() const { return state_->tables; }
+const std::vector<DescribedPredicate>& RecordingReader::predicates() const { return state_->predicates; }
+
+Result<Rows> RecordingReader::rows(SeriesIndex index, std::size_t step) {
+    State& s = *state_;
+    const bool lines = index == s.line_ends;
+    const Result<std::int64_t> first = lines ? s.of_step("ConnectivityIdOffsets", step, 1) : s.of_step(s.begins[index], step);
+    if (!first) return tl::unexpected(first.error());
+    const auto there = static_cast<std::int64_t>(s.values[index].rows());
+    std::int64_t count = 0;
+    if (!s.counts[index].empty()) {
+        const Result<std::int64_t> facts = s.of_step(s.counts[index], step);
+        if (!facts) return tl::unexpected(facts.error());
+        count = *facts;
+    } else {
+        const Result<std::int64_t> part = s.of_step("PartOffsets", step);
+        if (!part) return tl::unexpected(part.error());
+        const std::vector<std::int64_t>& of_part = lines ? s.lines_of_part : s.points_of_part;
+        if (*part < 0 || static_cast<std::uint64_t>(*part) >= of_part.size()) return s.damaged("a step is of a part that is not there");
+        count = of_part[static_cast<std::size_t>(*part)];
+        // A line has two ends.
+        if (lines && count <= there) count *= 2;
+    }
+    if (*first < 0 || count < 0 || *first > there || count > there - *first)
+        return s.damaged(fmt::format("step {} refers to rows of {} that are not there", step, s.series[index].name));
+    return Rows{static_cast<std::uint64_t>(*first), static_cast<std::uint64_t>(count)};
+}
+
+Result<void> RecordingReader::read(SeriesIndex index, std::uint64_t first, std::uint64_t count, void* to) {
+    if (const auto done = state_->values[index].read(first, count, to); !done) return state_->damaged(done.error().problem);
+    return {};
+}
+
+Result<const std::vector<std::string>*> RecordingReader::texts(const std::string& group) {
+    State& s = *state_;
+    if (const auto known = s.texts.find(group); known != s.texts.end()) return &known->second;
+    const Result<std::vector<std::int64_t>> ends = s.numbers(fmt::format("/meld/texts/{}/ends", group));
+    if (!ends) return tl::unexpected(ends.error());
+    const std::optional<Dataset> bytes = Dataset::open(*s.file, fmt::format("/meld/texts/{}/text", group));
+    if (!bytes || bytes->type() != ElementType::UInt8 || bytes->components() != 1 || bytes->rows() > s.size_bytes)
+        return s.damaged("its strings are not as we write them");
+    std::string all(bytes->rows(), '\0');
+    if (const auto done = bytes->read(0, all.size(), all.data()); !done) return s.damaged(done.error().problem);
+    std::vector<std::string>& out = s.texts[group];
+    std::int64_t begin = 0;
+    for (const std::int64_t end : *ends) {
+        if (end < begin || static_cast<std::uint64_t>(end) > all.size()) return s.damaged("its strings overlap");
+        out.push_back(all.substr(static_cast<std::size_t>(begin), static_cast<std::size_t>(end - begin)));
+        begin = end;
+    }
+    return &out;
+}
+
+}  // namespace meld::record

@@ -1,0 +1,280 @@
+#include "runtime/show/picture/model_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "runtime/show/picture/solid.h"
+
+namespace meld::picture {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "PLY and glTF files are written as they are in memory");
+
+template <class Value>
+void append(std::string& out, const Value& value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+// The values of a frame by places, as far as there are any.
+struct Values {
+    explicit Values(const Frame& frame) : numbers(frame.scene.places.size()), words(frame.scene.places.size()) {
+        for (const auto& [at, number] : frame.numbers) numbers[at] = number;
+        for (const auto& [at, word] : frame.words) words[at] = &word;
+    }
+    std::vector<std::optional<double>> numbers;
+    std::vector<const std::string*> words;
+    // As it is printed; empty: there is none.
+    std::string text(std::size_t i) const { return words[i] != nullptr ? *words[i] : numbers[i] ? fmt::format("{}", *numbers[i]) : ""; }
+};
+
+std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string out = "\"";
+    for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return out + '"';
+}
+
+class OneFile : public ModelFile {
+  public:
+    Result<void> commit() override { return file_.commit(); }
+
+  protected:
+    explicit OneFile(OutputFile file) : file_(std::move(file)) {}
+    void write(std::string_view bytes) { file_.write(bytes); }
+
+  private:
+    OutputFile file_;
+};
+
+// A row for each catom and tick.
+class Csv : public OneFile {
+  public:
+    explicit Csv(OutputFile file) : OneFile(std::move(file)) { write("tick,catom,x,y,z,diameter,red,green,blue,value\n"); }
+    Result<void> add(const Frame& frame) override {
+        const render::Scene& scene = frame.scene;
+        const Values values(frame);
+        for (std::size_t i = 0; i < scene.places.size(); ++i) {
+            const render::Vec& at = scene.places[i];
+            const render::Rgb c = scene.colours[i];
+            write(fmt::format("{},{},{},{},{},{},{},{},{},{}\n", frame.tick, frame.ids[i], at.x(), at.y(), at.z(), scene.diameter(i), c.r,
+                              c.g, c.b, quoted(values.text(i))));
+        }
+        return {};
+    }
+};
+
+// Extended XYZ, as OVITO and ASE read it: a frame for each tick.
+class Xyz : public OneFile {
+  public:
+    explicit Xyz(OutputFile file) : OneFile(std::move(file)) {}
+    Result<void> add(const Frame& frame) override {
+        const render::Scene& scene = frame.scene;
+        const Values values(frame);
+        const char* const value = !frame.words.empty() ? ":value:S:1" : !frame.numbers.empty() ? ":value:R:1" : "";
+        write(fmt::format("{}\nProperties=species:S:1:pos:R:3:id:I:1:radius:R:1:color:R:3{} tick={} pbc=\"F F F\"\n", scene.places.size(),
+                          value, frame.tick));
+        for (std::size_t i = 0; i < scene.places.size(); ++i) {
+            const render::Vec& at = scene.places[i];
+            const render::Rgb c = scene.colours[i];
+            // Atoms have a kind; that of catoms is one that no element has.
+            write(fmt::format("X {} {} {} {} {} {:.4f} {:.4f} {:.4f}", at.x(), at.y(), at.z(), frame.ids[i], scene.diameter(i) / 2,
+                              c.r / 255.0, c.g / 255.0, c.b / 255.0));
+            if (*value != '\0') {
+                std::string text = values.text(i);
+                std::ranges::replace_if(text, [](char letter) { return static_cast<unsigned char>(letter) <= ' ' || letter == '"'; }, '_');
+                write(" " + (!text.empty() ? text : frame.words.empty() ? "nan" : "_"));
+            }
+            write("\n");
+        }
+        return {};
+    }
+};
+
+// Points with colours, sizes and values.
+class Ply : public OneFile {
+  public:
+    explicit Ply(OutputFile file) : OneFile(std::move(file)) {}
+    Result<void> add(const Frame& frame) override {
+        const render::Scene& scene = frame.scene;
+        const Values values(frame);
+        const bool numbers = !frame.numbers.empty();
+        write(
+            fmt::format("ply\nformat binary_little_endian 1.0\ncomment tick {}; unit: the diameter of a catom\nelement vertex {}\n"
+                        "property float x\nproperty float y\nproperty float z\n"
+                        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                        "property float radius\nproperty uint catom\n{}end_header\n",
+                        frame.tick, scene.places.size(), numbers ? "property float value\n" : ""));
+        std::string row;
+        for (std::size_t i = 0; i < scene.places.size(); ++i) {
+            row.clear();
+            for (int axis = 0; axis < 3; ++axis) append(row, scene.places[i][axis]);
+            append(row, scene.colours[i]);
+            append(row, scene.diameter(i) / 2);
+            append(row, static_cast<std::uint32_t>(frame.ids[i]));
+            if (numbers) append(row, values.numbers[i] ? static_cast<float>(*values.numbers[i]) : std::numeric_limits<float>::quiet_NaN());
+            write(row);
+        }
+        return {};
+    }
+};
+
+// glTF 2.0 in one file: the surface of what can be seen from outside, as one mesh with a colour at each corner.
+class Glb : public OneFile {
+  public:
+    explicit Glb(OutputFile file) : OneFile(std::move(file)) {}
+    Result<void> add(const Frame& frame) override {
+        const Solid solid = solid_of(frame.scene);
+        const std::size_t corners = solid.places.size(), places = 12 * corners, colours = 8 * corners, faces = 12 * solid.faces.size();
+        const std::size_t whole = 2 * places + colours + faces;
+        if (whole > (std::uint64_t{1} << 32) - (1 << 16) || corners >= std::numeric_limits<std::uint32_t>::max())
+            return fail(fmt::format("the surface of {} catoms is too large for a .glb file", frame.scene.places.size()),
+                        "Show fewer of them, with --only or --hide, or write a .ply file", ExitCode::LimitHit);
+        const std::string about = json_of(frame, solid, {0, places, 2 * places, 2 * places + colours, whole});
+        std::string head = "glTF";
+        for (const std::size_t number : {std::size_t{2}, 12 + 8 + about.size() + 8 + whole, about.size()})
+            append(head, static_cast<std::uint32_t>(number));
+        write(head + "JSON" + about);
+        std::string data;
+        append(data, static_cast<std::uint32_t>(whole));
+        write(data + std::string("BIN\0", 4));
+        // Up is the y axis there.
+        for (const std::vector<render::Vec>* vectors : {&solid.places, &solid.normals})
+            for (const render::Vec& v : *vectors) write_vector({v.x(), v.z(), -v.y()});
+        for (const render::Rgb c : solid.colours) {
+            data.clear();
+            for (const std::uint8_t part : {c.r, c.g, c.b}) append(data, linear(part));
+            append(data, std::numeric_limits<std::uint16_t>::max());
+            write(data);
+        }
+        for (const auto& face : solid.faces) {
+            data.clear();
+            for (const std::uint32_t corner : face) append(data, corner);
+            write(data);
+        }
+        return {};
+    }
+
+  private:
+    void write_vector(const render::Vec& v) {
+        std::string out;
+        for (int axis = 0; axis < 3; ++axis) append(out, v[axis]);
+        write(out);
+    }
+    // Colours of corners are as light is, not as screens show it.
+    static std::uint16_t linear(std::uint8_t c) {
+        const double part = c / 255.0;
+        return static_cast<std::uint16_t>(std::lround(65535 * (part <= 0.04045 ? part / 12.92 : std::pow((part + 0.055) / 1.055, 2.4))));
+    }
+    // `at`: where places, normals, colours and faces begin, and where they end.
+    static std::string json_of(const Frame& frame, const Solid& solid, const std::array<std::size_t, 5>& at) {
+        render::Vec low = render::Vec::Zero(), high = low;
+        if (!solid.places.empty()) low = high = solid.places.front();
+        for (const render::Vec& place : solid.places) {
+            low = low.cwiseMin(place);
+            high = high.cwiseMax(place);
+        }
+        // What is turned upside down is the least where it was the greatest.
+        const std::string box =
+            fmt::format(R"("min":[{},{},{}],"max":[{},{},{}])", low.x(), low.z(), -high.y(), high.x(), high.z(), -low.y());
+        const std::size_t corners = solid.places.size();
+        std::string views, mesh;
+        for (std::size_t i = 0; i < 4; ++i)
+            views += fmt::format(R"({}{{"buffer":0,"byteOffset":{},"byteLength":{},"target":{}}})", i == 0 ? "" : ",", at[i],
+                                 at[i + 1] - at[i], i == 3 ? 34963 : 34962);
+        // Without corners there is nothing to be seen, which is a scene without a mesh.
+        if (corners > 0)
+            mesh = fmt::format(R"("nodes":[{{"name":"catoms","mesh":0}}],)"
+                               R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1,"COLOR_0":2}},)"
+                               R"("indices":3,"material":0}}]}}],)"
+                               R"("materials":[{{"doubleSided":{},"pbrMetallicRoughness":{{"metallicFactor":0,"roughnessFactor":0.7}}}}],)"
+                               R"("accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3",{}}},)"
+                               R"({{"bufferView":1,"componentType":5126,"count":{},"type":"VEC3"}},)"
+                               R"({{"bufferView":2,"componentType":5123,"normalized":true,"count":{},"type":"VEC4"}},)"
+                               R"({{"bufferView":3,"componentType":5125,"count":{},"type":"SCALAR"}}],)"
+                               R"("bufferViews":[{}],"buffers":[{{"byteLength":{}}}],)",
+                               solid.flat ? "true" : "false", corners, box, corners, corners, 3 * solid.faces.size(), views, at[4]);
+        std::string out =
+            fmt::format(R"({{"asset":{{"version":"2.0","generator":"Claymeld"}},{}"scene":0,"scenes":[{{"name":"tick {}"{}}}]}})", mesh,
+                        frame.tick, corners > 0 ? R"(,"nodes":[0])" : "");
+        out.resize((out.size() + 3) / 4 * 4, ' ');
+        return out;
+    }
+};
+
+enum class FileKind { Csv, Xyz, Ply, Glb };
+
+std::optional<FileKind> kind_of(const std::string& path) {
+    for (const auto& [end, kind] : {std::pair(".csv", FileKind::Csv), std::pair(".xyz", FileKind::Xyz), std::pair(".ply", FileKind::Ply),
+                                    std::pair(".glb", FileKind::Glb)})
+        if (path.ends_with(end)) return kind;
+    return std::nullopt;
+}
+
+// In the name of files of several ticks, what stands for the tick.
+constexpr std::string_view kTick = "TICK";
+
+// Where the tick goes in a path: not into the names of folders. std::string::npos: nowhere.
+std::size_t place_of_tick(const std::string& path) {
+    const std::size_t folder = path.rfind('/');
+    return path.find(kTick, folder == std::string::npos ? 0 : folder);
+}
+
+// A file of each tick.
+class Series : public ModelFile {
+  public:
+    explicit Series(std::string path) : path_(std::move(path)) {}
+    Result<void> add(const Frame& frame) override {
+        std::string path = path_;
+        path.replace(place_of_tick(path), kTick.size(), fmt::format("{:06}", frame.tick));
+        Result<std::unique_ptr<ModelFile>> file = open(path, 1);
+        if (!file) return tl::unexpected<Error>(file.error());
+        if (auto added = (*file)->add(frame); !added) return added;
+        return (*file)->commit();
+    }
+    Result<void> commit() override { return {}; }
+
+  private:
+    std::string path_;
+};
+
+}  // namespace
+
+Result<void> ModelFile::check(const std::string& path, std::size_t ticks) {
+    const std::optional<FileKind> kind = kind_of(path);
+    if (!kind)
+        return fail(fmt::format("{} ends with none of .csv, .xyz, .ply and .glb, which say what is written", path),
+                    "Write -o FILE.ply, for example");
+    if (ticks > 1 && (*kind == FileKind::Ply || *kind == FileKind::Glb) && place_of_tick(path) == std::string::npos)
+        return fail(fmt::format("{} can hold one tick only", path),
+                    fmt::format("Write {} for files of their own, give one --tick, or write a .csv or .xyz file",
+                                std::string(path).insert(path.size() - 4, fmt::format("-{}", kTick))));
+    return {};
+}
+
+Result<std::unique_ptr<ModelFile>> ModelFile::open(const std::string& path, std::size_t ticks) {
+    if (auto fits = check(path, ticks); !fits) return tl::unexpected<Error>(fits.error());
+    if (place_of_tick(path) != std::string::npos) return std::make_unique<Series>(path);
+    Result<OutputFile> file = OutputFile::open(path, Appears::Whole);
+    if (!file) return tl::unexpected<Error>(file.error());
+    switch (*kind_of(path)) {
+        case FileKind::Csv:
+            return std::make_unique<Csv>(std::move(*file));
+        case FileKind::Xyz:
+            return std::make_unique<Xyz>(std::move(*file));
+        case FileKind::Ply:
+            return std::make_unique<Ply>(std::move(*file));
+        default:
+            return std::make_unique<Glb>(std::move(*file));
+    }
+}
+
+}  // namespace meld::picture

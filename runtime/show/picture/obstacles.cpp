@@ -1,0 +1,100 @@
+#include "runtime/show/picture/obstacles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "runtime/world/shapes/surface.h"
+
+namespace meld::picture {
+
+namespace {
+
+using render::Vec;
+using world::ObstacleOptions;
+
+Vec vec(const world::Vec3& at) { return {static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])}; }
+
+void add_quad(const Vec& a, const Vec& b, const Vec& c, const Vec& d, std::vector<render::Triangle>& out) {
+    out.push_back({a, b, c});
+    out.push_back({a, c, d});
+}
+
+// A square in a plane through `at`, as large as what stands on it and somewhat more, in steps, so that it rarely changes.
+void add_piece(const render::Scene& scene, const Vec& normal, const Vec& at, std::vector<render::Triangle>& out) {
+    constexpr float kFar = std::numeric_limits<float>::infinity();
+    Eigen::Array3f low(kFar, kFar, kFar), high = -low;
+    for (const Vec& place : scene.places) {
+        low = low.min(place.array());
+        high = high.max(place.array());
+    }
+    if (scene.places.empty()) low = high = at.array();
+    const float half = std::exp2(std::ceil(std::log2((high - low).maxCoeff() + 8)));
+    const Vec middle = ((low + high) / 2 / half * 8).round() * half / 8;
+    const Vec centre = middle - normal.dot(middle - at) * normal;
+    const Vec u = half * (std::abs(normal.z()) > 0.9F ? Vec::UnitX() : Vec::UnitZ()).cross(normal).normalized(), v = normal.cross(u);
+    add_quad(centre - u - v, centre + u - v, centre + u + v, centre - u + v, out);
+}
+
+void add_box(const ObstacleOptions& o, std::vector<render::Triangle>& out) {
+    const float angle = static_cast<float>(o.degrees * std::numbers::pi / 180);
+    const Vec size = vec(o.size) / 2;
+    std::array<Vec, 3> half = {size.x() * Vec(std::cos(angle), std::sin(angle), 0), size.y() * Vec(-std::sin(angle), std::cos(angle), 0),
+                               size.z() * Vec::UnitZ()};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const float side : {-1.0F, 1.0F}) {
+            const Vec centre = vec(o.centre) + side * half[axis], u = side * half[(axis + 1) % 3], v = half[(axis + 2) % 3];
+            add_quad(centre - u - v, centre + u - v, centre + u + v, centre - u + v, out);
+        }
+}
+
+// Cells are split as the physics does it: from the corner of least row and column to that of greatest.
+void add_terrain(const ObstacleOptions& o, std::vector<render::Triangle>& out) {
+    const auto point = [&](std::size_t row, std::size_t column) {
+        const world::Vec3 at = {o.centre[0] + o.cell * static_cast<double>(column), o.centre[1] + o.cell * static_cast<double>(row),
+                                o.centre[2] + o.heights[row][column]};
+        return vec(at);
+    };
+    for (std::size_t row = 0; row + 1 < o.heights.size(); ++row)
+        for (std::size_t column = 0; column + 1 < o.heights[row].size(); ++column)
+            add_quad(point(row, column), point(row, column + 1), point(row + 1, column + 1), point(row + 1, column), out);
+}
+
+void add_mesh(const ObstacleOptions& o, std::vector<render::Triangle>& out) {
+    const std::optional<model::Triangles> surface = world::surface(o.shape);
+    if (!surface) return;
+    for (const auto& [a, b, c] : surface->corners)
+        out.push_back({vec(surface->points[a]), vec(surface->points[b]), vec(surface->points[c])});
+}
+
+}  // namespace
+
+void add_obstacles(const world::World& world, render::Scene& scene) {
+    if (!world.is_free()) return;
+    if (world.physics.ground) scene.ground = static_cast<float>(*world.physics.ground);
+    for (const ObstacleOptions& o : world.physics.obstacles) {
+        if (o.kind == "box") {
+            add_box(o, scene.obstacles);
+        } else if (o.kind == "terrain") {
+            add_terrain(o, scene.obstacles);
+        } else if (o.kind == "mesh") {
+            add_mesh(o, scene.obstacles);
+        } else {
+            const Vec normal = vec(o.normal).normalized();
+            const auto height = static_cast<float>(o.offset);
+            if (normal.z() > 0.9999F && !scene.ground)
+                scene.ground = height;
+            else
+                add_piece(scene, normal, height * normal, scene.obstacles);
+        }
+    }
+}
+
+std::vector<render::Triangle> floor_of(const render::Scene& scene) {
+    std::vector<render::Triangle> out;
+    if (scene.ground) add_piece(scene, Vec::UnitZ(), {0, 0, *scene.ground}, out);
+    return out;
+}
+
+}  // namespace meld::picture

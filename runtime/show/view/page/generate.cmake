@@ -1,0 +1,17 @@
+# The viewer's page, made of the modules in this folder and three.js, as one file without anything beside it.
+find_program(ESBUILD esbuild REQUIRED)
+find_file(THREE_MODULE three.module.js PATHS /usr/share/javascript/three/build REQUIRED NO_DEFAULT_PATH)
+
+set(page_source ${CMAKE_SOURCE_DIR}/runtime/show/view/page)
+set(page_output ${CMAKE_BINARY_DIR}/generated/runtime/show/view/page)
+file(MAKE_DIRECTORY ${page_output})
+file(GLOB page_modules CONFIGURE_DEPENDS ${page_source}/*.js)
+add_custom_command(
+  OUTPUT ${page_output}/page.html
+  COMMAND ${ESBUILD} ${page_source}/main.js --bundle --minify --format=iife --target=es2020 --log-level=warning
+    --alias:three=${THREE_MODULE} --outfile=${page_output}/page.js
+  COMMAND ${CMAKE_COMMAND} -DPAGE=${page_source}/index.html -DSTYLE=${page_source}/style.css -DSCRIPT=${page_output}/page.js
+    -DOUT=${page_output}/page.html -P ${CMAKE_SOURCE_DIR}/cmake/JoinPage.cmake
+  DEPENDS ${page_modules} ${page_source}/index.html ${page_source}/style.css ${CMAKE_SOURCE_DIR}/cmake/JoinPage.cmake
+  VERBATIM)
+meld_embed(runtime/show/view/page TEXT kPage ${page_output}/page.html)

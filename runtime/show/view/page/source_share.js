@@ -1,0 +1,152 @@
+// A run that is in this page: frames of some ticks, each as what has changed; runtime/show/view/share/changes.h describes the bytes.
+import {Reader, boundsOf, emptyFrame, joinIds, placeOf} from "./block.js";
+
+export const isShared = () => document.getElementById("share") !== null;
+
+async function inflated(letters) {
+    const packed = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(stream).arrayBuffer();
+}
+
+const rgb = (css) => [1, 3, 5].map((at) => parseInt(css.slice(at, at + 2), 16));
+
+// What a record says of a catom's colour, as red, green and blue.
+function painter(head) {
+    const grey = [176, 176, 176];
+    if (head.colours === "words") {
+        const kinds = new Map(head.legend.kinds.map(([name, colour]) => [name, rgb(colour)]));
+        const only = head.legend.kinds.length === 1 && rgb(head.legend.kinds[0][1]);
+        return (word) => word === 0 || word > head.words.length ? grey : kinds.get(head.words[word - 1]) || only || grey;
+    }
+    if (head.legend && head.legend.kinds) {
+        const kinds = new Map(head.legend.kinds.map(([name, colour]) => [Number(name), rgb(colour)]));
+        return (number) => kinds.get(number) || grey;
+    }
+    const {low, high, stops} = head.legend ? head.legend.scale : {low: 0, high: 1, stops: ["#b0b0b0", "#b0b0b0"]};
+    const colours = stops.map(rgb);
+    return (number) => {
+        if (Number.isNaN(number)) return grey;
+        const part = high > low ? Math.min(1, Math.max(0, (number - low) / (high - low))) : 0.5;
+        const before = Math.min(Math.floor(part * (colours.length - 1)), colours.length - 2), rest = part * (colours.length - 1) - before;
+        return colours[before].map((c, i) => Math.round(c + rest * (colours[before + 1][i] - c)));
+    };
+}
+
+// Reads one record and makes of the state before it the next one.
+function changed(state, read) {
+    const [kind, tickLow, tickHigh, catoms, removedCount, setCount, strokes, lines, arrows, labels, factBytes, triangles] = read.words(12);
+    const before = kind === 0 ? {...emptyFrame(), values: new Uint32Array(0), facts: new Map()} : state;
+    const ids = (count) => joinIds(read.words(count), read.words(count));
+    const removed = new Set(ids(removedCount)), set = ids(setCount);
+    const places = read.floats(3 * setCount), diameters = read.floats(setCount), values = read.words(setCount);
+    const next = merged(before, removed, set, {positions: places, diameters, values});
+    next.tick = tickLow + tickHigh * 4294967296;
+    next.catoms = catoms;
+    next.lines = strokes ? read.strokes(lines) : before.lines;
+    next.arrows = strokes ? read.strokes(arrows) : before.arrows;
+    next.labels = strokes ? read.labels(labels) : before.labels;
+    next.triangles = strokes ? read.floats(9 * triangles) : before.triangles;
+    next.covers = null;
+    next.facts = before.facts;
+    if (factBytes > 0) {
+        next.facts = new Map(before.facts);
+        for (const [id, list] of Object.entries(JSON.parse(read.text(factBytes)))) next.facts.set(Number(id), list);
+    }
+    return next;
+}
+
+// Catoms of a state without those that are removed, and with those that are set; both in the order of their ids.
+function merged(before, removed, set, values) {
+    const fresh = set.reduce((count, id) => count + (placeOf(before, id) < 0 ? 1 : 0), 0);
+    const count = before.count - removed.size + fresh;
+    const next = {count, ids: new Float64Array(count), positions: new Float32Array(3 * count), diameters: new Float32Array(count),
+        values: new Uint32Array(count)};
+    let at = 0, old = 0;
+    const put = (id, from, i) => {
+        next.ids[at] = id;
+        for (let axis = 0; axis < 3; ++axis) next.positions[3 * at + axis] = from.positions[3 * i + axis];
+        next.diameters[at] = from.diameters[i];
+        next.values[at++] = from.values[i];
+    };
+    const putOld = (limit) => {
+        for (; old < before.count && before.ids[old] < limit; ++old)
+            if (!removed.has(before.ids[old])) put(before.ids[old], before, old);
+    };
+    for (let i = 0; i < set.length; ++i) {
+        putOld(set[i]);
+        if (old < before.count && before.ids[old] === set[i]) ++old;
+        put(set[i], values, i);
+    }
+    putOld(Infinity);
+    return next;
+}
+
+export class ShareSource {
+    constructor() {
+        this.head = JSON.parse(document.getElementById("share").textContent);
+        this.colour = painter(this.head);
+        this.pieces = new Map();  // Those that were looked at last, with their states.
+        this.shown = null;
+        this.live = false;
+        this.asks = false;  // No questions in Meld.
+        this.ends = [];
+        this.head.pieces.reduce((sum, frames) => (this.ends.push(sum + frames), sum + frames), 0);
+    }
+
+    async hello() {
+        const {title, lattice, flat, form, ticks, catoms, look, facts} = this.head;
+        return {program: title, lattice, flat, form, catoms, first: ticks[0], tick: ticks[0], last: ticks[ticks.length - 1], ticks,
+            predicates: [], maps: [], look, facts, recorded: true, live: false};
+    }
+
+    async states(piece) {
+        if (!this.pieces.has(piece)) {
+            if (this.pieces.size >= 3) this.pieces.delete(this.pieces.keys().next().value);
+            const buffer = await inflated(document.getElementById(`piece${piece}`).textContent);
+            this.pieces.set(piece, {read: new Reader(buffer), states: []});
+        }
+        return this.pieces.get(piece);
+    }
+
+    // The frame of this tick, or of the last one before it.
+    async frame(_look, tick) {
+        const {ticks, ticks: {length}} = this.head;
+        let index = tick === undefined ? 0 : length - 1;
+        while (index > 0 && ticks[index] > tick) --index;
+        const piece = this.ends.findIndex((end) => index < end);
+        const within = index - (piece > 0 ? this.ends[piece - 1] : 0);
+        const {read, states} = await this.states(piece);
+        while (states.length <= within) states.push(changed(states[states.length - 1], read));
+        const state = states[within];
+        this.shown = state;
+        const colours = state.colours || (state.colours = this.painted(state));
+        const frame = {...state, form: this.head.form, colours};
+        const bounds = boundsOf(frame);
+        return {words: {tick: state.tick, catoms: state.catoms, shown: state.count, legend: this.head.legend,
+            bounds: bounds && [...bounds.low, ...bounds.high]}, frame};
+    }
+
+    painted(state) {
+        const out = new Uint8Array(4 * state.count);
+        if (this.head.colours === null && !this.head.look.colour) {
+            out.set(new Uint8Array(state.values.buffer));
+            return out;
+        }
+        const values = this.head.colours === "numbers" ? new Float32Array(state.values.buffer) : state.values;
+        for (let i = 0; i < state.count; ++i) {
+            out.set(this.head.colours === null ? [176, 176, 176] : this.colour(values[i]), 4 * i);
+            out[4 * i + 3] = 255;
+        }
+        return out;
+    }
+
+    factsOf(id) { return this.shown ? this.shown.facts.get(id) || [] : []; }
+
+    // Catoms that have a fact with this text in it.
+    found(text) {
+        const out = [];
+        for (const [id, list] of this.shown.facts) if (list.some((fact) => fact.includes(text))) out.push(id);
+        return out;
+    }
+}

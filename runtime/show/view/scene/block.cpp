@@ -1,0 +1,139 @@
+#include "runtime/show/view/scene/block.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <ranges>
+#include <span>
+
+#include "runtime/show/picture/obstacles.h"
+
+namespace meld::view {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+using nlohmann::ordered_json;
+
+class Block {
+  public:
+    void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+    template <class T>
+    void put(const T& value) {
+        bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    void put(const render::Vec& at) {
+        for (int i = 0; i < 3; ++i) put(at[i]);
+    }
+    void put(render::Rgb c) {
+        for (const std::uint8_t part : {c.r, c.g, c.b, std::uint8_t{255}}) put(part);
+    }
+    void put_text(const std::string& text) {
+        put(static_cast<std::uint32_t>(text.size()));
+        bytes_ += text;
+        bytes_.append((4 - text.size() % 4) % 4, '\0');
+    }
+    std::string take() { return std::move(bytes_); }
+
+  private:
+    std::string bytes_;
+};
+
+std::uint32_t low_word(std::uint64_t number) { return static_cast<std::uint32_t>(number); }
+std::uint32_t high_word(std::uint64_t number) { return static_cast<std::uint32_t>(number >> 32); }
+
+std::string css(render::Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b); }
+
+}  // namespace
+
+// Notes are at places; the page wants to know whose they are. They come in the order of catoms, mostly.
+std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene) {
+    std::vector<std::uint32_t> out;
+    std::size_t from = 0;
+    for (const render::Note& note : scene.notes) {
+        std::size_t at = from;
+        for (std::size_t tried = 0; tried < scene.places.size() && scene.places[at] != note.at; ++tried)
+            at = at + 1 == scene.places.size() ? 0 : at + 1;
+        out.push_back(static_cast<std::uint32_t>(at));
+        from = at;
+    }
+    return out;
+}
+
+std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers) {
+    const render::Scene& scene = frame.scene;
+    const bool wide = std::ranges::any_of(frame.ids, [](std::uint64_t id) { return high_word(id) != 0; });
+    const auto arrows = static_cast<std::size_t>(std::ranges::count_if(scene.strokes, &render::Stroke::arrow));
+    const std::size_t catoms = scene.places.size();
+    std::vector<render::Triangle> triangles = picture::floor_of(scene);
+    triangles.insert(triangles.end(), scene.obstacles.begin(), scene.obstacles.end());
+    Block out;
+    out.reserve(64 + 32 * catoms + 28 * scene.strokes.size() + 40 * scene.notes.size() + 36 * triangles.size());
+    const auto tick = static_cast<std::uint64_t>(frame.tick);
+    for (const std::uint64_t number :
+         {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms},
+          std::uint64_t{(wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered)}, std::uint64_t{scene.strokes.size() - arrows},
+          std::uint64_t{arrows}, std::uint64_t{scene.notes.size()}, static_cast<std::uint64_t>(scene.form), std::uint64_t{triangles.size()},
+          std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}})
+        out.put(low_word(number));
+    for (const render::Vec& place : scene.places) out.put(place);
+    for (std::size_t i = 0; i < catoms; ++i) out.put(scene.diameter(i));
+    for (const std::uint64_t id : frame.ids) out.put(low_word(id));
+    if (wide)
+        for (const std::uint64_t id : frame.ids) out.put(high_word(id));
+    for (const render::Rgb colour : scene.colours) out.put(colour);
+    for (const Cover& cover : covers) out.put(cover);
+    for (const bool arrow : {false, true})
+        for (const render::Stroke& stroke : scene.strokes) {
+            if (stroke.arrow != arrow) continue;
+            out.put(stroke.from);
+            out.put(stroke.to);
+            out.put(stroke.colour);
+        }
+    const std::vector<std::uint32_t> owners = catoms_of_notes(scene);
+    for (std::size_t i = 0; i < scene.notes.size(); ++i) {
+        out.put(owners[i]);
+        out.put_text(scene.notes[i].text);
+    }
+    for (const render::Triangle& triangle : triangles)
+        for (const render::Vec& corner : triangle) out.put(corner);
+    return out.take();
+}
+
+ordered_json legend_json(const std::optional<render::Legend>& legend) {
+    if (!legend) return nullptr;
+    ordered_json out{{"title", legend->title}};
+    if (legend->scale) {
+        ordered_json stops = ordered_json::array();
+        for (const render::Rgb stop : legend->scale->map.stops()) stops.push_back(css(stop));
+        out["scale"] = {
+            {"low", legend->scale->low}, {"high", legend->scale->high}, {"whole", legend->scale->whole}, {"stops", std::move(stops)}};
+        return out;
+    }
+    out["kinds"] = ordered_json::array();
+    for (const auto& [name, colour] : legend->kinds) out["kinds"].push_back({name, css(colour)});
+    return out;
+}
+
+ordered_json frame_words(const picture::Frame& frame, const std::optional<render::Legend>& legend) {
+    constexpr float kNone = std::numeric_limits<float>::infinity();
+    Eigen::Array3f low(kNone, kNone, kNone), high = -low;
+    for (const render::Vec& place : frame.scene.places) {
+        low = low.min(place.array());
+        high = high.max(place.array());
+    }
+    ordered_json bounds;
+    if (!frame.scene.places.empty()) bounds = {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
+    return {{"tick", frame.tick},
+            {"catoms", frame.catoms},
+            {"shown", frame.scene.places.size()},
+            {"legend", legend_json(legend)},
+            {"bounds", std::move(bounds)}};
+}
+
+}  // namespace meld::view

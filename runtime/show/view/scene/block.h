@@ -1,0 +1,41 @@
+// A frame of a run as a page in a browser reads it: bytes for what there is much of, JSON for the rest.
+//
+// The block, in little endian: 16 numbers of 32 bits: kBlockMagic, kBlockVersion, tick (low, high), catoms, flags, lines, arrows, labels,
+// form, triangles of obstacles, and zeros. Then of all catoms the places (3 floats), the diameters (a float), the ids (32 bits; with
+// kWideIds, their high words behind them) and the colours (red, green, blue, 255; with kCovered, then the covers, 4 signed bytes each);
+// then lines and arrows, each with both ends (6 floats) and its colour; then labels: the catom's place in the block, the length in bytes,
+// and the text in UTF-8, padded with zeros to 4 bytes; then triangles (9 floats).
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/show/picture/frame.h"
+#include "runtime/show/render/caption.h"
+#include "runtime/show/view/scene/thin.h"
+
+namespace meld::view {
+
+inline constexpr std::uint32_t kBlockMagic = 0x46444c4d;  // MLDF
+inline constexpr std::uint32_t kBlockVersion = 2;
+// Flags: some id has more than 32 bits; catoms that nobody sees are left out, and of the others it is known what covers them.
+inline constexpr std::uint32_t kWideIds = 1, kCovered = 2;
+
+// `covers`: of each catom, as of Thinned; or none. Cost: 28 bytes a catom.
+std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers = {});
+
+// Of each note the place in the scene of the catom that it is about.
+std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene);
+
+// What goes with it: `tick`, `catoms` (all there are), `shown`, `legend` (null, or as legend_json), and `bounds` of the middles of catoms:
+// the least and the greatest x, y, z; null without catoms.
+nlohmann::ordered_json frame_words(const picture::Frame& frame, const std::optional<render::Legend>& legend);
+
+// `title`, and `scale` (`low`, `high`, `whole`, `stops`: colours at equal distances) or `kinds` (of each name and colour, "#rrggbb").
+nlohmann::ordered_json legend_json(const std::optional<render::Legend>& legend);
+
+}  // namespace meld::view

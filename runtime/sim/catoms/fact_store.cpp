@@ -1,0 +1,157 @@
+#include "runtime/sim/catoms/fact_store.h"
+
+#include <type_traits>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/engine/tuple/arrived_rows.h"
+
+namespace meld::sim {
+
+FactStore::FactStore(const ModuleInfo& module, Workers& workers, eval::Positions positions)
+    : columns(module, workers.threads()), evaluator(module, columns, workers, std::move(positions)), module_(module), workers_(workers) {}
+
+FactStore::~FactStore() {
+    for (u32 i = 0; i < parameters_.size(); ++i) columns.lists().release({module_.types, module_.parameters[i].deep}, parameters_[i], 0);
+}
+
+void FactStore::resize(std::size_t catoms) {
+    columns.resize(catoms, &workers_);
+    evaluator.resize(catoms);
+    if (eval::Counts* counts = evaluator.counts()) counts->resize(catoms);
+}
+
+void FactStore::forget(u32 catom, u64 id) {
+    MELD_EXPECT(catom < columns.count(), "catom {} of {}", catom, columns.count());
+    columns.clear(catom, 0);
+    evaluator.agenda().forget(catom);
+    evaluator.tombstones().forget(catom);
+    evaluator.undefined().forget(catom);
+    evaluator.timers().forget(catom);
+    if (eval::Counts* counts = evaluator.counts()) counts->forget(catom, id);
+}
+
+void FactStore::wake_moved(u32 catom) {
+    evaluator.timers().forget(catom);
+    mark(catom, kDirtyWake | kDirtyLinks | kDirtyPlace);
+}
+
+void FactStore::check_given(u32 predicate) const {
+    MELD_EXPECT(predicate < module_.predicate_count, "predicate {}", predicate);
+    const u16 column = module_.predicates[predicate].column;
+    MELD_CHECK(column != kNone16 && !module_.columns[column].exported, "{} is no given predicate", module_.predicates[predicate].name);
+}
+
+bool FactStore::give(u32 predicate, u32 catom, const Value* arguments, int worker) {
+    check_given(predicate);
+    if (!tuple::give_fact(module_, columns, predicate, catom, arguments, worker)) return false;
+    mark(catom, own_dirty(predicate));
+    return true;
+}
+
+void FactStore::give_all(u32 predicate, u32 catom, std::vector<const Value*>& facts) {
+    check_given(predicate);
+    if (module_.predicates[predicate].storage != Storage::Rows) {
+        for (const Value* arguments : facts) give(predicate, catom, arguments);
+    } else if (tuple::give_facts(module_, columns, predicate, catom, facts, rows_, 0)) {
+        mark(catom, own_dirty(predicate));
+    }
+}
+
+void FactStore::deliver_sent(const Geometry& geometry, bool everyone) {
+    bool any = false;
+    for (const u16 predicate : evaluator.linear_predicates()) {
+        const u16 column = module_.predicates[predicate].column;
+        if (!evaluator.sent_rows(column)) continue;
+        if (everyone)
+            deliver_rows(column, [](u32) { return true; });
+        else
+            deliver_rows(column, [state = geometry.catom_state](u32 to) { return state[to] == kCatomOwned; });
+        any = true;
+    }
+    if (!any) columns.arrived().rest();
+}
+
+template <class Here>
+void FactStore::deliver_rows(u16 column, Here here) {
+    tuple::ArrivedRows& arrived = columns.arrived();
+    const ColumnInfo& info = module_.columns[column];
+    const bool shares = info.list_count > 0 && evaluator.shares_lists(column);
+    arrived.open(column, shares);
+    evaluator.each_sent_entry(column,
+                              [count = arrived.counter(here)](const u32* to, u32 receivers, u32, const u8*) { count(to, receivers); });
+    arrived.make_room();
+    const auto place = [&](auto bytes) {
+        evaluator.each_sent_entry(
+            column, [place = arrived.placer<bytes>(here)](const u32* to, u32 receivers, u32, const u8* row) { place(to, receivers, row); });
+    };
+    if (shares) {
+        const auto place_one = arrived.placer<0>(here);
+        evaluator.each_sent(column, [&](u32 to, u32, const u8* row) {
+            if (u8* const placed = place_one(&to, 1, row)) columns.share_lists(column, placed, 1);
+        });
+    } else {
+        // A copy of a length known at compile time is a few instructions.
+        switch (info.row_bytes) {
+            case 8:
+                place(std::integral_constant<u32, 8>{});
+                break;
+            case 16:
+                place(std::integral_constant<u32, 16>{});
+                break;
+            case 24:
+                place(std::integral_constant<u32, 24>{});
+                break;
+            default:
+                place(std::integral_constant<u32, 0>{});
+        }
+    }
+    if (info.list_count > 0) evaluator.hand_over_lists(column, arrived.lists());
+    arrived.end(workers_);
+    evaluator.agenda().mark_all(arrived.receivers(), info.own_dirty);
+}
+
+bool FactStore::take(u32 predicate, u32 catom, const Value* arguments, int worker) {
+    check_given(predicate);
+    if (!tuple::take_fact(module_, columns, predicate, catom, arguments, worker)) return false;
+    mark(catom, own_dirty(predicate));
+    return true;
+}
+
+bool FactStore::give_shared(u32 predicate, u32 catom, const Value* arguments, int worker) {
+    check_given(predicate);
+    return tuple::give_fact(module_, columns, predicate, catom, arguments, worker);
+}
+
+bool FactStore::take_shared(u32 predicate, u32 catom, const Value* arguments, int worker) {
+    check_given(predicate);
+    return tuple::take_fact(module_, columns, predicate, catom, arguments, worker);
+}
+
+void FactStore::pack(u32 catom, ByteWriter& out) const {
+    columns.pack(catom, tuple::Columns::Which::All, out);
+    out.write(evaluator.agenda().dirty(catom));
+    const auto* losses = evaluator.tombstones().of(catom);
+    out.write_count(losses == nullptr ? 0 : losses->size());
+    if (losses != nullptr)
+        for (const auto& loss : *losses) out.write(loss);
+    const auto* undefined = evaluator.undefined().of(catom);
+    out.write_count(undefined == nullptr ? 0 : undefined->size());
+    if (undefined != nullptr)
+        for (const auto& entry : *undefined) out.write(entry);
+}
+
+void FactStore::unpack(u32 catom, ByteReader& in) {
+    columns.unpack(catom, tuple::Columns::Which::All, in, 0);
+    mark(catom, in.read<u64>() | kDirtyWake | kDirtyLinks);
+    std::vector<eval::Tombstones::Entry> losses(in.read_count(sizeof(eval::Tombstones::Entry)));
+    for (auto& loss : losses) loss = in.read<eval::Tombstones::Entry>();
+    evaluator.tombstones().restore(catom, std::move(losses));
+    eval::Undefined::Entries undefined(in.read_count(sizeof(eval::Undefined::Entry)));
+    for (auto& entry : undefined) entry = in.read<eval::Undefined::Entry>();
+    evaluator.undefined().restore(catom, std::move(undefined));
+}
+
+void FactStore::add_parameter(tuple::Type type, Value value) { parameters_.push_back(columns.lists().keep(type, value, 0)); }
+
+}  // namespace meld::sim

@@ -1,0 +1,111 @@
+#include "runtime/sim/catoms/membership.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/release_memory.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/module/abi/senses.h"
+#include "runtime/world/shapes/nearest_cell.h"
+
+namespace meld::sim {
+
+namespace {
+
+bool reads_positions(const ModuleInfo& module) {
+    for (const auto& [name, arity, source] : sense_names()) {
+        if (!info(source).has(SenseInfo::kCentre)) continue;
+        const std::optional<u32> p = tuple::find_sensed(module, name, arity);
+        if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+Cell nearest_cell(const world::Vec3& position) { return world::nearest_cell(position); }
+
+Membership::Membership(const ModuleInfo& module, const world::World& world, const world::Target& target, const comm::Communicator& comm)
+    : ensemble(world::Lattice(world.lattice), target),
+      rank_(comm.process()),
+      ranks_(comm.processes()),
+      senses_positions_(reads_positions(module)) {
+    if (module.by_links) ensemble.keep_links(world.apart());
+    if (world.is_graph()) {
+        ensemble.set_graph();
+        nodes.emplace(*world.graph);
+    }
+    if (!world.is_free()) return;
+    ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
+                                   : std::function<bool(const world::Vec3&)>());
+}
+
+int Membership::owner_of(Catom catom) const {
+    MELD_EXPECT(catom < ensemble.index_count() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
+    if (ranks_ == 1) return rank_;
+    return ensemble.is_free() ? owners_[catom] : halo->owner(ensemble.cell(catom));
+}
+
+Catom Membership::add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner) {
+    MELD_EXPECT(owner >= 0 && owner < ranks_ && (state == kCatomOwned) == (owner == rank_), "catom @{} of process {}", id, owner);
+    const Catom catom = ensemble.add_at(id, position, state);
+    const std::size_t count = ensemble.index_count();
+    if (senses_positions_) {
+        sensed_positions_.resize(count);
+        sensed_positions_[catom] = position;
+    }
+    if (ranks_ > 1) {
+        owners_.resize(count);
+        owners_[catom] = owner;
+    }
+    return catom;
+}
+
+void Membership::set_owner(Catom catom, int owner) {
+    MELD_EXPECT(catom < owners_.size() && owner >= 0 && owner < ranks_, "catom {} of process {}", catom, owner);
+    owners_[catom] = owner;
+}
+
+void Membership::sense_position(Catom catom, const world::Vec3& position) {
+    MELD_EXPECT(senses_positions_ && catom < sensed_positions_.size(), "catom {}", catom);
+    sensed_positions_[catom] = position;
+}
+
+Cell Membership::start_cell(Catom catom) const {
+    MELD_EXPECT(has_start_cell(catom), "catom {}", catom);
+    return start_cells_[catom];
+}
+
+void Membership::forget_start_cells() { give_back(start_cells_); }
+
+Cell Membership::cell_in_regions(Catom catom) const {
+    if (!ensemble.is_free()) return ensemble.cell(catom);
+    return has_start_cell(catom) ? start_cell(catom) : nearest_cell(ensemble.position(catom));
+}
+
+void Membership::reserve_freely(std::size_t start, std::size_t room) {
+    ensemble.reserve_free(room);
+    start_cells_.reserve(start);
+    if (senses_positions_) sensed_positions_.reserve(room);
+    if (ranks_ > 1) owners_.reserve(room);
+}
+
+void Membership::reserve_nodes(std::size_t catoms, std::size_t ports) {
+    ensemble.reserve_nodes(catoms, ports);
+    if (senses_positions_) sensed_positions_.reserve(catoms);
+    if (ranks_ > 1) owners_.reserve(catoms);
+}
+
+void Membership::start_freely(std::uint64_t id, Cell cell, const world::Vec3& position) {
+    [[maybe_unused]] const Catom catom = add_freely(id, position, kCatomOwned, rank_);
+    MELD_ASSERT(catom == start_cells_.size(), "catom {} starts after {}", catom, start_cells_.size());
+    start_cells_.push_back(cell);
+}
+
+std::size_t Membership::bytes() const {
+    return ensemble.bytes() + sensed_positions_.capacity() * sizeof(world::Vec3) + owners_.capacity() * sizeof(owners_[0]) +
+           (nodes ? nodes->bytes() : 0);
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,267 @@
+#include "runtime/sim/core/world_facts.h"
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/did_you_mean.h"
+#include "runtime/base/terminal/log.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/value_text.h"
+#include "runtime/sim/core/catom_failures.h"
+#include "runtime/sim/core/graph_facts.h"
+#include "runtime/sim/core/link_failures.h"
+#include "runtime/sim/core/setup.h"
+#include "runtime/world/shapes/region_id.h"
+
+namespace meld::sim {
+
+namespace {
+
+// An example value, in TOML.
+std::string some_value(tuple::Type type) {
+    switch (type.kind()) {
+        case ValueType::Int:
+            return "1";
+        case ValueType::Float:
+            return "0.5";
+        case ValueType::Bool:
+            return "true";
+        case ValueType::Node:
+            return "\"@0\"";
+        case ValueType::String:
+            return "\"text\"";
+        case ValueType::List:
+            return "[" + some_value(type.item(0)) + "]";
+        default:
+            return tuple::type_name(type);
+    }
+}
+
+// How a world would give the predicate: temp = { where = "all", args = [0.5] }.
+std::string as_given(const ModuleInfo& module, const PredicateInfo& p) {
+    if (p.arity == 0) return fmt::format("{} = \"all\"", p.name);
+    std::string values;
+    for (u32 i = 0; i < p.arity; ++i) values += fmt::format("{}{}", i == 0 ? "" : ", ", some_value(tuple::type_of(module, p.fields[i])));
+    return fmt::format("{} = {{ where = \"all\", args = [{}] }}", p.name, values);
+}
+
+tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenFact& fact) {
+    std::vector<std::string_view> known;
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        if (p.auxiliary) continue;
+        if (p.base != kNone16) known.emplace_back(p.name);
+        if (p.name != fact.predicate) continue;
+        const auto arguments = [](std::size_t n) { return fmt::format("{} argument{}", n, n == 1 ? "" : "s"); };
+        return fail(fmt::format("{}: {} has {} after the catom, and is given {}", fact.place, p.name, arguments(p.arity),
+                                arguments(fact.arguments.size())),
+                    p.base != kNone16 ? "Write " + as_given(module, p)
+                                      : "Rules derive it or the world senses it: give facts to a separate predicate");
+    }
+    return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) +
+                    " arguments after the catom",
+                known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
+}
+
+}  // namespace
+
+std::vector<std::string> never_given(const ModuleInfo& module, const world::World& world) {
+    std::vector<bool> made(module.predicate_count);
+    for (u32 r = 0; r < module.rule_count; ++r)
+        for (u32 i = 0; i < module.rules[r].head_count; ++i) made[module.rules[r].heads[i]] = true;
+    const auto give = [&](const std::vector<world::GivenFact>& facts) {
+        for (const world::GivenFact& fact : facts)
+            if (const auto predicate = tuple::find_predicate(module, fact.predicate, fact.arguments.size())) made[*predicate] = true;
+    };
+    give(world.facts);
+    for (const world::Event& event : world.events) give(event.give);
+    std::vector<std::string> names;
+    const std::span<const PredicateInfo> all(module.predicates, module.predicate_count);
+    for (u32 i = 0; i < module.predicate_count; ++i) {
+        const PredicateInfo& p = module.predicates[i];
+        const bool may_be_given = !p.auxiliary && p.base != kNone16 && p.column != kNone16;
+        // Motion makes two linear facts, and a component in C++ may send any.
+        const std::string_view name = p.name;
+        const bool may_be_sent = p.kind == PredicateKind::Linear && (!world.components.empty() || name == "failed" || name == "created");
+        if (made[i] || graph_gives(world, name) || !may_be_given || !p.read || p.kind == PredicateKind::Sensed || may_be_sent) continue;
+        const auto namesakes = std::ranges::count_if(all, [&](const PredicateInfo& q) { return !q.auxiliary && q.name == name; });
+        names.push_back(namesakes == 1 ? std::string(name) : fmt::format("{}/{}", name, p.arity + 1));
+    }
+    return names;
+}
+
+Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u64* matched, const std::vector<Catom>* only) {
+    const std::optional<u32> predicate = tuple::find_predicate(subdomain_.module, fact.predicate, fact.arguments.size());
+    if (!predicate) return no_predicate(subdomain_.module, fact);
+    const PredicateInfo& p = subdomain_.module.predicates[*predicate];
+    if (p.base == kNone16 || p.column == kNone16)
+        return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
+                    "Give facts to a separate predicate and derive " + fact.predicate + " from it");
+    tuple::ListStore& lists_of_facts = subdomain_.facts_.columns.lists();
+    tuple::Arena lists;
+    std::vector<Value> values;
+    for (u32 i = 0; i < p.arity; ++i) {
+        const Result<Value> value = tuple::parse_value(tuple::type_of(subdomain_.module, p.fields[i]), fact.arguments[i], lists);
+        if (!value) return fail(fact.place + ": " + value.error().problem, value.error().suggestion);
+        values.push_back(*value);
+    }
+    // Stored once, so that the catoms share them.
+    for (u32 i = 0; i < p.arity; ++i) values[i] = lists_of_facts.keep(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
+    const Result<void> fits = check_length(lists_of_facts, subdomain_.abi_, fact.place + ": an argument of " + fact.predicate);
+    const std::optional<std::size_t> route = as_route(fact, p, how);
+    std::vector<Catom> one;
+    if (const std::optional<std::uint64_t> id = only == nullptr ? world::named_id(fact.where) : std::nullopt) {
+        if (const std::optional<Catom> catom = subdomain_.ensemble.find(*id)) one.push_back(*catom);
+        only = &one;
+    }
+    const bool at_once = only == nullptr && how != Change::Check && !route && fits;
+    if (at_once) {
+        const u64 here = change_all(fact, p.base, how, values.data());
+        if (matched != nullptr) *matched += here;
+    }
+    const std::size_t count = at_once ? 0 : only != nullptr ? only->size() : subdomain_.ensemble.index_count();
+    for (std::size_t i = 0; i < count && (how != Change::Check || (matched != nullptr && *matched == 0)); ++i) {
+        const Catom c = only != nullptr ? (*only)[i] : static_cast<Catom>(i);
+        if (!fits || !subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
+        if (matched != nullptr) ++*matched;
+        if (how == Change::Check) continue;
+        if (route) dead_links_.look_at_given(*route, c, *predicate, values[0].catom);
+        if (how == Change::Give)
+            subdomain_.give(p.base, c, values.data());
+        else
+            subdomain_.take(p.base, c, values.data());
+    }
+    for (u32 i = 0; i < p.arity; ++i) lists_of_facts.release(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
+    return fits;
+}
+
+u64 GivenFacts::change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments) {
+    FactStore& facts = subdomain_.facts_;
+    const std::size_t count = subdomain_.ensemble.index_count();
+    std::atomic<u64> matched = 0;
+    subdomain_.workers.run((count + eval::Agenda::kBlock - 1) / eval::Agenda::kBlock, [&](int worker, std::size_t block) {
+        u64 here = 0;
+        for (std::size_t i = block * eval::Agenda::kBlock; i < std::min(count, (block + 1) * eval::Agenda::kBlock); ++i) {
+            const Catom c = static_cast<Catom>(i);
+            if (!subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
+            ++here;
+            if (how == Change::Give)
+                facts.give(predicate, c, arguments, worker);
+            else
+                facts.take(predicate, c, arguments, worker);
+        }
+        matched.fetch_add(here, std::memory_order_relaxed);
+    });
+    return matched;
+}
+
+Result<void> GivenFacts::start() {
+    Matched all;
+    for (const world::GivenFact& fact : subdomain_.world.facts) {
+        all.facts.push_back(&fact);
+        if (auto done = change_one(fact, Change::Give, &all.catoms.emplace_back(0)); !done) return done;
+    }
+    if (auto done = give_graph_facts(subdomain_); !done) return done;
+    if (auto done = look_at_events(all); !done) return done;
+    warn_of_unmatched(std::move(all));
+    CatomFailures(subdomain_).look_at_events();
+    LinkFailures(subdomain_).look_at_events();
+    if (still() || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
+    // Catoms that move may come to touch.
+    if (subdomain_.world.motion.kind != "none") return {};
+    dead_links_.look_at_text();
+    return dead_links_.verdict();
+}
+
+void GivenFacts::give_again(const std::vector<Catom>& catoms) {
+    for (const world::GivenFact& fact : subdomain_.world.facts)
+        MELD_CHECK(change_one(fact, Change::Give, nullptr, &catoms).has_value(), "a fact at {} that was given before", fact.place);
+    MELD_CHECK(give_graph_facts(subdomain_, &catoms).has_value(), "facts of the graph that were given before");
+}
+
+// A mistake in an event is reported now, however late the event is.
+Result<void> GivenFacts::look_at_events(Matched& all) {
+    for (const world::Event& event : subdomain_.world.events)
+        for (const auto* changes : {&event.take, &event.give})
+            for (const world::GivenFact& fact : *changes) {
+                u64 some = 0;
+                if (auto done = change_one(fact, Change::Check, still() ? &some : nullptr); !done) return done;
+                if (!still()) continue;
+                all.facts.push_back(&fact);
+                all.catoms.push_back(some);
+            }
+    return {};
+}
+
+Result<void> GivenFacts::check_events() {
+    Matched all;
+    if (auto done = look_at_events(all); !done) return done;
+    warn_of_unmatched(std::move(all));
+    CatomFailures(subdomain_).look_at_events();
+    LinkFailures(subdomain_).look_at_events();
+    if (still()) warn_of_missing_catoms();
+    return {};
+}
+
+std::optional<std::size_t> GivenFacts::as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const {
+    const std::vector<world::GivenFact>& all = subdomain_.world.facts;
+    if (how != Change::Give || !p.route || subdomain_.world.motion.kind != "none") return std::nullopt;
+    // The facts of events are stored elsewhere.
+    const bool at_start = std::greater_equal<>{}(&fact, all.data()) && std::less<>{}(&fact, all.data() + all.size());
+    return at_start ? std::optional(static_cast<std::size_t>(&fact - all.data())) : std::nullopt;
+}
+
+// A region that matches no catom on any process is probably a mistake.
+void GivenFacts::warn_of_unmatched(Matched all) {
+    auto& [facts, matched] = all;
+    if (!subdomain_.alone()) {
+        const std::vector<std::byte> theirs = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
+        std::fill(matched.begin(), matched.end(), 0);
+        for (ByteReader in(theirs, "how many catoms facts match"); !in.done();)
+            for (u64& count : matched) count += in.read<u64>();
+    }
+    if (subdomain_.comm.process() != 0) return;
+    const log::FewWarnings few;
+    for (std::size_t i = 0; i < facts.size(); ++i)
+        if (matched[i] == 0)
+            log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(),
+                         facts[i]->predicate);
+}
+
+// So is a rule at a catom that does not exist and never will.
+void GivenFacts::warn_of_missing_catoms() {
+    if (subdomain_.comm.process() != 0) return;
+    const ModuleInfo& module = subdomain_.module;
+    const std::uint64_t next_id = subdomain_.next_id();
+    const RuleInfo* first = nullptr;
+    u32 count = 0;
+    for (u32 r = 0; r < module.rule_count; ++r) {
+        const RuleInfo& rule = module.rules[r];
+        if (rule.at == kEverywhere || rule.at < next_id) continue;
+        if (first == nullptr) first = &rule;
+        ++count;
+    }
+    if (first == nullptr || next_id == 0) return;
+    log::warning("rule {} names catom @{}, and the world has only @0 to @{}: {}{}", first->name, first->at, next_id - 1, first->text,
+                 count > 1 ? " (and " + std::to_string(count - 1) + " more such rules)" : "");
+}
+
+// The world's changes in this tick.
+void GivenFacts::change() {
+    for (const world::Event& event : subdomain_.world.events) {
+        if (!event.happens_in(subdomain_.tick())) continue;
+        for (const world::GivenFact& fact : event.take)
+            MELD_CHECK(change_one(fact, Change::Take).has_value(), "an event at {} that was checked", fact.place);
+        for (const world::GivenFact& fact : event.give)
+            MELD_CHECK(change_one(fact, Change::Give).has_value(), "an event at {} that was checked", fact.place);
+    }
+}
+
+}  // namespace meld::sim

@@ -1,0 +1,168 @@
+// A network that takes time, and catoms that pause: what a catom reads of a neighbour is what has arrived over their link.
+//
+// A mailbox is an index among the columns, one for each link and direction, at the process that owns the reader. Its exported columns hold
+// the neighbour's as the reader knows them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they
+// do in the ideal network, at the end of the tick; from there this class carries them into the mailboxes, each change after as many ticks
+// as world::fate() says, first in, first out for each link. Linear facts travel with them. So nothing of it depends on who owns which
+// catom.
+//
+// A catom that pauses is evaluated in a later tick. What arrives for it waits until then, so its pauses are part of the delays of its
+// links, and the quarantine of facts (docs/design.md) needs only the sum of both.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "runtime/base/bytes.h"
+#include "runtime/module/abi/module_abi.h"
+#include "runtime/sim/catoms/fact_store.h"
+#include "runtime/sim/catoms/membership.h"
+#include "runtime/world/file/network.h"
+
+namespace meld::sim {
+
+class Network {
+  public:
+    Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts);
+
+    // In a tick: what has arrived is put into the mailboxes, and the readers are marked.
+    void arrive(i64 now);
+    // At the end of the tick before `next`: `deliver` gets the linear facts that rules can use from `next` on, by receivers and senders.
+    // Their arguments live until it returns.
+    struct Arrived {
+        Catom to;
+        u64 from;
+        u16 predicate;
+        const Value* arguments;
+    };
+    using Deliver = std::function<void(const std::vector<Arrived>&)>;
+    void deliver(i64 next, const Deliver& deliver);
+    // After links were made or removed: new ones get mailboxes, with all that the neighbour tells under way. What was under way over
+    // those that are gone is lost.
+    void follow_links(i64 now);
+    // At the end of a tick: a column of a catom, owned or ghost, has changed; a catom of this process was sent a linear fact.
+    void changed(i64 now, Catom catom, u16 column);
+    void sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
+
+    // A linear fact has gone to a catom of this process without a link, from any node of a graph. It takes as long as over a link.
+    void sent_far(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
+
+    // The same of a linear fact for a catom of another process: the receiver's process carries it, but a loss is known to both.
+    void sent_away(i64 now, Catom from, Catom to) { note_loss(now, from, to); }
+    // At the beginning of a tick, before arrive(): links over which a message was lost for good are removed; both ends are marked.
+    void take_down(i64 now, const std::function<void(Catom)>& mark);
+
+    // Between these catoms there is no link, or another one, so that nothing takes it down that was lost before.
+    void forget_loss(u64 a, u64 b);
+
+    // Whether a catom is evaluated in a tick.
+    bool acts(Catom catom, i64 now) const {
+        return world_.clock.synchronous() || world_.clock.acts(world_.seed, members_.ensemble.id(catom), now);
+    }
+    // Whether something is under way.
+    bool busy() const { return under_way_ != 0 || !far_.empty() || !down_.empty(); }
+    // Linear facts that did not arrive since the last call.
+    u64 take_lost() { return std::exchange(lost_, 0); }
+
+    // The mailboxes of this process and what is under way to them, for a snapshot; and back for those of catoms that `find` finds here,
+    // once all catoms of the ensemble are back. Not before follow_links_empty().
+    void save(i64 now, ByteWriter& out) const;
+    // Of a run in whose world nothing was under way, everything is told anew. takes_lost: one process goes on with what is under way over
+    // links that have gone, since a run waits for it and counts it as lost when it would have arrived.
+    void load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
+    // Gives links mailboxes that hold nothing, and to which nothing is under way.
+    void follow_links_empty() { follow(0, false); }
+
+    std::size_t bytes() const;
+
+  private:
+    struct Mailbox {
+        Catom reader = 0, other = 0;
+        std::int32_t index = -1;  // Among the columns; -1: the link is gone.
+        u32 part = 0;             // Of the network's parts, from 1, and after them its single links; 0: none.
+        i64 last = 0;             // The tick of the latest arrival.
+        u32 under_way = 0;        // Parcels to it.
+    };
+    // What travels: one for all links on which it does.
+    struct Parcel {
+        enum class Kind : u8 { Column, Rows, State, Message };
+        Kind kind = Kind::Column;
+        u16 number = 0;  // Of a column or predicate.
+        u32 links = 0;   // On which it is.
+        std::vector<std::byte> bytes = {};
+    };
+    struct Entry {
+        u32 mailbox, parcel;
+        bool late = false;  // Held up by a jam, so it is before all that was sent to arrive now.
+    };
+    // A linear fact under way without a link.
+    struct Far {
+        i64 arrival;
+        u64 to, from;
+        u16 predicate;
+        std::vector<std::byte> bytes;
+    };
+    // From this tick on there is no link between these catoms.
+    struct Down {
+        i64 tick;
+        u64 from, to;
+    };
+
+    void follow(i64 now, bool tell);
+    u32 take_mailbox(const world::Links::Change& link);
+    u32 take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> bytes);
+    void release_parcel(u32 parcel);
+    const world::LinkTerms& terms(u32 part) const;
+    const world::LinkTerms& terms_between(Catom from, Catom to) const { return terms(part_between(from, to)); }
+    u32 part_between(Catom from, Catom to) const;
+    const world::LinkTerms& terms_of_nodes(u64 a, u64 b) const;
+    void deliver_far(i64 next, std::vector<Arrived>& messages, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists);
+    const Value* read_arguments(u16 predicate, std::span<const std::byte> bytes, std::deque<std::vector<Value>>& arguments,
+                                tuple::Arena& lists) const;
+    std::vector<std::byte> argument_bytes(u16 predicate, const Value* arguments) const;
+    void save_far(i64 now, ByteWriter& out) const;
+    void load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
+    // If what one catom sends to another in this tick is lost for good.
+    void note_loss(i64 now, Catom from, Catom to);
+    // Puts a parcel on its way to a mailbox, as sent in tick `now`.
+    void post(i64 now, u32 mailbox, u32 parcel, bool linear);
+    void put(i64 arrival, u32 mailbox, u32 parcel, bool late = false);
+    // What arrives in this tick: linear facts, or all else.
+    std::vector<Entry> take_entries(i64 tick, bool linear);
+    // Whether what arrives comes in. Otherwise it is lost, or waits for the end of a jam.
+    bool comes_in(i64 now, const Entry& entry);
+    void done_with(const Entry& entry);
+    // The first tick in which the jams of this one let something through to a mailbox; `now`, if none is about it.
+    i64 jammed_until(i64 now, const Mailbox& m) const;
+    void open(const Mailbox& m, const Parcel& parcel);
+    std::optional<u32> mailbox_at(Catom reader, world::Port port) const;
+    // Posts all that the neighbour exports.
+    void tell_state(i64 now, u32 mailbox);
+    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }
+
+    const ModuleInfo& module_;
+    const world::World& world_;
+    Membership& members_;
+    FactStore& facts_;
+    std::vector<u16> exported_;        // Columns.
+    u64 readers_dirty_ = kDirtyLinks;  // What a reader of a whole state is to look at.
+    std::vector<Mailbox> mailboxes_;
+    std::vector<u32> free_mailboxes_, number_of_;  // The latter by index among the columns.
+    std::vector<Parcel> parcels_;
+    std::vector<u32> free_parcels_;
+    std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
+    std::vector<Down> down_;
+    std::vector<Far> far_;
+    // When the last of them arrives, by sender and receiver, while that is to come.
+    std::map<std::pair<u64, u64>, i64> last_far_;
+    u64 under_way_ = 0;
+    u64 lost_ = 0;
+};
+
+}  // namespace meld::sim

@@ -1,0 +1,143 @@
+#include "runtime/world/ensemble/links.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "runtime/base/assert.h"
+
+namespace meld::world {
+namespace {}  // namespace
+
+// An empty table would have no address, by which the form is known.
+Links::Links(bool apart) : apart_(apart) { reserve(1, 1); }
+
+void Links::reserve(std::size_t catoms, std::size_t ports) {
+    first_.reserve(catoms), ports_.reserve(catoms);
+    catom_.reserve(ports), there_.reserve(ports);
+    if (apart_) read_.reserve(ports);
+}
+
+void Links::room(Catom catom, Port ports) {
+    if (catom >= first_.size()) {
+        first_.resize(catom + std::size_t{1}, static_cast<std::uint32_t>(catom_.size()));
+        ports_.resize(catom + std::size_t{1}, 0);
+    }
+    const Port had = ports_[catom];
+    if (had >= ports) return;
+    most_ = std::max(most_, ports);
+    const bool last = first_[catom] + std::size_t{had} == catom_.size();
+    if (!last && left_behind_ > catom_.size() / 2) compact();
+    const std::size_t from = first_[catom], to = last ? from : catom_.size();
+    MELD_CHECK(to + ports <= std::numeric_limits<std::uint32_t>::max(), "{} entries of links", to + ports);
+    catom_.resize(to + ports, kNobody);
+    if (apart_) read_.resize(to + ports, kNobody);
+    there_.resize(to + ports, 0);
+    if (!last) {
+        const auto carry = [&](auto& column, auto empty) {
+            for (Port port = 0; port < had; ++port) column[to + port] = std::exchange(column[from + port], empty);
+        };
+        carry(catom_, kNobody), carry(there_, 0u);
+        if (apart_) carry(read_, kNobody);
+        left_behind_ += had;
+        first_[catom] = static_cast<std::uint32_t>(to);
+    }
+    ports_[catom] = ports;
+}
+
+// Writes the rows anew, one after the other.
+void Links::compact() {
+    std::vector<std::int32_t> catom, read;
+    std::vector<std::uint32_t> there;
+    const std::size_t kept = catom_.size() - left_behind_;
+    catom.reserve(kept), there.reserve(kept);
+    if (apart_) read.reserve(kept);
+    for (std::size_t c = 0; c < first_.size(); ++c) {
+        const std::size_t from = first_[c], to = from + ports_[c];
+        first_[c] = static_cast<std::uint32_t>(catom.size());
+        const auto copy = [&](auto& out, const auto& in) {
+            out.insert(out.end(), in.begin() + static_cast<std::ptrdiff_t>(from), in.begin() + static_cast<std::ptrdiff_t>(to));
+        };
+        copy(catom, catom_), copy(there, there_);
+        if (apart_) copy(read, read_);
+    }
+    catom_ = std::move(catom), read_ = std::move(read), there_ = std::move(there);
+    left_behind_ = 0;
+}
+
+void Links::set(Catom catom, Port port, Catom other, Port there) {
+    MELD_EXPECT(port < ports(catom) && catom_[entry(catom, port)] == kNobody, "catom {} port {} of {}", catom, port, ports(catom));
+    const std::size_t here = entry(catom, port);
+    ++version_;
+    catom_[here] = static_cast<std::int32_t>(other);
+    there_[here] = there;
+    if (apart_) {
+        read_[here] = kNobody;
+        changes_.push_back({catom, port, other, kNobody, true});
+    }
+}
+
+void Links::unset(Catom catom, Port port) {
+    const std::size_t here = entry(catom, port);
+    ++version_;
+    if (apart_) changes_.push_back({catom, port, static_cast<Catom>(catom_[here]), std::exchange(read_[here], kNobody), false});
+    catom_[here] = kNobody;
+}
+
+void Links::connect(Catom a, Port port_of_a, Catom b, Port port_of_b) {
+    set(a, port_of_a, b, port_of_b);
+    set(b, port_of_b, a, port_of_a);
+}
+
+void Links::disconnect(Catom catom, Port port) {
+    const std::optional<Catom> other = at(catom, port);
+    MELD_EXPECT(other.has_value(), "catom {} port {}", catom, port);
+    const Port there = port_there(catom, port);
+    unset(catom, port);
+    unset(*other, there);
+}
+
+void Links::renew(Catom catom) {
+    for (Port port = 0, end = ports(catom); port < end; ++port) {
+        const std::optional<Catom> other = at(catom, port);
+        if (!other) continue;
+        const Port there = port_there(catom, port);
+        disconnect(catom, port);
+        connect(catom, port, *other, there);
+    }
+}
+
+void Links::clear(Catom catom) {
+    for (Port port = 0, end = ports(catom); port < end; ++port)
+        if (at(catom, port)) disconnect(catom, port);
+}
+
+std::optional<Port> Links::vacant(Catom catom) const {
+    for (Port port = 0, end = ports(catom); port < end; ++port)
+        if (!at(catom, port)) return port;
+    return std::nullopt;
+}
+
+std::optional<Port> Links::towards(Catom catom, Catom other) const {
+    for (Port port = 0, end = ports(catom); port < end; ++port)
+        if (at(catom, port) == other) return port;
+    return std::nullopt;
+}
+
+std::vector<Links::Change> Links::take_changes() { return std::exchange(changes_, {}); }
+
+void Links::add_to(Geometry& g) const {
+    g.link_first = first_.data();
+    g.link_ports = ports_.data();
+    g.link_catom = catom_.data();
+    g.link_read = (apart_ ? read_ : catom_).data();
+    g.link_there = there_.data();
+    g.most_ports = most_;
+}
+
+std::size_t Links::bytes() const {
+    const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
+    return size(first_) + size(ports_) + size(catom_) + size(read_) + size(there_) + size(changes_);
+}
+
+}  // namespace meld::world

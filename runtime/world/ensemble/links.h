@@ -1,0 +1,94 @@
+// Who is linked with whom, as a table: for each catom a row of ports, and at each port a neighbour or nobody. A catom may have any number
+// of ports. Kept where neighbours do not follow from geometry alone: for graphs, and where links are cut or take time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "runtime/module/abi/geometry_abi.h"
+
+namespace meld::world {
+
+using Catom = std::uint32_t;  // An index on this process, not an id.
+using Port = std::uint32_t;
+// In tables of catoms: nobody is there.
+inline constexpr std::int32_t kNobody = -1;
+
+class Links {
+  public:
+    // apart: what a catom reads of its neighbours lies apart from them, in mailboxes, and somebody else says where (read_at). Otherwise it
+    // is read in place.
+    explicit Links(bool apart);
+
+    // Memory for so many catoms and ports of all.
+    void reserve(std::size_t catoms, std::size_t ports);
+    // Gives a catom at least so many ports; the links at those it has stay. Cost: a copy of its row if it grows.
+    void room(Catom catom, Port ports);
+    // Links two catoms at a port of each that is vacant.
+    void connect(Catom a, Port port_of_a, Catom b, Port port_of_b);
+    // Removes the link at a port, on both sides.
+    void disconnect(Catom catom, Port port);
+    // All links of a catom go and are made anew, at the same ports.
+    void renew(Catom catom);
+    // Removes all links of a catom.
+    void clear(Catom catom);
+
+    Port ports(Catom catom) const { return catom < ports_.size() ? ports_[catom] : 0; }
+    std::optional<Catom> at(Catom catom, Port port) const {
+        const std::int32_t other = catom_[entry(catom, port)];
+        return other < 0 ? std::nullopt : std::optional<Catom>(static_cast<Catom>(other));
+    }
+    Port port_there(Catom catom, Port port) const { return there_[entry(catom, port)]; }
+    // The lowest port without a link, or none.
+    std::optional<Port> vacant(Catom catom) const;
+    std::optional<Port> towards(Catom catom, Catom other) const;
+    // Calls visit(port, neighbour), in the order of ports.
+    template <class Visit>
+    void each(Catom catom, const Visit& visit) const {
+        for (Port port = 0, end = ports(catom); port < end; ++port)
+            if (const std::int32_t other = catom_[entry(catom, port)]; other >= 0) visit(port, static_cast<Catom>(other));
+    }
+
+    // ---- where neighbours are read, if apart
+    // A link was made or removed, as one of its ends sees it. A link that is made is read nowhere at first; one that is removed was read at
+    // `read`, or nowhere (-1).
+    struct Change {
+        Catom reader;
+        Port port;
+        Catom other;
+        std::int32_t read;
+        bool made;
+    };
+    // What has changed since the last call, in order. Nothing, if not apart.
+    std::vector<Change> take_changes();
+    void read_at(Catom catom, Port port, std::int32_t index) { read_[entry(catom, port)] = index; }
+    std::int32_t read(Catom catom, Port port) const { return read_[entry(catom, port)]; }
+
+    // Another one after each link that is made or removed.
+    std::uint64_t version() const { return version_; }
+
+    // Sets the arrays of the links form; they are those of catoms that have been given room. Valid until the table changes.
+    void add_to(Geometry& g) const;
+    std::size_t bytes() const;
+
+  private:
+    std::size_t entry(Catom catom, Port port) const { return std::size_t{first_[catom]} + port; }
+    void set(Catom catom, Port port, Catom other, Port there);
+    void unset(Catom catom, Port port);
+    void compact();
+
+    bool apart_;
+    std::vector<std::uint32_t> first_, ports_;  // By catom.
+    // By entry; rows that have grown leave theirs behind.
+    std::vector<std::int32_t> catom_;
+    std::vector<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
+    std::vector<std::uint32_t> there_;
+    std::size_t left_behind_ = 0;
+    std::uint64_t version_ = 0;
+    Port most_ = 0;
+    std::vector<Change> changes_;
+};
+
+}  // namespace meld::world

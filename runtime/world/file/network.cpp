@@ -1,0 +1,78 @@
+#include "runtime/world/file/network.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/base/random.h"
+
+namespace meld::world {
+namespace {
+
+// What draws are for, so that those of links and clocks differ.
+enum Use : std::uint64_t { kOfLink = 0x6c696e6b, kOfClock = 0x636c6f636b };
+
+double unit(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
+
+std::uint32_t between(std::uint64_t bits, std::uint32_t least, std::uint32_t most) {
+    const std::uint64_t span = std::uint64_t{most} - least + 1;
+    return least + static_cast<std::uint32_t>((bits >> 32) * span >> 32);
+}
+
+}  // namespace
+
+std::uint32_t NetworkOptions::bound() const {
+    if (ideal()) return 1;
+    const auto of = [this](const LinkTerms& t) { return kind == NetworkKind::Lossy ? t.bound() : t.most; };
+    std::uint32_t most = of(terms);
+    for (const Part& part : parts) most = std::max(most, of(part.terms));
+    for (const Single& one : singles) most = std::max(most, of(one.terms));
+    return most;
+}
+
+std::optional<std::uint32_t> NetworkOptions::single(std::uint64_t from, std::uint64_t to) const {
+    if (singles.empty()) return std::nullopt;
+    const auto ends = [](const Single& one) { return std::pair(one.from, one.to); };
+    const auto at = std::ranges::lower_bound(singles, std::pair(from, to), {}, ends);
+    if (at == singles.end() || ends(*at) != std::pair(from, to)) return std::nullopt;
+    return static_cast<std::uint32_t>(at - singles.begin());
+}
+
+Fate fate(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::uint64_t to, std::int64_t tick) {
+    std::uint64_t draws = 0;
+    // Ids are far below 2^48, so the number of the draw does not meet them.
+    const auto draw = [&] { return random_bits(seed ^ kOfLink, from | draws++ << 48, to, static_cast<std::uint64_t>(tick)); };
+    const auto delay = [&] { return terms.least == terms.most ? terms.least : between(draw(), terms.least, terms.most); };
+    Fate out;
+    out.ticks = delay();
+    switch (kind) {
+        case NetworkKind::Ideal:
+        case NetworkKind::Latency:
+            return out;
+        case NetworkKind::Lossy:
+            for (std::uint32_t sent = 1; unit(draw()) < terms.loss; ++sent) {
+                if (sent == terms.tries) {
+                    out.arrives = false;
+                    return out;
+                }
+                out.ticks += terms.retry;
+            }
+            return out;
+        case NetworkKind::Raw:
+            out.arrives = unit(draw()) >= terms.loss;
+            if (out.arrives && unit(draw()) < terms.duplicate) out.twice_after = delay();
+            return out;
+    }
+    return out;
+}
+
+bool ClockOptions::acts(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {
+    if (kind == ClockKind::Synchronous) return true;
+    const std::uint64_t own = random_bits(seed ^ kOfClock, id, 0, 0), now = static_cast<std::uint64_t>(tick);
+    if (kind == ClockKind::Drift) {
+        const std::uint64_t period = between(own, 1, most);
+        return (now + (own & 0xffff)) % period == 0;
+    }
+    return (now + (own & 0xffff)) % most == 0 || unit(random_bits(seed ^ kOfClock, id, now, 1)) < rate;
+}
+
+}  // namespace meld::world

@@ -1,0 +1,91 @@
+// The options of a world with bodies, [motion] kind = "bodies": as read, in the units of the file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/world/shapes/shape.h"
+
+namespace meld::world {
+
+// A magnet, plate or latch of a catom. SI units; see docs/physics.md for the meaning of each number. Lengths are for catoms of a metre and
+// follow the diameter unless given.
+struct FeatureOptions {
+    std::string kind = "dipole";  // "dipole", "two-pole", "plate" or "latch".
+    int count = 0;                // 6, 12 or 24 directions; 0: `directions`.
+    std::vector<Vec3> directions;
+    double strength = 1, depth = 0.05, length = 0.1, area = 0.01, cover = 1e-4, permittivity = 3, range = 0.1, power = 0, switching = 0;
+    std::string place;  // "world.toml:12:5"
+};
+
+// A catom at a listed position.
+struct PlacedCatom {
+    Vec3 position{};                     // In diameters.
+    std::optional<double> radius, mass;  // Metres, kg; as for other catoms if they are not listed.
+};
+
+// Catoms that differ from the others; later groups override earlier ones.
+struct CatomGroup {
+    Region where;
+    std::optional<double> radius;  // Metres
+    std::optional<double> mass, inertia, friction, restitution;
+    std::optional<bool> fixed;
+    std::optional<Vec3> velocity;  // At the start, m/s.
+    std::optional<Vec3> spin;      // At the start, rad/s.
+    std::string place;
+};
+
+// An obstacle. Lengths in catom diameters.
+struct ObstacleOptions {
+    std::string kind = "plane";  // "plane", "box", "terrain" or "mesh".
+    Vec3 normal{0, 0, 1};        // For a plane; behind it is solid.
+    double offset = 0;           // For a plane, from the origin along its normal.
+    Vec3 centre{}, size{1, 1, 1};
+    double degrees = 0;                        // For a box: its rotation about the z axis.
+    double cell = 1;                           // For a terrain: the distance between two of its points.
+    std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
+    Shape shape;                               // For a mesh: one whose surface() is made of triangles.
+    std::optional<double> friction, restitution;
+    std::string place;
+};
+
+// By how much a quantity must have changed before the catom's program sees the change. The speed is for catoms of a metre, as in
+// PhysicsOptions.
+struct SenseOptions {
+    double position = 0.01;     // Diameters
+    double orientation = 0.02;  // rad
+    double velocity = 0.01;     // m/s
+    double acceleration = 0.1;  // m/s^2
+    double pressure = 0.05;     // Relative to the former value.
+    double energy = 0.01;       // Relative to the former value.
+};
+
+// Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
+struct PhysicsOptions {
+    std::string engine = "blocks";  // "blocks", "hash" or "ode".
+    std::string solver = "soft";    // "soft" or "pgs20"; always "pgs20" except for "blocks".
+    double step = 1.0 / 240;        // Seconds
+    int substeps = 2;
+    int steps = 1;  // In a tick.
+    Vec3 gravity{0, 0, -9.81};
+    double linear_damping = 0, angular_damping = 0;  // Shares per second.
+    double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
+    double spacing = 1;            // Between cells at the start, in diameters.
+    std::optional<double> ground;  // Height of a plane, in diameters.
+    double roll_torque = 10;       // The maximum torque of `roll`, N m.
+    int sleep_ticks = 30;          // Steps without motion until a region sleeps; 0: it never does.
+    double sleep_speed = 0;        // 0: follows the size of the catoms and gravity.
+    double greatest_speed = 1000;  // m/s
+    // A catom lower than this, in diameters against gravity, is lost: it ends the run, or is removed.
+    std::optional<double> lowest;
+    std::string lost = "stop";     // "stop" or "remove".
+    double deepest_overlap = 0.5;  // As a share of the sum of two radii.
+    SenseOptions sense;
+    std::vector<FeatureOptions> features;
+    std::vector<ObstacleOptions> obstacles;
+    std::vector<CatomGroup> groups;
+};
+
+}  // namespace meld::world

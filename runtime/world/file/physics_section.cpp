@@ -1,0 +1,228 @@
+// [motion] kind = "bodies" from TOML: one function per table.
+#include "runtime/world/file/physics_section.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/base/default_time_scale.h"
+#include "runtime/world/shapes/surface.h"
+
+namespace meld::world {
+namespace {
+
+constexpr double kMost = std::numeric_limits<double>::max();
+
+// Calls read(table) for each table of an array [[motion.KEY]].
+template <class Read>
+void each_table(TomlReader& reader, const toml::table& motion, std::string_view key, const Read& read) {
+    const toml::node* node = motion.get(key);
+    if (!node) return;
+    if (node->is_table()) return read(*node->as_table());
+    if (!node->is_array_of_tables())
+        return reader.wrong(node->source(),
+                            fmt::format("[motion] {} {}", key, type_mismatch(*node, fmt::format("tables [[motion.{}]]", key))));
+    for (const toml::node& table : *node->as_array()) read(*table.as_table());
+}
+
+// The keys that only some kinds of an object have.
+struct KeysOfKind {
+    std::string_view kind;
+    std::vector<std::string_view> keys;
+    bool has(std::string_view key) const { return std::find(keys.begin(), keys.end(), key) != keys.end(); }
+};
+
+// A key of another kind would have no effect here.
+void refuse_keys_of_others(const Section& section, std::string_view kind, std::initializer_list<KeysOfKind> kinds) {
+    const KeysOfKind& own = *std::find_if(kinds.begin(), kinds.end(), [&](const KeysOfKind& k) { return k.kind == kind; });
+    for (const KeysOfKind& other : kinds)
+        for (const std::string_view key : other.keys)
+            if (!own.has(key) && section.has(key))
+                section.wrong(key, fmt::format("a {} has no {}", kind, key),
+                              fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
+}
+
+FeatureOptions feature_of_size(double diameter_m) {
+    FeatureOptions feature;
+    for (double* length_m : {&feature.depth, &feature.length, &feature.cover, &feature.range}) *length_m *= diameter_m;
+    feature.area *= diameter_m * diameter_m;
+    return feature;
+}
+
+void read_feature(TomlReader& reader, const toml::table& table, const FeatureOptions& defaults, FeatureOptions& feature) {
+    feature = defaults;
+    const Section section(
+        reader, table, "[[motion.feature]]",
+        {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching"});
+    feature.place = reader.place(table.source());
+    section.read_choice("kind", feature.kind, {"dipole", "two-pole", "plate", "latch"});
+    refuse_keys_of_others(section, feature.kind,
+                          {{"dipole", {"strength", "depth"}},
+                           {"two-pole", {"strength", "depth", "length"}},
+                           {"plate", {"strength", "area", "cover", "permittivity"}},
+                           {"latch", {"strength"}}});
+    const toml::node* directions = section.find("directions");
+    if (directions && directions->is_integer()) {
+        section.read_count("directions", feature.count, 0);
+        if (feature.count != 6 && feature.count != 12 && feature.count != 24)
+            section.wrong("directions", fmt::format("[[motion.feature]] directions = {} is not 6, 12 or 24", feature.count),
+                          "list others as an array of [x, y, z]");
+    } else {
+        section.read("directions", feature.directions);
+        if (feature.directions.empty())
+            section.wrong("directions", "a [[motion.feature]] has no directions",
+                          "write directions = 6, 12 or 24, or an array of [x, y, z]");
+    }
+    const std::pair<const char*, double*> positive[] = {{"strength", &feature.strength}, {"depth", &feature.depth},
+                                                        {"length", &feature.length},     {"area", &feature.area},
+                                                        {"cover", &feature.cover},       {"permittivity", &feature.permittivity},
+                                                        {"range", &feature.range}};
+    for (const auto& [key, value] : positive) section.read_positive(key, *value);
+    section.read_number("power", feature.power, 0, kMost);
+    section.read_number("switching", feature.switching, 0, kMost);
+}
+
+void read_surface(const Section& section, std::optional<double>& friction, std::optional<double>& restitution) {
+    double value = 0;
+    if (section.has("friction")) section.read_number("friction", value, 0, kMost), friction = value;
+    value = 0;
+    if (section.has("restitution")) section.read_number("restitution", value, 0, 1), restitution = value;
+}
+
+void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& obstacle) {
+    const toml::node* node = section.find("heights");
+    const auto wrong = [&](const toml::node& at) {
+        reader.wrong(at.source(), "[[motion.obstacle]] heights are not rows of numbers, [[0, 0], [0, 1]]");
+    };
+    if (!node) return section.wrong("heights", "a terrain has no heights", "write heights = [[0, 0], [0, 1]], a row along x for each y");
+    if (!node->is_array()) return wrong(*node);
+    for (const toml::node& row : *node->as_array()) {
+        if (!row.is_array()) return wrong(row);
+        std::vector<double>& heights = obstacle.heights.emplace_back();
+        for (const toml::node& height : *row.as_array()) {
+            if (!height.is_number()) return wrong(height);
+            heights.push_back(*height.value<double>());
+        }
+        if (heights.size() != obstacle.heights[0].size())
+            return reader.wrong(row.source(), "the rows of a terrain's heights are of different lengths");
+    }
+    if (obstacle.heights.size() < 2 || obstacle.heights[0].size() < 2)
+        reader.wrong(node->source(), "a terrain has fewer than two rows of two heights");
+}
+
+void read_mesh(const Section& section, ObstacleOptions& obstacle) {
+    if (!section.has("shape")) return section.wrong("shape", "a mesh has no shape", "write shape = \"mesh('part.stl', size = 20)\"");
+    const std::optional<Shape> shape = section.read_shape("shape");
+    if (!shape) return;
+    obstacle.shape = *shape;
+    if (!surface(*shape))
+        section.wrong("shape", fmt::format("the shape {} of an obstacle is not one mesh", shape->text()),
+                      "write mesh('part.stl', ...), if need be inside move, rotate and scale");
+}
+
+void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions& obstacle) {
+    const Section section(reader, table, "[[motion.obstacle]]",
+                          {"kind", "normal", "offset", "centre", "size", "degrees", "cell", "heights", "shape", "friction", "restitution"});
+    obstacle.place = reader.place(table.source());
+    section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain", "mesh"});
+    refuse_keys_of_others(section, obstacle.kind,
+                          {{"plane", {"normal", "offset"}},
+                           {"box", {"centre", "size", "degrees"}},
+                           {"terrain", {"centre", "cell", "heights"}},
+                           {"mesh", {"shape"}}});
+    section.read("normal", obstacle.normal);
+    section.read_number("offset", obstacle.offset);
+    section.read("centre", obstacle.centre);
+    section.read("size", obstacle.size);
+    section.read_number("degrees", obstacle.degrees);
+    section.read_positive("cell", obstacle.cell);
+    if (obstacle.kind == "terrain") read_heights(reader, section, obstacle);
+    if (obstacle.kind == "mesh") read_mesh(section, obstacle);
+    read_surface(section, obstacle.friction, obstacle.restitution);
+}
+
+void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
+    const Section section(reader, table, "[[motion.catoms]]",
+                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
+    group.place = reader.place(table.source());
+    if (auto where = section.read_region("where")) group.where = *where;
+    double value = 1;
+    if (section.has("radius")) section.read_positive("radius", value), group.radius = value;
+    value = 1;
+    if (section.has("mass")) section.read_positive("mass", value), group.mass = value;
+    value = 0.4;
+    if (section.has("inertia")) section.read_number("inertia", value, 1e-6, 1), group.inertia = value;
+    read_surface(section, group.friction, group.restitution);
+    bool fixed = false;
+    if (section.has("fixed")) section.read("fixed", fixed), group.fixed = fixed;
+    Vec3 vector{};
+    if (section.has("velocity")) section.read("velocity", vector), group.velocity = vector;
+    vector = {};
+    if (section.has("spin")) section.read("spin", vector), group.spin = vector;
+}
+
+void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense) {
+    if (!node) return;
+    if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
+    const Section section(reader, *node->as_table(), "[motion.sense]",
+                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy"});
+    const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position}, {"orientation", &sense.orientation},
+                                                          {"velocity", &sense.velocity}, {"acceleration", &sense.acceleration},
+                                                          {"pressure", &sense.pressure}, {"energy", &sense.energy}};
+    for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
+}
+
+}  // namespace
+
+void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
+    const Section section(
+        reader, table, "[motion]",
+        {"kind",           "engine",          "solver",      "step",        "substeps",       "steps",           "gravity",
+         "linear_damping", "angular_damping", "mass",        "inertia",     "friction",       "restitution",     "spacing",
+         "ground",         "roll_torque",     "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "lowest",
+         "lost",           "sense",           "feature",     "obstacle",    "catoms"});
+    p.greatest_speed *= std::sqrt(diameter_m);
+    p.sense.velocity *= std::sqrt(diameter_m);
+    section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
+    // Only blocks have soft contacts; two cold sweeps of the other engines would resolve only part of an impact.
+    if (p.engine != "blocks") p.solver = "pgs20";
+    section.read_choice("solver", p.solver, {"soft", "pgs20"});
+    if (p.engine != "blocks" && p.solver == "soft")
+        section.wrong("solver", fmt::format("the engine \"{}\" has no soft contacts", p.engine),
+                      "take solver out, which means \"pgs20\" here, or write engine = \"blocks\"");
+    section.read_count("substeps", p.substeps, 1);
+    section.read_count("steps", p.steps, 1);
+    section.read("gravity", p.gravity);
+    section.read_number("linear_damping", p.linear_damping, 0, kMost);
+    section.read_number("angular_damping", p.angular_damping, 0, kMost);
+    section.read_positive("mass", p.mass);
+    section.read_number("inertia", p.inertia, 1e-6, 1);
+    section.read_number("friction", p.friction, 0, kMost);
+    section.read_number("restitution", p.restitution, 0, 1);
+    section.read_number("spacing", p.spacing, 0.9, kMost);
+    double ground = 0;
+    if (section.has("ground")) section.read_number("ground", ground), p.ground = ground;
+    p.roll_torque *= p.mass * diameter_m;
+    section.read_number("roll_torque", p.roll_torque, 0, kMost);
+    section.read_count("sleep_ticks", p.sleep_ticks, 0);
+    section.read_number("sleep_speed", p.sleep_speed, 0, kMost);
+    section.read_positive("greatest_speed", p.greatest_speed);
+    section.read_positive("deepest_overlap", p.deepest_overlap);
+    double lowest = 0;
+    if (section.has("lowest")) section.read_number("lowest", lowest), p.lowest = lowest;
+    section.read_choice("lost", p.lost, {"stop", "remove"});
+    if (section.has("lost") && !p.lowest) section.wrong("lost", "no catom is lost without a lowest height", "write lowest = -100 too");
+    read_sense(reader, section.find("sense"), p.sense);
+    each_table(reader, table, "feature",
+               [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
+    each_table(reader, table, "obstacle", [&](const toml::table& t) { read_obstacle(reader, t, p.obstacles.emplace_back()); });
+    each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
+    for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
+    p.step = natural_step_s(smallest_m, std::hypot(p.gravity[0], p.gravity[1], p.gravity[2]));
+    section.read_seconds("step", p.step);
+}
+
+}  // namespace meld::world

@@ -1,0 +1,18 @@
+// Lists of positions in CSV and NumPy files.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/base/error.h"
+#include "runtime/world/file/physics_options.h"
+
+namespace meld::world {
+
+// Adds the rows of a NumPy file: x, y, z, and if there are five columns radius and mass. Or lines of three numbers
+// separated by commas, plus as many as a first line of words names columns after x, y, z: `radius` and `mass`, in any order. Skips
+// empty lines and lines that start with '#'. `path` is for messages. Errors name line and column.
+Result<void> add_positions(std::string_view text, const std::string& path, std::vector<PlacedCatom>& placed);
+
+}  // namespace meld::world

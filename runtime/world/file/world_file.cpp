@@ -1,0 +1,429 @@
+// From TOML to a World: one function per section.
+#include "runtime/world/file/world_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <sstream>
+
+#include "runtime/base/did_you_mean.h"
+#include "runtime/base/files/input_file.h"
+#include "runtime/world/file/cells_file.h"
+#include "runtime/world/file/event_section.h"
+#include "runtime/world/file/given_facts.h"
+#include "runtime/world/file/graph_section.h"
+#include "runtime/world/file/network_section.h"
+#include "runtime/world/file/physics_section.h"
+#include "runtime/world/file/populate.h"
+#include "runtime/world/file/positions_file.h"
+#include "runtime/world/file/program_section.h"
+#include "runtime/world/file/toml_reader.h"
+#include "runtime/world/shapes/shape_tree.h"
+
+namespace meld::world {
+namespace {
+
+// How many bricks are examined for a first catom; after that a body is assumed to have one.
+constexpr int kBricksSearched = 10'000;
+
+// Worlds are written by people; lists may have a line for each of 100 million catoms.
+constexpr std::uint64_t kMaxWorld_bytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMaxList_bytes = std::uint64_t{4} << 30;
+
+// The name of what is no lattice.
+constexpr std::string_view kGraph = "graph";
+
+bool says_graph(const Section& top) {
+    std::string name;
+    top.read("lattice", name);
+    return name == kGraph;
+}
+
+// The table under a key, which is empty if there is none.
+const toml::table& table_at(TomlReader& reader, const toml::table& top, std::string_view key) {
+    static const toml::table kNone;
+    const toml::node* node = top.get(key);
+    if (!node) return kNone;
+    if (node->is_table()) return *node->as_table();
+    reader.wrong(node->source(), fmt::format("{} {}", key, type_mismatch(*node, fmt::format("a table [{}]", key))));
+    return kNone;
+}
+
+void read_top(TomlReader& reader, const Section& top, World& world) {
+    std::string name(Lattice(world.lattice).name());
+    top.read("lattice", name);
+    if (const auto kind = Lattice::kind_named(name)) {
+        world.lattice = *kind;
+    } else if (name == kGraph) {
+        // Pictures of graphs are flat.
+        world.lattice = LatticeKind::Square;
+    } else {
+        auto known = Lattice::kind_names();
+        known.push_back(kGraph);
+        reader.wrong(top.find("lattice")->source(), fmt::format("there is no lattice '{}'", name), did_you_mean(name, known));
+    }
+    top.read_positive("radius", world.radius);
+    top.read_count("seed", world.seed);
+    top.read_count("held", world.held, 0);
+}
+
+// cells = [[0, 0, 0], [1, 0, 0]]
+void read_cell_array(TomlReader& reader, const toml::array& array, CellList& listed) {
+    for (const toml::node& item : array) {
+        std::vector<std::int64_t> coordinates;
+        if (!item.is_array()) return reader.wrong(item.source(), "a cell " + type_mismatch(item, "an array [x, y, z]"));
+        for (const toml::node& coordinate : *item.as_array()) {
+            if (!coordinate.is_integer())
+                return reader.wrong(coordinate.source(), "a cell coordinate " + type_mismatch(coordinate, "an integer"));
+            coordinates.push_back(**coordinate.as_integer());
+        }
+        const toml::source_position at = item.source().begin;
+        const Result<void> added = listed.add(coordinates, reader.path(), at.line, at.column);
+        if (!added) return reader.wrong(item.source(), added.error().problem, added.error().suggestion);
+    }
+}
+
+// A file that the node names.
+void unreadable(TomlReader& reader, const toml::node& node, const Error& error) {
+    reader.wrong(Error{fmt::format("{}: {}", reader.place(node.source()), error.problem), error.suggestion, error.code});
+}
+
+// cells = "points.csv", relative to the world file.
+void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed) {
+    const std::string path = reader.beside(**node.as_string());
+    const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
+    if (!text) return unreadable(reader, node, text.error());
+    if (const Result<void> added = listed.add_file(*text, path); !added) reader.wrong(added.error());
+}
+
+// positions = [[0, 0, 0.5], ...] or "points.csv", relative to the world file.
+void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedCatom>& placed) {
+    const toml::node* node = body.find("positions");
+    if (!node) return;
+    if (node->is_array()) {
+        std::vector<Vec3> listed;
+        body.read("positions", listed);
+        for (const Vec3& position : listed) placed.push_back({.position = position, .radius = {}, .mass = {}});
+        return;
+    }
+    if (!node->is_string())
+        return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
+    const std::string path = reader.beside(**node->as_string());
+    const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
+    if (!text) return unreadable(reader, *node, text.error());
+    if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
+}
+
+// cells = an array or a file name, in a section of this name.
+void read_cells(TomlReader& reader, const Section& section, std::string_view name, CellList& listed) {
+    const toml::node* cells = section.find("cells");
+    if (!cells) return;
+    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
+    if (cells->is_string()) return read_cell_file(reader, *cells, listed);
+    reader.wrong(cells->source(), fmt::format("{} cells {}", name, type_mismatch(*cells, "a file name or an array of [x, y, z]")));
+}
+
+void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed,
+               std::vector<PlacedCatom>& placed) {
+    const Section body(reader, table, "[[body]]", {"shape", "cells", "positions"});
+    const int given = body.has("shape") + body.has("cells") + body.has("positions");
+    if (given != 1) {
+        return reader.wrong(
+            table.source(),
+            given == 0 ? "a [[body]] has neither shape nor cells" : "a [[body]] has more than one of shape, cells and positions",
+            "give each its own [[body]] with one of them");
+    }
+    if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
+    read_positions(reader, body, placed);
+    read_cells(reader, body, "[[body]]", listed);
+}
+
+// No catoms stand on the cells that [without] lists, whatever the bodies are.
+void read_without(TomlReader& reader, const Section& top, const Lattice& lattice, World& world) {
+    const toml::node* node = top.find("without");
+    if (!node) return;
+    if (!node->is_table()) return reader.wrong(node->source(), "without " + type_mismatch(*node, "a table [without]"));
+    const Section without(reader, *node->as_table(), "[without]", {"cells"});
+    if (!without.has("cells")) return reader.wrong(node->source(), "[without] has no cells", "add cells = [[0, 0, 0]]");
+    CellList listed(lattice);
+    read_cells(reader, without, "[without]", listed);
+    const Result<std::vector<Cell>> cells = listed.sorted();
+    if (!cells) return reader.wrong(cells.error());
+    const auto before = [&](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); };
+    std::erase_if(world.cells, [&](Cell cell) { return std::binary_search(cells->begin(), cells->end(), cell, before); });
+    if (cells->empty() || !world.body.root()) return;
+    // Balls that hold the middle of their cell and of no other.
+    std::vector<Shape> holes;
+    for (const Cell cell : *cells) holes.push_back(make_shape(Moved{make_shape(Ball{0.25}, ""), lattice.position(cell)}, ""));
+    const std::string text = fmt::format("minus({}, {} cells)", world.body.text(), cells->size());
+    world.body = make_shape(Difference{world.body, {make_shape(Union{std::move(holes)}, "")}}, text);
+}
+
+void read_bodies(TomlReader& reader, const Section& top, World& world) {
+    const toml::node* node = top.find("body");
+    if (!node)
+        return reader.wrong(
+            Error{fmt::format("{}: no catom: the body is empty", reader.path()), "add [[body]] shape = \"box(10, 10, 10)\""});
+    const Lattice lattice(world.lattice);
+    std::vector<Shape> shapes;
+    CellList listed(lattice);
+    if (node->is_table()) {
+        read_body(reader, *node->as_table(), shapes, listed, world.placed);
+    } else if (node->is_array_of_tables()) {
+        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed, world.placed);
+    } else {
+        reader.wrong(node->source(), "body " + type_mismatch(*node, "a table [[body]]"));
+    }
+    world.body = Shape::unite(std::move(shapes));
+    Result<std::vector<Cell>> cells = listed.sorted();
+    if (!cells) return reader.wrong(cells.error());
+    world.cells = std::move(*cells);
+    read_without(reader, top, lattice, world);
+}
+
+void read_target(TomlReader& reader, const toml::table& table, World& world) {
+    const Section target(reader, table, "[target]", {"shape", "cells", "fit"});
+    world.target = target.read_shape("shape");
+    const toml::node* cells = target.find("cells");
+    if (!table.empty() && !target.has("shape")) return reader.wrong(table.source(), "[target] has no shape");
+    if (target.has("fit")) {
+        std::string fit;
+        target.read_choice("fit", fit, {"mass"});
+        world.target_fits_mass = true;
+        if (cells) target.wrong("cells", "[target] cells already follows from fit = \"mass\"", "take one of the two out");
+        return;
+    }
+    if (!cells) return;
+    if (cells->is_string() && **cells->as_string() == "mass") {
+        world.target_is_mass = true;
+        return;
+    }
+    std::uint64_t count = 0;
+    target.read_count("cells", count, 1);
+    world.target_cells = count;
+}
+
+void read_names(TomlReader& reader, const toml::table& table, std::string_view section, std::map<std::string, std::string>& names) {
+    for (const auto& [key, value] : table) {
+        if (!value.is_string())
+            return reader.wrong(value.source(), fmt::format("[{}] {} {}", section, key.str(), type_mismatch(value, "a string")));
+        names[std::string(key.str())] = **value.as_string();
+    }
+}
+
+void read_motion(TomlReader& reader, const toml::table& table, World& world) {
+    MotionOptions& motion = world.motion;
+    const toml::node* kind = table.get("kind");
+    // "ode" is the name of earlier versions, for any engine.
+    if (kind && kind->is_string() && (**kind->as_string() == "bodies" || **kind->as_string() == "ode")) {
+        motion.kind = "bodies";
+        double smallest = world.radius;
+        for (const PlacedCatom& placed : world.placed) smallest = std::min(smallest, placed.radius.value_or(smallest));
+        read_physics(reader, table, 2 * world.radius, 2 * smallest, world.physics);
+        world.tick_seconds = world.physics.step * world.physics.steps;
+        return;
+    }
+    const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
+    section.read("kind", motion.kind);
+    section.read_count("capacity", motion.capacity, 0);
+    section.read("keep_connected", motion.keep_connected);
+}
+
+void read_record(TomlReader& reader, const toml::table& table, RecordOptions& record) {
+    const Section section(reader, table, "[record]", {"every", "predicates"});
+    section.read_count("every", record.every, 1);
+    section.read("predicates", record.predicates);
+}
+
+void read_limits(TomlReader& reader, const toml::table& table, Limits& limits) {
+    const Section section(reader, table, "[limits]",
+                          {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "max_list", "memory"});
+    section.read_count("max_facts_per_catom", limits.max_facts_per_catom, 1);
+    section.read_count("max_derivations_per_tick", limits.max_derivations_per_tick, 1);
+    section.read_count("max_ticks", limits.max_ticks, 1);
+    section.read_count("max_list", limits.max_list, 1, std::numeric_limits<std::uint32_t>::max());
+    section.read_bytes("memory", limits.memory_bytes);
+}
+
+void read_time(TomlReader& reader, const toml::table& table, World& world) {
+    const Section section(reader, table, "[time]", {"tick"});
+    section.read_seconds("tick", world.tick_seconds);
+}
+
+// Whether no cell of the world's lattice lies in the body; false if the search in a large body would take too long.
+bool surely_empty(const World& world, const Lattice& lattice) {
+    int left = kBricksSearched;
+    bool found = !world.cells.empty() || !world.placed.empty();
+    if (found) return false;
+    for_each_brick(world.body, lattice, [&](Cell brick) {
+        found = cells_in_shape(world.body, lattice, brick) != BrickCells{};
+        return !found && --left > 0;
+    });
+    return !found && left > 0;
+}
+
+// Which sections go with bodies that move freely, and which with cells.
+void check_free(TomlReader& reader, const Section& top, World& world) {
+    if (!world.is_free()) {
+        if (!world.placed.empty())
+            reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here",
+                         "give it cells, or the world [motion] kind = \"bodies\"");
+        return;
+    }
+    for (const char* section : {"network", "clock"})
+        if ((world.apart() || world.network.detect > 0) && top.has(section))
+            reader.wrong(top.find(section)->source(), fmt::format("[{}] is for catoms on a lattice, and these are bodies", section),
+                         "take it out, or the bodies");
+    if (top.has("time"))
+        reader.wrong(top.find("time")->source(), "a tick of this world lasts [motion] step times steps", "take [time] out");
+    if (top.has("held")) reader.wrong(top.find("held")->source(), "catoms hold units only where they stand on a lattice", "take held out");
+    if (world.target_cells || world.target_is_mass || world.target_fits_mass) {
+        reader.wrong(top.find("target")->source(), "a target with a given number of cells needs a lattice",
+                     fmt::format("take [target] {} out", world.target_fits_mass ? "fit" : "cells"));
+    }
+}
+
+// Checks that concern the world as a whole.
+void check_whole(TomlReader& reader, const Section& top, World& world) {
+    if (world.held > world.motion.capacity) {
+        reader.wrong(top.find("held")->source(),
+                     fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
+    }
+    check_free(reader, top, world);
+    if (world.is_graph() && world.motion.kind != "none")
+        reader.wrong(top.find("motion")->source(), "nodes of a graph do not move", "take [motion] out");
+    const toml::node* network = top.find("network");
+    if (const toml::node* reach = network != nullptr && network->is_table() ? network->as_table()->get("reach") : nullptr;
+        reach != nullptr && !world.is_graph())
+        reader.wrong(reach->source(), "on a lattice, facts go only to catoms that a link leads to",
+                     "take reach out, or write lattice = \"graph\"");
+    if (reader.error() || world.is_graph()) return;
+    const toml::source_region& body = top.find("body")->source();
+    if (const Result<WorldSize> size = measure(world); !size) return reader.wrong(body, size.error().problem, size.error().suggestion);
+    if (surely_empty(world, Lattice(world.lattice))) reader.wrong(body, "no catom: the body is empty", "make its shape larger");
+    if (!world.target) return;
+    World target;
+    target.lattice = world.lattice;
+    target.body = *world.target;
+    const Result<WorldSize> size = measure(target);
+    if (!size)
+        reader.wrong(top.find("target")->source(), "the target is not a possible body: " + size.error().problem, size.error().suggestion);
+}
+
+std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const toml::table& table) {
+    std::map<std::string, std::uint64_t> parts;
+    for (const auto& [key, value] : table) {
+        std::ostringstream text;
+        text << toml::node_view<const toml::node>(value);
+        parts[std::string(key.str())] = hash_text(text.str());
+    }
+    parts["files"] = reader.files_hash();
+    return parts;
+}
+
+bool is_graph(const toml::table& top) { return top["lattice"].value<std::string_view>() == "graph"; }
+
+// Graphs, networks that take time, links that fail and catoms that hang are known by their links.
+bool by_links(const toml::table& top) { return is_graph(top) || top.contains("network") || top.contains("clock") || needs_links(top); }
+
+World read_sections(TomlReader& reader, const toml::table& table) {
+    World world;
+    world.path = reader.path();
+    world.by_links = by_links(table);
+    const Section top(reader, table, "", {"lattice", "graph",  "links", "nodes",      "directed", "radius",  "seed",   "held",
+                                          "body",    "target", "facts", "event",      "set",      "motion",  "record", "limits",
+                                          "network", "clock",  "time",  "components", "faults",   "program", "without"});
+    read_top(reader, top, world);
+    // Before a graph, which is made where it is read.
+    read_limits(reader, table_at(reader, table, "limits"), world.limits);
+    if (says_graph(top)) {
+        if (!reader.error()) read_graph_world(reader, top, world);
+    } else {
+        refuse_graph_keys(reader, top);
+        read_bodies(reader, top, world);
+    }
+    read_target(reader, table_at(reader, table, "target"), world);
+    read_facts(reader, table_at(reader, table, "facts"), world.facts);
+    read_programs(reader, table, world);
+    read_settings(reader, table_at(reader, table, "set"), world.set);
+    read_motion(reader, table_at(reader, table, "motion"), world);
+    read_network(reader, table_at(reader, table, "network"), world.network);
+    read_clock(reader, table_at(reader, table, "clock"), world.clock);
+    read_record(reader, table_at(reader, table, "record"), world.record);
+    read_time(reader, table_at(reader, table, "time"), world);
+    read_events(reader, table, world);
+    read_faults(reader, table, world);
+    read_names(reader, table_at(reader, table, "components"), "components", world.components);
+    if (!reader.error()) check_whole(reader, top, world);
+    world.source_hash = reader.source_hash();
+    world.files = reader.files_read();
+    for (const std::string& warning : reader.models().warnings()) world.warnings.push_back(warning);
+    world.parts = hash_parts(reader, table);
+    return world;
+}
+
+// Help for common mistakes in TOML itself.
+std::string cure_of(std::string_view mistake) {
+    const auto has = [mistake](std::string_view text) { return mistake.find(text) != std::string_view::npos; };
+    if (has("could not determine value type")) return "write a text in quotes: lattice = \"square\"";
+    if (has("control characters")) return "a text in quotes ends on its line: is its second quote missing?";
+    if (has("expected '='")) return "write key = value";
+    if (has("cannot redefine")) return "give each key once; a section that may occur several times has two brackets: [[body]]";
+    return "";
+}
+
+}  // namespace
+
+Result<World> parse_world(const std::string& text, const std::string& path, const WorldFiles* files) {
+    if (const Result<void> shallow = check_key_depth(text, path); !shallow) return tl::unexpected<Error>(shallow.error());
+    TomlReader reader(text, path, files);
+    toml::table table;
+    // The library's parser reports mistakes only by an exception.
+    try {
+        table = toml::parse(std::string_view(text), std::string_view(path));
+    } catch (const toml::parse_error& error) {
+        return fail(fmt::format("{}: {}", reader.place(error.source()), error.description()), cure_of(error.description()));
+    }
+    World world = read_sections(reader, table);
+    if (reader.error()) return tl::unexpected(*reader.error());
+    world.text = text;
+    return world;
+}
+
+namespace {
+
+// The keys of a file; none if it has mistakes, or is a pipe.
+toml::table keys_of(const std::string& path) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return {};
+    const Result<std::string> text = read_input(path, kMaxWorld_bytes, InputKind::File);
+    if (!text || !check_key_depth(*text, path)) return {};
+    try {
+        return toml::parse(std::string_view(*text), std::string_view(path));
+    } catch (const toml::parse_error&) {
+        return {};
+    }
+}
+
+}  // namespace
+
+bool asks_for_links(const std::string& path) { return by_links(keys_of(path)); }
+
+bool asks_for_graph(const std::string& path) { return is_graph(keys_of(path)); }
+
+std::vector<std::string> programs_named(const std::string& path) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    return program_files(keys_of(path), [&](const std::string& file) { return (folder / file).string(); });
+}
+
+Result<World> read_world(const std::string& path) {
+    const Result<std::string> text = read_input(path, kMaxWorld_bytes, InputKind::FileOrPipe);
+    if (!text) return tl::unexpected(text.error());
+    return parse_world(*text, path);
+}
+
+}  // namespace meld::world

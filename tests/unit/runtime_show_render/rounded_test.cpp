@@ -1,0 +1,83 @@
+#include "runtime/show/render/rounded.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace meld::render {
+namespace {
+
+// How far a place is from the cube, negative within it: the definition, to compare with.
+float distance(const RoundedCube& cube, const Vec& at) {
+    const float inner = cube.half - cube.radius;
+    const Vec beyond = (at - cube.middle).cwiseAbs() - Vec::Constant(inner);
+    return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0F) - cube.radius;
+}
+
+// By small steps, each no longer than the distance to the cube.
+std::optional<float> by_steps(const RoundedCube& cube, const Vec& from, const Vec& along, float within) {
+    float t = 0;
+    for (int i = 0; i < 2000 && t < within; ++i) {
+        const float away = distance(cube, from + t * along);
+        if (away < 2e-5F) return t;
+        t += away;
+    }
+    return std::nullopt;
+}
+
+TEST(RoundedCube, IsMetWhereSmallStepsMeetIt) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> any(-1, 1);
+    for (const float radius : {0.02F, 0.12F, 0.5F}) {
+        const RoundedCube cube{.middle = Vec(3, -2, 1), .half = 0.5F, .radius = radius};
+        int met = 0;
+        for (int i = 0; i < 20'000; ++i) {
+            const Vec from = cube.middle + 2 * Vec(any(random), any(random), any(random)).normalized();
+            // Most go close to an edge.
+            const Vec along = (cube.middle + 0.75F * Vec(any(random), any(random), any(random)) - from).normalized();
+            const auto wanted = by_steps(cube, from, along, 10), got = cube.enters(from, along, 10);
+            if (wanted) ++met;
+            // A ray that grazes it may be said to miss it, and the other way round.
+            float nearest = 10;
+            for (float t = 0; t < 4; t += 0.01F) nearest = std::min(nearest, distance(cube, from + t * along));
+            if (wanted.has_value() != got.has_value()) {
+                EXPECT_LT(std::abs(nearest), 2e-3F) << i;
+                continue;
+            }
+            if (got && nearest < -1e-2F) {
+                EXPECT_NEAR(*got, *wanted, 2e-3F) << i << " radius " << radius;
+            }
+        }
+        EXPECT_GT(met, 5'000);
+    }
+}
+
+TEST(RoundedCube, HasNormalsThatGoOverItsEdgesWithoutSteps) {
+    const RoundedCube cube{.radius = 0.1F};
+    EXPECT_EQ(cube.normal({0.5F, 0.1F, 0.2F}), Vec(Vec::UnitX()));
+    Vec last = Vec::UnitX();
+    for (int i = 0; i <= 90; ++i) {
+        const float angle = static_cast<float>(i) * std::numbers::pi_v<float> / 180;
+        const Vec normal = cube.normal(Vec(0.4F + 0.1F * std::cos(angle), 0.4F + 0.1F * std::sin(angle), 0));
+        EXPECT_LT((normal - last).norm(), 0.03F) << i;
+        last = normal;
+    }
+    EXPECT_LT((last - Vec::UnitY()).norm(), 1e-3F);
+}
+
+TEST(RoundedCube, IsMetByRaysAlongItsFacesFromFarAway) {
+    const RoundedCube cube{.radius = 0.1F};
+    EXPECT_NEAR(*cube.enters({-1000, 0.2F, 0.3F}, Vec::UnitX(), 1e6F), 999.5F, 1e-3F);
+    EXPECT_NEAR(*cube.enters({0, 0, 0.52F}, -Vec::UnitZ(), 1e6F), 0.02F, 1e-5F);
+    EXPECT_FALSE(cube.enters({-1000, 0.51F, 0}, Vec::UnitX(), 1e6F));
+    EXPECT_FALSE(cube.enters({-1000, 0, 0}, Vec::UnitX(), 900));
+    EXPECT_FALSE(cube.enters({0, 0, 0.502F}, Vec::UnitZ(), 1e6F));
+    // Begun inside.
+    EXPECT_EQ(cube.enters(Vec::Zero(), Vec::UnitX(), 1), 0.0F);
+    // Just within the sharp cube's corner there is nothing.
+    EXPECT_FALSE(cube.enters(Vec::Constant(0.49F), Vec::Constant(1).normalized(), 1));
+}
+
+}  // namespace
+}  // namespace meld::render
