@@ -8,6 +8,9 @@
     run.recording.why("dist(@42, _)")
 
 docs/python.md tells all of it. Nothing but this file is imported until it is used.
+
+The package has three layers, and imports go down only, in no circle: what users call, in this folder; values and files, in `data`;
+calling the tool, in `tool`. tests/python/layers_test.py checks it.
 """
 
 from __future__ import annotations
@@ -19,22 +22,23 @@ __version__ = "0.1.0"  # That of runtime/base/version.h; a test compares them.
 
 if TYPE_CHECKING:
     from .answers import Why
-    from .errors import (Interrupted, InternalError, LimitReached, MeldsimError, MeldWarning, ModuleRefused, ProgramError, PropertyFailed,
-                         RecordingError, ToolNotFound, WorldError)
+    from .data.sources import Literal
+    from .data.tables import facts
+    from .data.values import value
     from .pictures import Movie, Page, Picture
     from .recording import Recording, Recording as open
     from .running import Run, run
-    from .sources import Literal
     from .sweeps import sweep
-    from .tables import facts
-    from .tool import find as find_meldsim
-    from .values import value
+    from .tool.calls import find as find_meldsim
+    from .tool.errors import (Interrupted, InternalError, LimitReached, MeldsimError, MeldWarning, ModuleRefused, ProgramError,
+                              PropertyFailed, RecordingError, ToolNotFound, WorldError)
 
-_HOMES = {"Why": "answers", "facts": "tables", "Movie": "pictures", "Page": "pictures", "Picture": "pictures", "Recording": "recording",
-          "Run": "running", "run": "running", "Literal": "sources", "sweep": "sweeps", "value": "values",
+_HOMES = {"Why": "answers", "facts": "data.tables", "Movie": "pictures", "Page": "pictures", "Picture": "pictures",
+          "Recording": "recording", "Run": "running", "run": "running", "Literal": "data.sources", "sweep": "sweeps",
+          "value": "data.values",
           **dict.fromkeys(("Interrupted", "InternalError", "LimitReached", "MeldsimError", "MeldWarning", "ModuleRefused", "ProgramError",
-                           "PropertyFailed", "RecordingError", "ToolNotFound", "WorldError"), "errors")}
-_RENAMED = {"open": ("recording", "Recording"), "find_meldsim": ("tool", "find")}
+                           "PropertyFailed", "RecordingError", "ToolNotFound", "WorldError"), "tool.errors")}
+_RENAMED = {"open": ("recording", "Recording"), "find_meldsim": ("tool.calls", "find")}
 
 __all__ = ["Interrupted", "InternalError", "Literal", "LimitReached", "MeldWarning", "MeldsimError", "ModuleRefused", "Movie", "Page",
            "Picture", "ProgramError", "PropertyFailed", "Recording", "RecordingError", "Run", "ToolNotFound", "Why", "WorldError",

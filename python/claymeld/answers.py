@@ -7,8 +7,8 @@ from typing import Any, Iterator, Optional
 
 import pandas
 
-from .tables import NUMBERS
-from .tool import Path, ask
+from .data.tables import NUMBERS
+from .tool.calls import Path, ask
 
 
 def body_word(body: str) -> str:

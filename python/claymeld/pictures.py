@@ -8,9 +8,9 @@ import os
 import pathlib
 from typing import Any, Mapping, Optional
 
-from .errors import MeldsimError, ToolNotFound
-from .sources import Scratch
-from .tool import Path, call, has
+from .data.scratch import Scratch
+from .tool.calls import Path, call, has
+from .tool.errors import MeldsimError, ToolNotFound
 
 # A larger page would make a notebook slow; then a picture stands for it.
 MOST_PAGE_BYTES = 16 << 20

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Optional, Sequence
+from typing import Any, Optional, Protocol, Sequence
 
 import numpy
 import pandas
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from .recording import Recording
 
 GREY = (0.69, 0.69, 0.69, 1.0)
 # Kinds of values that a legend still tells apart.
@@ -27,7 +24,22 @@ CORNERS = {"square": (4, 1 / ROOT, numpy.pi / 4), "hex": (6, 1 / 3**0.5, numpy.p
 ROUND = (24, 0.5, 0.0)
 
 
-def plot(recording: Recording, tick: Optional[int] = None, colour: Any = None, *, ax: Any = None, method: Optional[str] = None,
+class Plotted(Protocol):
+    """What plots ask of a recording. Recordings plot themselves, so their class is above this module, and not imported here."""
+
+    ticks: NDArray[numpy.int64]
+    lattice: str
+
+    def step_of(self, tick: Optional[int] = None, method: Optional[str] = None) -> int: ...
+
+    def frame(self, tick: Optional[int] = None) -> pandas.DataFrame: ...
+
+    def metrics(self) -> pandas.DataFrame: ...
+
+    def query(self, body: str, tick: Optional[int] = None) -> pandas.DataFrame: ...
+
+
+def plot(recording: Plotted, tick: Optional[int] = None, colour: Any = None, *, ax: Any = None, method: Optional[str] = None,
          cmap: Any = "viridis", vmin: Optional[float] = None, vmax: Optional[float] = None, legend: bool = True, hidden: bool = False,
          size: float = 1.0, title: Optional[str] = None, **options: Any) -> Any:
     """A recorded tick in matplotlib's axes: in the plane each catom in its shape and size, in space a scatter.
@@ -102,7 +114,7 @@ def exposed(places: NDArray[numpy.float64], lattice: str) -> NDArray[numpy.bool_
     return numpy.asarray(~surrounded)
 
 
-def _colours(recording: Recording, frame: pandas.DataFrame, tick: int, colour: Any, cmap: Any, vmin: Optional[float],
+def _colours(recording: Plotted, frame: pandas.DataFrame, tick: int, colour: Any, cmap: Any, vmin: Optional[float],
              vmax: Optional[float]) -> tuple[NDArray[numpy.float64], dict[Any, Any], Any, str]:
     """The colour of each catom, (catoms, 4); then of kinds of values, or a scale of numbers; and what they are called."""
     import matplotlib
@@ -131,7 +143,7 @@ def _colours(recording: Recording, frame: pandas.DataFrame, tick: int, colour: A
     return colours, paints if len(kinds) <= MOST_KINDS else {}, None, name
 
 
-def _values(recording: Recording, frame: pandas.DataFrame, tick: int, colour: Any) -> tuple[pandas.Series, str]:
+def _values(recording: Plotted, frame: pandas.DataFrame, tick: int, colour: Any) -> tuple[pandas.Series, str]:
     """A value for each row of the frame, missing where there is none."""
     if not isinstance(colour, str):
         if isinstance(colour, pandas.Series):
@@ -183,7 +195,7 @@ def _draw_space(ax: Any, places: NDArray[numpy.float64], seen: NDArray[numpy.boo
                   "depthshade": False, **options})
 
 
-def plot_metrics(recording: Recording, columns: Optional[Sequence[str]] = None, ax: Any = None, **options: Any) -> Any:
+def plot_metrics(recording: Plotted, columns: Optional[Sequence[str]] = None, ax: Any = None, **options: Any) -> Any:
     """Columns of metrics() over the ticks (None: all that change), in matplotlib's axes, which are returned; `options` go to
     pandas.DataFrame.plot."""
     metrics = recording.metrics().drop(columns="digest")

@@ -12,13 +12,14 @@ from typing import Any, Iterator, Optional, Sequence, Union
 import numpy
 import pandas
 
-from . import answers, pictures, planned
+from . import answers, pictures, plots
 from .answers import Why
-from .layout import Steps
-from .sources import Scratch
-from .tables import NUMBERS, facts as read_facts
-from .tool import Path, call
-from .values import value
+from .data import planned
+from .data.layout import Steps
+from .data.scratch import Scratch
+from .data.tables import NUMBERS, facts as read_facts
+from .data.values import value
+from .tool.calls import Path, call
 
 # A tick; or several: a slice of ticks, both ends included, a list of ticks, or "all" that are recorded.
 Ticks = Union[int, slice, Sequence[int], str, None]
@@ -379,15 +380,11 @@ class Recording:
 
     def plot(self, tick: Optional[int] = None, colour: Any = None, **options: Any) -> Any:
         """A recorded tick in matplotlib's axes, which are returned; see `claymeld.plots.plot`, which has all options."""
-        from .plots import plot
-
-        return plot(self, tick, colour, **options)
+        return plots.plot(self, tick, colour, **options)
 
     def plot_metrics(self, columns: Optional[Sequence[str]] = None, ax: Any = None, **options: Any) -> Any:
         """Columns of metrics() over the ticks (None: all that change), in matplotlib's axes, which are returned."""
-        from .plots import plot_metrics
-
-        return plot_metrics(self, columns, ax, **options)
+        return plots.plot_metrics(self, columns, ax, **options)
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
         return {"text/plain": repr(self), **pictures.display(self._target(), self._meldsim)}

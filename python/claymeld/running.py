@@ -9,9 +9,10 @@ import warnings
 import xml.etree.ElementTree
 from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Optional, Sequence, Union
 
-from .errors import Interrupted, MeldWarning, PropertyFailed, error
-from .sources import Scratch, World, literal, program_path, world_path
-from .tool import Child, Done, Path, find, wants_progress
+from .data.scratch import Scratch
+from .data.sources import World, literal, program_path, world_path
+from .tool.calls import Child, Done, Path, find, wants_progress
+from .tool.errors import Interrupted, MeldWarning, PropertyFailed, error
 
 if TYPE_CHECKING:
     import pandas
@@ -60,7 +61,7 @@ class Run:
             path = self._outputs.record
             if path is None or not os.path.exists(path):
                 raise ValueError("there is no recording of this run: it was run with record=False, or failed before its first step")
-            from .recording import Recording
+            from .recording import Recording  # Not before it is used: it takes pandas and h5py.
 
             self._recording = Recording(path, meldsim=self.command[0])
             self._recording._scratch = self._scratch
@@ -78,7 +79,7 @@ class Run:
         """
         path = self._outputs.facts
         if path is not None and os.path.exists(path):
-            from .tables import facts
+            from .data.tables import facts
 
             return facts(path, predicate)
         return self.recording.facts(predicate) if predicate is not None else self.recording.all_facts()

@@ -11,10 +11,10 @@ from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
 import pandas
 
-from .errors import Interrupted, MeldsimError
+from .data.sources import World
 from .running import Call, Run
-from .sources import World
-from .tool import Child, Path, wants_progress
+from .tool.calls import Child, Path, wants_progress
+from .tool.errors import Interrupted, MeldsimError
 
 Parameters = Union[Mapping[str, Sequence[Any]], Iterable[Mapping[str, Any]]]
 

@@ -25,8 +25,8 @@ class Package(Case):
         self.python("-c", "import setuptools.build_meta as b; b.build_wheel('..')", cwd=self.folder / "python")
         version = re.search(r'kVersion\[\] = "(.*)"', (ROOT / "runtime/base/version.h").read_text())[1]
         wheel = zipfile.ZipFile(self.folder / f"claymeld-{version}-py3-none-any.whl")
-        files = (ROOT / "python/claymeld").iterdir()
-        wanted = {f"claymeld/{path.name}" for path in files if path.suffix == ".py" or path.name == "py.typed"}
+        files = (ROOT / "python/claymeld").rglob("*")
+        wanted = {path.relative_to(ROOT / "python").as_posix() for path in files if path.suffix == ".py" or path.name == "py.typed"}
         self.assertEqual({name for name in wheel.namelist() if name.startswith("claymeld/")}, wanted)
         metadata = wheel.read(f"claymeld-{version}.dist-info/METADATA").decode()
         for line in (f"Version: {version}", "Requires-Dist: h5py", "Requires-Dist: matplotlib .*; extra == 'plot'",

@@ -20,6 +20,8 @@ from frame import FOREVER, OPEN_MPI, TOOLS, Case, main  # noqa: E402
 
 import claymeld  # noqa: E402
 from claymeld import pictures  # noqa: E402
+from claymeld.data.sources import toml  # noqa: E402
+from claymeld.tool import calls  # noqa: E402
 
 PROGRAM = """type source(node).
 type ok(node, bool).
@@ -132,14 +134,14 @@ class Reads(Recorded):
         self.assertEqual(events.values.tolist(), [
             [4, "take", "source", "id == 0"], [4, "give", "source", "id == 7"], [6, "give", "mark", "id == 1"],
             [7, "take", "source", "id == 0"], [7, "give", "source", "id == 7"]])
-        program, world = self.write("p.meld", PROGRAM), self.write("w.toml", claymeld.sources.toml(WORLD))
+        program, world = self.write("p.meld", PROGRAM), self.write("w.toml", toml(WORLD))
         self.call("meldsim", "run", program, "--world", world, "--ticks", 11, "--digest", "d", "--quiet")
         digests = dict(line.split()[1:] for line in self.read("d").decode().splitlines())
         self.assertEqual(metrics["digest"].iloc[1:].tolist(), [digests[str(tick)] for tick in metrics.index[1:]])
 
     def test_events_are_in_the_ticks_of_the_run(self):
         """Times count the whole ticks that fit, in units of all kinds; other files of events count as well."""
-        from claymeld.planned import events, seconds
+        from claymeld.data.planned import events, seconds
 
         program = "type mark(node, int).\ntype on(node).\non(A) :- mark(A, _)."
         times = ["6.9ms", "7000us", 0.0085, "0.0001s", "9e-3s"]
@@ -322,7 +324,7 @@ class Shows(Recorded):
 
     def test_notebooks_show_a_page_or_a_picture(self):
         bundle = self.recording._repr_mimebundle_()
-        self.assertEqual(set(bundle) - {"text/plain"}, {"text/html"} if claymeld.tool.has("view", "--share") else {"image/png"})
+        self.assertEqual(set(bundle) - {"text/plain"}, {"text/html"} if calls.has("view", "--share") else {"image/png"})
         self.assertEqual(set(self.run_._repr_mimebundle_()), set(bundle))
         self.write("fake", FAKE).chmod(0o755)
         fake = claymeld.open(self.recording.path, meldsim=self.folder / "fake")

@@ -22,7 +22,7 @@ from frame import FOREVER, OPEN_MPI, TOOLS, Case, main, square  # noqa: E402
 from running import children, stat  # noqa: E402
 
 import claymeld  # noqa: E402
-from claymeld.sources import literal, toml  # noqa: E402
+from claymeld.data.sources import literal, toml  # noqa: E402
 
 GRADIENT = """type source(node).
 type dist(node, min int D).

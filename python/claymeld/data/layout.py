@@ -12,9 +12,9 @@ import h5py
 import numpy
 from numpy.typing import NDArray
 
-from .errors import RecordingError
+from ..tool.calls import Path
+from ..tool.errors import RecordingError
 from .hdf5 import LOCK
-from .tool import Path
 
 FORMAT, VERSION = "claymeld recording", 1
 # A write takes some microseconds, in which a reader can find a part of the old and a part of the new: waits before what did not fit is read

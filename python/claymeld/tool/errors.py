@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import signal
-from typing import TYPE_CHECKING, Optional, Sequence
-
-if TYPE_CHECKING:
-    from .running import Run
+from typing import Any, Optional, Sequence
 
 
 class MeldsimError(Exception):
@@ -20,15 +17,16 @@ class MeldsimError(Exception):
         Its exit code; negative if a signal has killed it.
     command : list of str
         The words of the command.
-    run : Run or None
+    run : claymeld.Run or None
         What there is of the run: its recording ends with the last good tick. None if it has not begun, or if it was no run.
     """
 
-    def __init__(self, message: str, exit_code: int = 0, command: Sequence[str] = (), run: Optional[Run] = None) -> None:
+    def __init__(self, message: str, exit_code: int = 0, command: Sequence[str] = (), run: Any = None) -> None:
         super().__init__(message)
         self.message = message
         self.exit_code = exit_code
         self.command = list(command)
+        # Any, since a run is made by calling the tool: its type is two layers above this one.
         self.run = run
 
 
@@ -72,7 +70,7 @@ class Interrupted(KeyboardInterrupt):
 
     exit_code = 130
 
-    def __init__(self, run: Optional[Run] = None, command: Sequence[str] = ()) -> None:
+    def __init__(self, run: Any = None, command: Sequence[str] = ()) -> None:
         super().__init__("interrupted" if run is None else f"interrupted after tick {run.summary.get('ticks', '?')}")
         self.run = run
         self.command = list(command)
@@ -86,7 +84,7 @@ BY_CODE: dict[int, type[MeldsimError]] = {1: ProgramError, 2: WorldError, 3: Pro
                                           6: RecordingError, 70: InternalError}
 
 
-def error(code: int, said: str, command: Sequence[str], run: Optional[Run] = None) -> MeldsimError:
+def error(code: int, said: str, command: Sequence[str], run: Any = None) -> MeldsimError:
     """The exception of an exit code, with what was said."""
     if code < 0:
         name = signal.Signals(-code).name if -code in signal.valid_signals() else str(-code)

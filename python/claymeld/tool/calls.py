@@ -37,7 +37,7 @@ def find(path: Optional[Path] = None) -> str:
         if found is None:
             raise ToolNotFound(f"{whose} {os.fspath(given)!r} is no program that can be run. Give the path of the program meldsim")
         return found
-    here = pathlib.Path(__file__).resolve().parent.parent
+    here = pathlib.Path(__file__).resolve().parents[2]  # The folder that has the package.
     # share/claymeld/python below a prefix; python/ in the repository; a prefix of Python.
     beside = [here.parents[2] / "bin" / "meldsim"] if len(here.parents) > 2 else []
     beside += [here.parent / "build" / "bin" / "meldsim", pathlib.Path(sys.prefix) / "bin" / "meldsim"]

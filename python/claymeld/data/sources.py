@@ -7,31 +7,16 @@ import math
 import os
 import pathlib
 import re
-import shutil
-import tempfile
 import tomllib
-import weakref
 from typing import Any, Mapping, Optional, Sequence, Union
 
-from .errors import WorldError
-from .tool import Path
+from ..tool.calls import Path
+from ..tool.errors import WorldError
+from .scratch import Scratch
 
 World = Union[Path, Mapping[str, Any], None]
 # As meldsim has it where no world is beside the program.
 DEFAULT_WORLD = 'lattice = "cubic"\n\n[[body]]\nshape = "box(10, 10, 10)"\n'
-
-
-class Scratch:
-    """A folder for files of a run, which goes when nobody holds this object any more."""
-
-    def __init__(self) -> None:
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="claymeld-"))
-        weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
-
-    def write(self, name: str, text: str) -> pathlib.Path:
-        path = self.folder / name
-        path.write_text(text, encoding="utf-8")
-        return path
 
 
 class Literal(str):

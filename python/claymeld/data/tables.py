@@ -7,9 +7,9 @@ from typing import Any, Callable, Mapping, Optional
 import h5py
 import pandas
 
-from .errors import RecordingError
+from ..tool.calls import Path
+from ..tool.errors import RecordingError
 from .hdf5 import LOCK
-from .tool import Path
 from .values import unescaped, value
 
 CREATOR = "claymeld"
