@@ -47,10 +47,12 @@ if(CLAYMELD_PRECOMPILE)
   add_library(meld_precompiled STATIC ${CMAKE_BINARY_DIR}/generated/precompiled.cpp)
   target_link_libraries(meld_precompiled PRIVATE meld_flags fmt::fmt)
   target_precompile_headers(meld_precompiled PRIVATE ${common_headers})
-  # Programs are compiled with -fPIE instead of -fPIC, which needs a header of its own.
-  add_executable(meld_precompiled_test EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/generated/precompiled.cpp)
-  target_link_libraries(meld_precompiled_test PRIVATE meld_flags fmt::fmt GTest::gtest)
-  target_precompile_headers(meld_precompiled_test PRIVATE ${common_headers} <gtest/gtest.h>)
+  if(NOT CLAYMELD_PROGRAMS_ONLY)
+    # Programs are compiled with -fPIE instead of -fPIC, which needs a header of its own.
+    add_executable(meld_precompiled_test EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/generated/precompiled.cpp)
+    target_link_libraries(meld_precompiled_test PRIVATE meld_flags fmt::fmt GTest::gtest)
+    target_precompile_headers(meld_precompiled_test PRIVATE ${common_headers} <gtest/gtest.h>)
+  endif()
   # GCC 12 takes the move of a short string for an access beyond its end where the library comes from such a header.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     add_compile_options(-Wno-array-bounds -Wno-stringop-overflow -Wno-restrict)
