@@ -48,7 +48,7 @@ double noise(std::uint64_t catom) {
 
 struct Case {
     std::string what, program, world;
-    double best_meld = 0;  // CPU seconds of the same algorithm, compiled; 0: not known. See docs/benchmarks.md.
+    double best_meld = 0;  // CPU seconds of the same algorithm, compiled; 0: not known. See docs/lab/linear-rules.md.
 };
 
 // Three runs of both: prepare(run) gives the facts, hand(run) is timed, check(run, what hand made) compares the last.

@@ -1,4 +1,4 @@
-"""Runs every fenced block of README.md and docs/*.md, and follows the links between them.
+"""Runs every fenced block of README.md and of the pages in docs/, and follows the links between them.
 
     docs_test.py --bin build/bin [--update] [FILE.md ...]
 
@@ -271,7 +271,7 @@ def main():
     if options.update:
         for name, text in GENERATED.items():
             (ROOT / "docs" / name).write_text(text(bin_folder))
-    pages = [page.resolve() for page in options.pages] or [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    pages = [page.resolve() for page in options.pages] or [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     failures = []
     for name, text in GENERATED.items():
         if not options.pages and (ROOT / "docs" / name).read_text() != text(bin_folder):
@@ -282,7 +282,7 @@ def main():
         jobs = []
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             for page in pages:
-                scratch = pathlib.Path(folder) / page.stem
+                scratch = pathlib.Path(folder) / "-".join(page.relative_to(ROOT).parts)
                 scratch.mkdir()
                 jobs.append(pool.submit(Page(page, bin_folder, scratch).run))
         for job in jobs:

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kMiB = 1 << 20;
 
-// Measured as in docs/benchmarks.md, "Memory": the growth of the peak with the number of catoms.
+// Measured as in docs/lab/memory.md, "Memory": the growth of the peak with the number of catoms.
 //
 // Code that is not in memory yet when the need is computed, threads, and what the allocator keeps.
 constexpr double kLater = 0.5 * kMiB;
