@@ -12,8 +12,6 @@ using plan::as;
 using plan::HeadPlan;
 using plan::MakeFact;
 
-std::uint64_t own_bit_mask(const plan::Plan& plan, PredicateId id) { return plan.columns[plan.of(id).column].own_dirty; }
-
 bool consumes(const plan::Plan& plan, const plan::Step& step) {
     const auto* match = as<plan::Match>(step);
     return match != nullptr && plan.program.predicates[match->predicate].linear() && !match->read_only;
@@ -39,7 +37,7 @@ bool only_elsewhere(const plan::Plan& plan, const RulePlan& rule, const std::vec
 std::optional<Marks> marks_of(const plan::Plan& plan, const RulePlan& rule) {
     Marks marks;
     for (const plan::Step& s : rule.steps)
-        if (consumes(plan, s)) marks.consumed |= own_bit_mask(plan, as<plan::Match>(s)->predicate);
+        if (consumes(plan, s)) marks.consumed |= plan.column_of(as<plan::Match>(s)->predicate).own_dirty;
     for (const HeadPlan& h : rule.heads) {
         const auto* fact = as<MakeFact>(h);
         if (fact == nullptr) {
@@ -47,7 +45,7 @@ std::optional<Marks> marks_of(const plan::Plan& plan, const RulePlan& rule) {
         } else if (made_here(plan, rule, *fact)) {
             // A persistent fact may be there already.
             if (!plan.program.predicates[fact->predicate].linear()) return std::nullopt;
-            marks.made |= own_bit_mask(plan, fact->predicate);
+            marks.made |= plan.column_of(fact->predicate).own_dirty;
         }
     }
     return marks;

@@ -1,7 +1,7 @@
 // Before pass 1: modules. Gives every name of a module its full name, `module-name`, so that all later passes see one name space. Assumes
 // nothing; leaves no rule that uses a name its module does not export.
 //
-// ModuleNames of the prelude, sensed predicates, actions and extern functions belong to the world outside and have no module.
+// Names of the prelude, sensed predicates, actions and extern functions belong to the world outside and have no module.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -350,7 +350,7 @@ class Separator {
     std::uint32_t prelude_files_;
     diagnostics::Reporter& report_;
     std::vector<ModuleNames> names_;                  // By unit.
-    std::set<std::pair<Sort, std::string>> outside_;  // ModuleNames that no module owns.
+    std::set<std::pair<Sort, std::string>> outside_;  // Names that no module owns.
     std::map<std::pair<std::string, std::size_t>, std::pair<std::uint32_t, std::string>> of_the_world_;
     std::set<std::uint32_t> linear_files_;
     std::set<std::uint32_t> twins_;                              // Units whose name another has.

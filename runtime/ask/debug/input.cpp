@@ -19,8 +19,6 @@ namespace {
 
 constexpr std::uint64_t kMaxCommands_bytes = std::uint64_t{1} << 26;
 constexpr std::size_t kMostLine_bytes = std::size_t{1} << 16;
-// A signal that comes just before the wait is noticed after so long.
-constexpr int kPoll_ms = 200;
 
 // Where a comment begins, if one does: not within a string of a question.
 std::size_t end_of_command(std::string_view line) {

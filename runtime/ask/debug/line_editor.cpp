@@ -27,8 +27,6 @@ namespace meld::debug {
 
 namespace {
 
-// A signal that comes just before the wait is noticed after so long.
-constexpr int kEditorPoll_ms = 200;
 constexpr int kMostHistory = 1000;
 // So many words are listed.
 constexpr std::size_t kMostWords = 100;
@@ -242,7 +240,7 @@ int LineEditor::Terminal::next(wchar_t* out) {
         if (resized.exchange(false)) ::el_resize(edit);
         if (again) ::el_set(edit, EL_REFRESH);
         pollfd in = {.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-        const int ready = ::poll(&in, 1, typed_ahead ? 0 : kEditorPoll_ms);
+        const int ready = ::poll(&in, 1, typed_ahead ? 0 : kPoll_ms);
         if (ready == 0) typed_ahead = false;
         if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
         char byte = 0;

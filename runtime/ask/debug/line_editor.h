@@ -14,6 +14,9 @@
 
 namespace meld::debug {
 
+// A signal that comes just before the wait is noticed after so long.
+inline constexpr int kPoll_ms = 200;
+
 // What can stand at the end of a line: words that replace what follows the first `begin` bytes of it.
 struct Completion {
     std::size_t begin = 0;

@@ -1,5 +1,7 @@
 #include "runtime/ask/query/terms.h"
 
+#include "runtime/ask/query/values.h"
+
 #include <bit>
 #include <utility>
 
@@ -19,10 +21,6 @@ namespace {
 // Terms are walked by recursion, on a stack that usually has 8 MB.
 constexpr std::ptrdiff_t kMostStack_bytes = 4 << 20;
 
-Value of(i64 v) { return {.integer = v}; }
-Value of(double v) { return {.real = v}; }
-Value of(bool v) { return {.integer = v ? 1 : 0}; }
-Value of(ListRef v) { return {.list = v}; }
 u64 word_of(Value v) { return v.catom; }
 
 template <class V>
@@ -57,7 +55,7 @@ Value Terms::value_as(const Term& term, const Type& type, Values& variables) { r
 
 Value Terms::element(const Term& term, const Type& type, Values& variables) {
     const Value v = value_as(term, type, variables);
-    return type.kind == Type::Kind::Float ? of(checked_real(scratch, 0, v.real)) : v;
+    return type.kind == Type::Kind::Float ? make_value(checked_real(scratch, 0, v.real)) : v;
 }
 
 Value Terms::value(const Term& t, Values& variables) {
@@ -68,29 +66,29 @@ Value Terms::value(const Term& t, Values& variables) {
         case Op::Int:
         case Op::Bool:
         case Op::Node:
-            return of(t.integer);
+            return make_value(t.integer);
         case Op::Float:
-            return of(t.real);
+            return make_value(t.real);
         case Op::Constant:
             return constant(t);
         case Op::WorldSize:
-            return of(view_.world_catoms);
+            return make_value(view_.world_catoms);
         case Op::String:
-            return of(make_text(scratch, t.text.data(), t.text.size()));
+            return make_value(make_text(scratch, t.text.data(), t.text.size()));
         case Op::List:
         case Op::Struct:
         case Op::Tuple:
             return make(t, variables);
         case Op::Cons: {
             const u64 head = word_of(element(t.operands[0], t.type.parts[0], variables));
-            return of(cons(scratch, head, operand(1).list));
+            return make_value(cons(scratch, head, operand(1).list));
         }
         case Op::ListHead:
             return std::bit_cast<Value>(item(operand(0).list, 0));
         case Op::ListTail:
-            return of(meld::tail(scratch, operand(0).list));
+            return make_value(meld::tail(scratch, operand(0).list));
         case Op::IsEmpty:
-            return of(count_of(operand(0).list) == 0);
+            return make_value(count_of(operand(0).list) == 0);
         case Op::Item:
             return std::bit_cast<Value>(item(operand(0).list, static_cast<u32>(t.integer)));
         case Op::Let: {
@@ -101,7 +99,7 @@ Value Terms::value(const Term& t, Values& variables) {
         }
         case Op::Append: {
             const ListRef a = operand(0).list, b = operand(1).list;
-            return of(t.type == Type::String ? join_text(scratch, a, b) : meld::append(scratch, a, b));
+            return make_value(t.type == Type::String ? join_text(scratch, a, b) : meld::append(scratch, a, b));
         }
         case Op::Call: {
             const check::Function& f = program_.checked().functions[t.function];
@@ -113,44 +111,45 @@ Value Terms::value(const Term& t, Values& variables) {
         case Op::Library:
             return library(t, variables);
         case Op::Negate:
-            if (t.type == Type::Vec3) return of(library::vector_scale(scratch, 0, operand(0).list, -1.0));
-            return t.type == Type::Float ? of(-operand(0).real) : of(checked_subtract(scratch, 0, 0, operand(0).integer));
+            if (t.type == Type::Vec3) return make_value(library::vector_scale(scratch, 0, operand(0).list, -1.0));
+            return t.type == Type::Float ? make_value(-operand(0).real) : make_value(checked_subtract(scratch, 0, 0, operand(0).integer));
         case Op::Not:
-            return of(operand(0).integer == 0);
+            return make_value(operand(0).integer == 0);
         case Op::ToFloat:
-            return t.operands[0].type == Type::Float ? operand(0) : of(static_cast<double>(operand(0).integer));
+            return t.operands[0].type == Type::Float ? operand(0) : make_value(static_cast<double>(operand(0).integer));
         case Op::If:
             return value_as(t.operands[operand(0).integer != 0 ? 1 : 2], t.type, variables);
         case Op::Min:
         case Op::Max: {
             const Value a = value_as(t.operands[0], t.type, variables), b = value_as(t.operands[1], t.type, variables);
             const bool least = t.op == Op::Min;
-            if (t.type == Type::Float) return of(least ? least_of(a.real, b.real) : greatest_of(a.real, b.real));
-            return of(least ? least_of(a.integer, b.integer) : greatest_of(a.integer, b.integer));
+            if (t.type == Type::Float) return make_value(least ? least_of(a.real, b.real) : greatest_of(a.real, b.real));
+            return make_value(least ? least_of(a.integer, b.integer) : greatest_of(a.integer, b.integer));
         }
         case Op::Abs:
-            return t.type == Type::Float ? of(__builtin_fabs(operand(0).real)) : of(checked_abs(scratch, 0, operand(0).integer));
+            return t.type == Type::Float ? make_value(__builtin_fabs(operand(0).real))
+                                         : make_value(checked_abs(scratch, 0, operand(0).integer));
         case Op::Truncate:
-            return of(checked_truncate(scratch, 0, operand(0).real));
+            return make_value(checked_truncate(scratch, 0, operand(0).real));
         case Op::Sqrt:
-            return of(__builtin_sqrt(operand(0).real));
+            return make_value(__builtin_sqrt(operand(0).real));
         case Op::NodeToInt:
             return operand(0);
         case Op::Now:
-            return of(view_.now);
+            return make_value(view_.now);
         case Op::Ticks:
-            return of(ticks_of(scratch, operand(0).real));
+            return make_value(ticks_of(scratch, operand(0).real));
         case Op::And:
-            return operand(0).integer != 0 ? operand(1) : of(false);
+            return operand(0).integer != 0 ? operand(1) : make_value(false);
         case Op::Or:
-            return operand(0).integer != 0 ? of(true) : operand(1);
+            return operand(0).integer != 0 ? make_value(true) : operand(1);
         case Op::Equal:
         case Op::NotEqual:
         case Op::Less:
         case Op::LessEqual:
         case Op::Greater:
         case Op::GreaterEqual:
-            return of(comparison(t, variables));
+            return make_value(comparison(t, variables));
         case Op::Add:
         case Op::Subtract:
         case Op::Multiply:
@@ -172,14 +171,14 @@ Value Terms::constant(const Term& t) {
     const check::Constant& c = program_.checked().constants[t.constant];
     if (c.computed.valid()) return call(c.computed, {});
     if (const std::optional<u32> parameter = program_.parameter(t.constant)) return view_.parameters[*parameter];
-    if (c.type == Type::String) return of(make_text(scratch, c.text.data(), c.text.size()));
+    if (c.type == Type::String) return make_value(make_text(scratch, c.text.data(), c.text.size()));
     Values none;
     if (c.type.compound()) return value(c.value, none);
-    return c.type == Type::Float ? of(c.real) : of(c.integer);
+    return c.type == Type::Float ? make_value(c.real) : make_value(c.integer);
 }
 
 Value Terms::make(const Term& t, Values& variables) {
-    if (t.operands.empty()) return of(ListRef{});
+    if (t.operands.empty()) return make_value(ListRef{});
     std::vector<u64> words;
     for (std::size_t i = 0; i < t.operands.size(); ++i) {
         const Type& part = t.type == Type::Vec3 ? Type::Float : t.type.parts[t.op == Op::List ? 0 : i];
@@ -188,9 +187,9 @@ Value Terms::make(const Term& t, Values& variables) {
     u64* const items = new_items(scratch, words.size());
     std::copy(words.begin(), words.end(), items);
     const ListRef list = list_over(scratch, items, words.size());
-    if (t.type.kind != Type::Kind::Set) return of(list);
+    if (t.type.kind != Type::Kind::Set) return make_value(list);
     const u16 part = types.number(t.type.parts[0]);
-    return of(list_to_set(scratch, 0, types.table(), part, list));
+    return make_value(list_to_set(scratch, 0, types.table(), part, list));
 }
 
 Value Terms::arithmetic(const Term& t, Values& variables) {
@@ -200,45 +199,45 @@ Value Terms::arithmetic(const Term& t, Values& variables) {
         const Value b = value_as(t.operands[1], vectors ? Type::Vec3 : Type::Float, variables);
         switch (t.op) {
             case Op::Add:
-                return of(library::vector_add(scratch, 0, a, b.list));
+                return make_value(library::vector_add(scratch, 0, a, b.list));
             case Op::Subtract:
-                return of(library::vector_subtract(scratch, 0, a, b.list));
+                return make_value(library::vector_subtract(scratch, 0, a, b.list));
             case Op::Multiply:
-                return of(library::vector_scale(scratch, 0, a, b.real));
+                return make_value(library::vector_scale(scratch, 0, a, b.real));
             default:
-                return of(library::vector_divide(scratch, 0, a, b.real));
+                return make_value(library::vector_divide(scratch, 0, a, b.real));
         }
     }
     const Value a = value_as(t.operands[0], t.type, variables), b = value_as(t.operands[1], t.type, variables);
     if (t.type == Type::Float) {
         switch (t.op) {
             case Op::Add:
-                return of(a.real + b.real);
+                return make_value(a.real + b.real);
             case Op::Subtract:
-                return of(a.real - b.real);
+                return make_value(a.real - b.real);
             case Op::Multiply:
-                return of(a.real * b.real);
+                return make_value(a.real * b.real);
             case Op::Divide:
-                return of(checked_divide(scratch, 0, a.real, b.real));
+                return make_value(checked_divide(scratch, 0, a.real, b.real));
             case Op::Modulo:
-                return of(checked_modulo(scratch, 0, a.real, b.real));
+                return make_value(checked_modulo(scratch, 0, a.real, b.real));
             default:
-                return of(__builtin_pow(a.real, b.real));
+                return make_value(__builtin_pow(a.real, b.real));
         }
     }
     switch (t.op) {
         case Op::Add:
-            return of(checked_add(scratch, 0, a.integer, b.integer));
+            return make_value(checked_add(scratch, 0, a.integer, b.integer));
         case Op::Subtract:
-            return of(checked_subtract(scratch, 0, a.integer, b.integer));
+            return make_value(checked_subtract(scratch, 0, a.integer, b.integer));
         case Op::Multiply:
-            return of(checked_multiply(scratch, 0, a.integer, b.integer));
+            return make_value(checked_multiply(scratch, 0, a.integer, b.integer));
         case Op::Divide:
-            return of(checked_divide(scratch, 0, a.integer, b.integer));
+            return make_value(checked_divide(scratch, 0, a.integer, b.integer));
         case Op::Modulo:
-            return of(checked_modulo(scratch, 0, a.integer, b.integer));
+            return make_value(checked_modulo(scratch, 0, a.integer, b.integer));
         default:
-            return of(checked_power(scratch, 0, a.integer, b.integer));
+            return make_value(checked_power(scratch, 0, a.integer, b.integer));
     }
 }
 
@@ -307,7 +306,7 @@ Value Terms::run(FunctionId id, Values& frame) {
             t = &t->operands[1];
         } else if ((t->op == Op::And || t->op == Op::Or) && f.result == Type::Bool) {
             const bool first = value(t->operands[0], frame).integer != 0;
-            if (first == (t->op == Op::Or)) return of(first);
+            if (first == (t->op == Op::Or)) return make_value(first);
             t = &t->operands[1];
         } else if (t->op == Op::Call && t->function == id && t->type == f.result) {
             Values next;

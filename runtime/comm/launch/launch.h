@@ -21,7 +21,7 @@ inline constexpr int kEndNowSignal = SIGUSR2;
 // The exit code of what could not be started.
 inline constexpr int kCannotStart = 127;
 
-// What does not end at the second signal is killed after this time.
+// From the order to end at once until a process is killed.
 inline constexpr std::chrono::milliseconds kUntilKilled{1200};
 
 struct LaunchOutcome {

@@ -21,7 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr timespec kBetweenSignals = {.tv_sec = 0, .tv_nsec = 100'000'000};
-// From the order to end at once until it is killed, and from the first one if it is stopped and hears nothing.
+// From the first order to end until a process that is stopped, and hears nothing, is killed.
 constexpr std::chrono::milliseconds kUntilStoppedIsKilled{500};
 
 sigset_t set_of(std::initializer_list<int> signals) {

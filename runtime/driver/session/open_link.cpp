@@ -24,9 +24,9 @@ bool OpenedLink::can_open() { return is_set("DISPLAY") || is_set("WAYLAND_DISPLA
 
 OpenedLink::OpenedLink(const std::string& link) {
     std::error_code error;
-    constexpr std::string_view kEnd = ".html";
-    std::string path = (std::filesystem::temp_directory_path(error) / "meldsim-view-XXXXXX").string() + std::string(kEnd);
-    const int file = error ? -1 : ::mkostemps(path.data(), static_cast<int>(kEnd.size()), O_CLOEXEC);
+    constexpr std::string_view kSuffix = ".html";
+    std::string path = (std::filesystem::temp_directory_path(error) / "meldsim-view-XXXXXX").string() + std::string(kSuffix);
+    const int file = error ? -1 : ::mkostemps(path.data(), static_cast<int>(kSuffix.size()), O_CLOEXEC);
     if (file < 0) return;
     path_ = path;
     leftover_ = Leftover(path_);

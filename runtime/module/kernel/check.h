@@ -1,5 +1,5 @@
-// What the kernel takes for granted. A module that is compiled with `meldc compile --checked`, as those of all random tests are, ends the
-// run where it does not hold; other modules do not contain the conditions.
+// What the kernel takes for granted. A module that is compiled with `meldc compile --checked`, as those are that tests compare with the
+// reference, ends the run where it does not hold; other modules do not contain the conditions.
 #pragma once
 
 #include "runtime/module/abi/module_abi.h"

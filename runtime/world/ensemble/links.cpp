@@ -7,8 +7,6 @@
 #include "runtime/base/assert.h"
 
 namespace meld::world {
-namespace {}  // namespace
-
 // An empty table would have no address, by which the form is known.
 Links::Links(bool apart) : apart_(apart) { reserve(1, 1); }
 
