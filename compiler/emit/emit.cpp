@@ -15,6 +15,7 @@ std::string emit_module(const plan::Plan& plan) {
     if (plan.program.by_links) w.raw("#define MELD_BY_LINKS");
     w.line("#include \"runtime/module/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     if (plan.singles.apply()) w.raw("#include \"runtime/module/kernel/singles.h\"");
+    if (has_lookups(plan)) w.raw("#include \"runtime/module/kernel/index.h\"");
     if (keeps_fronts(plan)) w.raw("#include \"runtime/module/kernel/fronts.h\"");
     if (plan.counts) w.raw("#include \"runtime/module/kernel/counts.h\"");
     if (plan.places) w.raw("#include \"runtime/module/abi/counts_abi.h\"");
@@ -25,6 +26,7 @@ std::string emit_module(const plan::Plan& plan) {
     emit_types(plan, w);
     emit_records(plan, w);
     emit_predicates(plan, w);
+    emit_searches(plan, w);
     emit_self(plan, w);
     emit_load_and_save(plan, w);
     emit_functions(plan, w);

@@ -131,6 +131,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
         w.raw("s.ports = static_cast<i32>(s.g->link_ports[s.catom]);");
     }
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
+    each_index_member(plan, [&](const std::string&, const std::string& name) { w.line("s.{}.reset();", name); });
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
     if (!plan.initial_facts.empty()) {

@@ -49,7 +49,9 @@ void RuleEmitter::step(const plan::AggregateOver& s) {
     w_.open("{");
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
+    const Match* const searching = std::exchange(searching_, nullptr);
     steps(s.steps);
+    searching_ = searching;
     leaves_out_ = leaves_out;
     accumulate(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, accumulated_type(f)));
     close_to(outside);
@@ -139,11 +141,13 @@ void RuleEmitter::consume() {
 }
 
 void RuleEmitter::heads(const std::vector<HeadPlan>& all) {
-    for (const HeadPlan& h : all) {
-        w_.open("{");
-        plan::visit_head(h, [this](const auto& one) { head(one); });
-        w_.close();
-    }
+    for (const HeadPlan& h : all) head_block(h);
+}
+
+void RuleEmitter::head_block(const HeadPlan& h) {
+    w_.open("{");
+    plan::visit_head(h, [this](const auto& one) { head(one); });
+    w_.close();
 }
 
 void RuleEmitter::head(const plan::ForAll& h) { comprehension(h, {}, {}); }

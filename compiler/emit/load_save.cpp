@@ -143,6 +143,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
             const std::string list = linear ? "s." + name + ".list" : "s." + name;
             const std::string changed = fmt::format("if (s.loaded[{}] && s.{}.changed)", c.predicates[0].index(), name);
             if (!linear) emit_count(plan, c.predicates[0], changed, w);
+            if (linear) w.line("{} s.{}.arrange(*s.e);", changed, name);
             if (c.follows_rows && c.exported)
                 w.line("{} s.e->host->change_rows(s.e, {}, own_changes(*s.e, s.{}));", changed, column.index(), name);
             else if (linear && !column_has_lists(plan, column))

@@ -15,35 +15,6 @@ void RuleEmitter::step(const Match& s) {
     match_here(s);
 }
 
-bool RuleEmitter::whole_key(const Match& s) const {
-    const Predicate& p = plan_.program.predicates[s.predicate];
-    const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
-    if (end <= 1) return false;
-    for (std::size_t i = 1; i < end; ++i)
-        if (s.uses[i - 1] != ArgumentUse::Compare || !same_type(s.arguments[i - 1], p.arguments[i].type)) return false;
-    return true;
-}
-
-std::string RuleEmitter::group_row(const Match& s) {
-    MELD_EXPECT(whole_key(s), "rule {}: the group of {} is not known", scope_.rule.name, plan_.program.predicates[s.predicate].name);
-    const Predicate& p = plan_.program.predicates[s.predicate];
-    const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
-    const std::string group = fresh("group");
-    w_.line("{} {}{{}};", row_type(s.predicate), group);
-    const Stored& stored = plan_.of(s.predicate);
-    fits_.clear();
-    for (std::size_t i = 1; i < end; ++i) {
-        const std::string value = term(scope_, s.arguments[i - 1]);
-        const bool narrow = p.arguments[i].type == Type::Int && stored.fields[i - 1].bytes < 8;
-        const std::string field = fmt::format("{}.{}", group, field_name(i));
-        w_.line("{} = {};", field, narrow ? fmt::format("static_cast<decltype({})>({})", field, value) : value);
-        // A value that does not fit is in no row.
-        if (narrow) fits_ += fmt::format(" && {} == {}", field, value);
-    }
-    only_if_defined(plan::may_fail(plan_.program, s.arguments));
-    return group;
-}
-
 void RuleEmitter::match_here(const Match& s) {
     const Stored& stored = plan_.of(s.predicate);
     const std::string name = predicate_name(plan_.program, s.predicate);
@@ -57,7 +28,7 @@ void RuleEmitter::match_here(const Match& s) {
         w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
         w_.open(fmt::format("if ({} < {}{}) {{", i, count, fits_));
     } else {
-        w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
+        each_row(s, i, rows, count);
     }
     // Rows may be replaced while a comprehension acts, so the fact is copied.
     w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
@@ -98,7 +69,7 @@ void RuleEmitter::match_remote(const Match& s) {
             w_.line("const u32 {} = find_row<{}_t>({}, {}.count, {}{});", i, name, rows, head, group, s.predicate == near_ ? ", near" : "");
             w_.open(fmt::format("if ({} < {}.count{}) {{", i, head, fits_));
         } else {
-            w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}.count; ++{0}) {{", i, head));
+            each_row(s, i, rows, head + ".count");
         }
         w_.line("[[maybe_unused]] const {}& {} = {}[{}];", row_type(s.predicate), f, rows, i);
         if (s.ranks) scope_.ranks.push_back(f + ".rank");
@@ -177,7 +148,12 @@ void RuleEmitter::match_bag(const Match& s) {
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string i = fresh("k"), f = fresh("f");
     w_.line("load_{}(s);", name);
-    w_.open(fmt::format("for (u32 {0} = 0; {0} < s.{1}.list.count; ++{0}) {{", i, name));
+    w_.line("s.{}.arrange(*s.e);", name);
+    const std::string rows = fmt::format("s.{}.list.rows", name), count = fmt::format("s.{}.list.count", name);
+    if (searching_)
+        each_in_search(s, i, name);
+    else
+        each_row(s, i, rows, count);
     std::string taken;
     for (const Consumed& c : consumed_)
         if (c.predicate == s.predicate) taken += fmt::format("{}{} == {}", taken.empty() ? "" : " || ", i, c.position);
@@ -187,6 +163,7 @@ void RuleEmitter::match_bag(const Match& s) {
     for (std::size_t k = 1; k < arguments.size(); ++k)
         if (arguments[k].type.compound()) w_.line("fetch_ahead(s.{}.list, {}, &{}::{});", name, i, row_type(s.predicate), field_name(k));
     if (!s.read_only) consumed_.push_back({s.predicate, i});
+    if (searching_) found_at_.push_back({&s, i});
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
@@ -262,7 +239,9 @@ void RuleEmitter::step(const plan::Unless& s) {
     w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
+    const Match* const searching = std::exchange(searching_, nullptr);
     steps(s.steps);
+    searching_ = searching;
     leaves_out_ = leaves_out;
     w_.raw("return true;");
     const bool always = w_.depth() == outside;

@@ -1,5 +1,6 @@
 // Emits one rule: nested loops over the plan's steps, with the heads innermost. The state that the emitting files share: rules.cpp (the
-// rule, links), matches.cpp (facts), heads.cpp (aggregates, heads), sweep.cpp (all messages in one pass).
+// rule, links), matches.cpp (facts), lookups.cpp (how rows are found), heads.cpp (aggregates, heads), sweep.cpp (all messages in one pass),
+// one_search.cpp (all firings in one search).
 #pragma once
 
 #include <map>
@@ -61,6 +62,19 @@ class RuleEmitter {
     void sweep();
     void match_in_sweep(const Match& s);
     void next_state(const MakeFact& h);
+    // ---- a linear rule that does all its firings in one search (one_search.cpp)
+    void all_firings();
+    void fire_in_search();
+    void end_search(const std::vector<PredicateId>& read);
+    // `name` is that of the predicate.
+    void each_in_search(const Match& s, const std::string& i, const std::string& name);
+    const Match& search_match(std::size_t step) const { return *as<Match>(rule_plan_.steps[step]); }
+    // What becomes of the fact that a match finds, and whether some facts of a predicate are taken.
+    bool puts_back(const Match& s) const;
+    bool changes(const Match& s) const;
+    bool takes(const Match& s) const;
+    bool takes_from(PredicateId p) const;
+    const Match& goes_on_at() const;
     // ---- a linear rule whose facts are variables (singles.cpp)
     void sweep_single();
     void match_single(const Match& s);
@@ -125,6 +139,8 @@ class RuleEmitter {
     // Emits the group row to look up; returns its name. fits_ becomes the condition that narrow fields can hold its values.
     std::string group_row(const Match& s);
     std::string fits_;
+    // The same for some of its arguments, counted from 1, without the condition that what is computed is defined.
+    std::string known_row(const Match& s, const std::vector<std::size_t>& arguments);
     void match_here(const Match& s);
     // A PerLink fact names its neighbour by port.
     void match_link(const Match& s, const std::string& f);
@@ -132,6 +148,12 @@ class RuleEmitter {
     // Rows that have changed, both old and new: of a predicate derived here in this evaluation, or since the last one.
     void match_changed(const Match& s);
     void match_bag(const Match& s);
+    // Opens the loop over the rows of a match; `i` names the position (lookups.cpp).
+    void each_row(const Match& s, const std::string& i, const std::string& rows, const std::string& count);
+    // The name of the struct that describes how the rows of a match are found.
+    std::string search_type(const Match& s) const;
+    // The indexes of bags that a linear rule looks into.
+    void declare_indexes();
     void match_world(const Match& s, WorldSource source);
 
     // ---- aggregates of matches, in bodies and heads
@@ -170,6 +192,7 @@ class RuleEmitter {
     }
     std::string own_bit(PredicateId id) const { return hex(plan_.columns[plan_.of(id).column].own_dirty); }
     void heads(const std::vector<HeadPlan>& all);
+    void head_block(const HeadPlan& h);
     void head(const MakeFact& h);
     void head(const plan::ForAll& h);
     // The results are computed while the matches are consumed, and then the last heads are produced once.
@@ -203,9 +226,13 @@ class RuleEmitter {
     // Derivations that fail are left out: in views, except where all matches are read at once, and except in rules for single rows, where a
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
-    bool sweeping_ = false;  // Within sweep().
-    bool single_ = false;    // Within single().
-    bool marks_ = false;     // As for linear().
+    bool sweeping_ = false;                                       // Within sweep().
+    bool single_ = false;                                         // Within single().
+    const Match* searching_ = nullptr;                            // Within all_firings(): where the search goes on after a firing.
+    std::vector<std::pair<const Match*, std::string>> found_at_;  // Consumed facts of such a search, and their positions,
+    std::string goes_on_;                                         // and the statements that go on with it after a firing.
+    std::map<const Match*, std::string> bag_indexes_;             // C++ names.
+    bool marks_ = false;                                          // As for linear().
     struct Changed {
         std::string row, gone;  // C++: the row, and whether it holds no longer.
     };

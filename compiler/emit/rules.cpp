@@ -111,6 +111,11 @@ void RuleEmitter::linear(bool marks) {
     const std::size_t outside = w_.depth();
     count(rule_plan_.rule, Part::Whole);
     if (rule_plan_.sweep.applies()) sweep();
+    if (rule_plan_.search.applies()) {
+        all_firings();
+        return w_.close();
+    }
+    declare_indexes();
     if (scope_.rule.select != Select::None) choose();
     steps(rule_plan_.steps);
     if (scope_.rule.select == Select::Random)

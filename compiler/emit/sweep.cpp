@@ -12,6 +12,7 @@ void RuleEmitter::sweep() {
     w_.line("load_{}(s);", messages);
     w_.line("if (s.{}.list.count == 0) return false;", messages);
     w_.open(fmt::format("if (s.{}.list.count == 1 && s.{}.list.count > 1) {{", state, messages));
+    w_.line("s.{}.arrange(*s.e);", messages);
     w_.line("{} state = s.{}.list.rows[0];", row_type(rule_plan_.sweep.state), state);
     w_.line("const auto* const messages = s.{}.list.rows;", messages);
     w_.line("const u32 count = s.{}.list.count;", messages);

@@ -235,6 +235,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         const std::string name = predicate_name(plan.program, id);
         w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
     }
+    each_index_member(plan, [&](const std::string& type, const std::string& name) { w.line("Index<{}> {};", type, name); });
     for (const ConstantId id : plan.program.constants.ids()) {
         const Constant& c = plan.program.constants[id];
         if (!computed_once(c)) continue;

@@ -136,6 +136,11 @@ std::string now_at(const plan::Plan& plan, const RulePlan& r);
 // Tries the linear rules in order until one fires: statements that set `fired`, and end with a `break`. `fixed`: as fixed_marks(); `call`:
 // what comes after the name of a rule's function; `stop`: a further condition to end.
 void emit_tries(const plan::Plan& plan, bool fixed, const std::string& call, const std::string& stop, Writer& w);
+// The structs that describe how rows are found by some of their arguments, whether there are any, and the indexes of a catom's views: the
+// names of their types and members.
+void emit_searches(const plan::Plan& plan, Writer& w);
+bool has_lookups(const plan::Plan& plan);
+void each_index_member(const plan::Plan& plan, const std::function<void(const std::string& type, const std::string& name)>& visit);
 // How many words have a bit for each linear rule.
 inline std::size_t words_of_rules(const plan::Plan& plan) { return (plan.linear_rules.size() + 63) / 64; }
 // The first rule that derives the predicate, which a trap names.

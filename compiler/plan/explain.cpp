@@ -87,6 +87,7 @@ class Explainer {
         out_ += fmt::format("  {}\n      runs at {}, {}", rule.text, site_of(rule), how);
         order_of_reading(r.steps, rule);
         order_in_heads(r.heads, rule);
+        lookups(r, rule);
         std::vector<std::string> reads;
         remote_reads(r.steps, reads);
         heads_remote(r.heads, reads);
@@ -99,7 +100,46 @@ class Explainer {
             out_ += r.sweep.applies() ? fmt::format("\n      takes all {} in one pass where there is one {}", messages, state)
                                       : fmt::format("\n      takes one {} at a time: {}", messages, r.sweep.obstacle);
         }
+        firings(r);
         out_ += "\n";
+    }
+    // How a linear rule goes on after a firing.
+    void firings(const RulePlan& r) {
+        if (!r.search.asked || (r.sweep.candidate() && r.sweep.applies())) return;
+        if (!r.search.applies()) {
+            out_ += fmt::format("\n      starts over after each firing: {}", r.search.obstacle);
+            return;
+        }
+        std::vector<std::string> kept, changed;
+        for (const OneSearch::MadeAgain& m : r.search.put_back)
+            kept.push_back(program_.predicates[as<Match>(r.steps[m.step])->predicate].name);
+        if (r.search.changed.step != OneSearch::kNone)
+            changed.push_back(program_.predicates[as<Match>(r.steps[r.search.changed.step])->predicate].name);
+        out_ += "\n      does all its firings in one search";
+        if (!kept.empty()) out_ += fmt::format(", which leaves {} in place", listed(kept));
+        if (!changed.empty()) out_ += fmt::format(", which changes {} in place", listed(changed));
+    }
+    // How rows are found of which some arguments are known.
+    void lookups(const RulePlan& r, const check::Rule& rule) {
+        const auto each = [&](const Step& s) {
+            if (const Match* m = as<Match>(s)) lookup(*m, rule);
+        };
+        each_step(r.steps, each);
+        each_head_plan(r.heads, [&](const HeadPlan& h) {
+            if (const std::vector<Step>* steps = steps_of(h)) each_step(*steps, each);
+        });
+    }
+    void lookup(const Match& m, const check::Rule& rule) {
+        const std::string name = program_.predicates[m.predicate].name + (m.at_site ? "" : " there");
+        if (!m.lookup.found()) {
+            if (!m.lookup.obstacle.empty()) out_ += fmt::format("\n      looks at all rows of {}: {}", name, m.lookup.obstacle);
+            return;
+        }
+        std::vector<std::string> values;
+        for (const std::size_t i : m.lookup.by) values.push_back(print(program_, rule, m.arguments[i - 1]));
+        out_ += m.lookup.kind == Lookup::Kind::Prefix
+                    ? fmt::format("\n      finds {} with {} first by the order of its rows", name, listed(values))
+                    : fmt::format("\n      finds {} with {} by an index, where a catom holds many", name, listed(values));
     }
     // The steps of a body, of a negation or of a head, and of those inside them. A single read has no order.
     void order_of_reading(const std::vector<Step>& steps, const check::Rule& rule, std::string indent = "\n      ",
@@ -243,7 +283,7 @@ class Explainer {
         if (p.linear()) return "each " + name;
         bool known = group_arguments(p) > 0;
         for (std::size_t i = 0; i < group_arguments(p); ++i) known = known && m.uses[i] == ArgumentUse::Compare;
-        return known ? name + " by its group" : "all rows of " + name;
+        return known ? name + " by its group" : (m.lookup.found() ? "rows of " : "all rows of ") + name;
     }
 
     void heads_remote(const std::vector<HeadPlan>& heads, std::vector<std::string>& out) const {

@@ -49,6 +49,8 @@ constexpr Pass kPasses[] = {
     {.name = "letters", .kind = kOptional, .on_plan = find_letters},
     {.name = "births", .kind = kOptional, .on_plan = find_idle_births},
     {.name = "share", .kind = kOptional, .on_plan = share_prefixes},
+    {.name = "indexes", .kind = kOptional, .on_plan = choose_indexes},
+    {.name = "search", .kind = kOptional, .on_plan = plan_searches},
 };
 
 // Checks the promises of the passes up to `last`.

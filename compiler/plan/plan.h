@@ -67,6 +67,20 @@ struct Sweep {
     bool applies() const { return candidate() && obstacle.empty(); }
 };
 
+// Whether a linear rule does all its firings in one search, which goes on from match to match instead of starting over (one_search.cpp).
+struct OneSearch {
+    static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+    struct MadeAgain {
+        std::size_t step = kNone, head = kNone;  // The match that consumes a fact, and the head that makes it again.
+    };
+    bool asked = false;                    // Whether the rule consumes facts.
+    std::string obstacle = {};             // Why it starts over after each firing; empty: it does not, if it was asked.
+    std::vector<MadeAgain> put_back = {};  // Facts that are consumed and made again as they were.
+    MadeAgain changed = {};                // The fact that is made again with other arguments, if any.
+
+    bool applies() const { return asked && obstacle.empty(); }
+};
+
 struct RulePlan {
     RuleId rule;
     std::vector<Step> steps;
@@ -74,6 +88,7 @@ struct RulePlan {
     std::uint64_t inputs = 0;  // Dirty bits after which the rule is evaluated again.
     std::uint64_t absent = 0;  // For a linear rule: the bits of linear facts that must be absent, or are counted.
     Sweep sweep = {};
+    OneSearch search = {};
     // For a delta rule (deltas.cpp):
     std::vector<VariableId> given = {};  // The head's group, known from the start.
     std::uint64_t unchanged = 0;         // The delta rule does not apply if one of these inputs has changed too.
@@ -195,6 +210,8 @@ void order_rules(Plan& plan);
 void plan_deltas(Plan& plan);
 // Finds the linear rules that take many facts in one sweep.
 void plan_sweeps(Plan& plan);
+// Finds the linear rules that fire again and again in one search.
+void plan_searches(Plan& plan);
 // Finds whether linear facts may be variables while a catom holds one of each.
 void find_singles(Plan& plan);
 void find_letters(Plan& plan);
@@ -202,6 +219,8 @@ void find_letters(Plan& plan);
 void find_idle_births(Plan& plan);
 // Lets rules of one predicate that begin with the same steps share them.
 void share_prefixes(Plan& plan);
+// Chooses how each match finds its facts: by their order, with an index, or one after the other.
+void choose_indexes(Plan& plan);
 // ---- parts of passes
 
 // The strongly connected components of the program's predicates, in order. The program must be stratifiable.

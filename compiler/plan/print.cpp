@@ -94,6 +94,7 @@ class Printer {
         if (r.sweep.applies())
             indented(2, fmt::format("all {} in one pass, if there is one {}", program_.predicates[r.sweep.messages].name,
                                     program_.predicates[r.sweep.state].name));
+        if (r.search.applies()) indented(2, "all firings in one search");
         steps(r.steps, 2);
         heads(r.heads, 2 + r.steps.size());
     }
@@ -178,7 +179,8 @@ class Printer {
         std::string out = (s.changed ? "changed " : "") + program_.predicates[s.predicate].name + "(" + name(s.place);
         for (std::size_t i = 0; i < s.arguments.size(); ++i)
             out += std::string(s.uses[i] == ArgumentUse::Compare ? ", =" : ", ") + text(s.arguments[i]);
-        return out + ")" + (s.ranks ? "  rank" : "");
+        const char* found = s.lookup.kind == Lookup::Kind::Prefix ? "  sorted" : s.lookup.kind == Lookup::Kind::Index ? "  index" : "";
+        return out + ")" + (s.ranks ? "  rank" : "") + found;
     }
     std::string concrete(const Test& s, std::size_t) const { return "if " + text(s.condition); }
     std::string concrete(const Set& s, std::size_t) const { return name(s.variable) + " = " + text(s.value); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -65,6 +66,20 @@ struct FindNeighbour {
     Choice choice = {};
 };
 
+// How a Match finds its facts among the rows at the catom, where it does not know a whole group (passes/indexes.cpp).
+struct Lookup {
+    enum class Kind {
+        Scan,    // All rows, one after the other.
+        Prefix,  // Rows are sorted: those that begin with known arguments follow each other.
+        Index,   // A hash table of rows by known arguments.
+    };
+    Kind kind = Kind::Scan;
+    std::vector<std::size_t> by = {};  // These arguments after the catom, counted from 1.
+    std::string obstacle = {};         // Scan: why, if arguments are known.
+
+    bool found() const { return kind != Kind::Scan; }
+};
+
 // [changed] dist(A, =B, D)  [rank]        one of the facts of a predicate at a catom
 struct Match {
     PredicateId predicate = {};
@@ -76,6 +91,7 @@ struct Match {
     bool ranks = false;      // The rank of the head is above the rank of this fact.
     bool changed = false;    // Only rows that have changed, both the old and the new ones.
     Choice choice = {};
+    Lookup lookup = {};
 };
 
 // if D > 3

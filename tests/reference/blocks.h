@@ -43,6 +43,8 @@ Block linear_block(Random& random, const std::vector<Known>& known, int names);
 Block far_block(Random& random, const std::vector<Known>& known, int names);
 // Linear facts that update another one, each in turn or all in one pass.
 Block sweep_block(Random& random, const std::vector<Known>& known, int names);
+// Tables of linear and other facts, joined by any of their arguments.
+Block table_block(Random& random, const std::vector<Known>& known, int names);
 // All of a program: linear facts that are the states of catoms, and messages between them.
 Block state_block(Random& random, const std::vector<Known>& known, int names);
 

@@ -98,6 +98,7 @@ class Generator {
         if (errs && out_.refused.empty()) add(error_block);
         if (linear && out_.refused.empty()) {
             if (chance(random_, 40)) add(sweep_block);
+            if (out_.refused.empty() && chance(random_, 50)) add(table_block);
             if (out_.refused.empty()) add(out_.draft.reach != Reach::None ? far_block : linear_block);
             if (chance(random_, 50)) add(any_block());
         }

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "compiler/plan/join/draws.h"
+#include "compiler/plan/passes/in_between.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -87,14 +88,7 @@ class SweepFinder {
         for (const HeadPlan& h : rule_.heads)
             if (const MakeFact& fact = *as<MakeFact>(h); fact.place == site() && plan_.of(fact.predicate).column.valid())
                 made |= own_bit(fact.predicate);
-        for (const StratumPlan& s : plan_.strata)
-            if ((s.inputs & made) != 0 && !s.predicates.empty()) return fmt::format("{} depends on what it makes", name(s.predicates[0]));
-        for (std::size_t i = 0; i < number_; ++i) {
-            const RulePlan& earlier = plan_.linear_rules[i];
-            if ((earlier.inputs & made) != 0 || (earlier.absent & consumed) != 0)
-                return fmt::format("{}, which is before it, may fire in between", plan_.program.rules[earlier.rule].name);
-        }
-        return "";
+        return meld::plan::in_between(plan_, number_, made, consumed);
     }
 
     // ---- what a value depends on

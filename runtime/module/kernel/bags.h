@@ -7,12 +7,43 @@
 
 namespace meld {
 
+// Positions in a bag whose facts a rule has taken while its search goes on (compiler/plan/passes/one_search.cpp): the facts stay where they
+// are until the search ends, so that positions hold.
+struct Taken {
+    u32* next = nullptr;  // For each position one at or after it that may not be taken; null: nothing is taken.
+    u32 number = 0;
+
+    bool has(u32 at) const { return next != nullptr && next[at] != at; }
+    // The first at or after this one that is not taken. Steps over what was taken get longer each time, so a search that begins anew at the
+    // front does not visit it again.
+    u32 from(u32 at) const {
+        if (next == nullptr) return at;
+        while (next[at] != at) at = next[at] = next[next[at]];
+        return at;
+    }
+    void take(Eval& e, u32 count, u32 at) {
+        if (next == nullptr) {
+            next = static_cast<u32*>(scratch(e, (u64{count} + 1) * sizeof(u32)));
+            for (u32 i = 0; i <= count; ++i) next[i] = i;
+        }
+        KERNEL_CHECK(e, at < count && next[at] == at);
+        next[at] = at + 1;
+        ++number;
+    }
+};
+
 // Linear facts: a sorted bag; the lowest fact that fits is matched first.
 template <class T>
 struct Bag {
     using Row = typename T::Row;
+#ifdef MELD_CHECKED
+    static constexpr u32 kMovedAtOnce = 3;
+#else
+    static constexpr u32 kMovedAtOnce = 64;
+#endif
     RowList<Row> list;
     RowList<Row> held;  // Made while a comprehension consumes this bag: they join the bag when it ends.
+    u32 late;           // So many at the end of the list are not in order yet: arrange() is due before it is read.
     u32 rule;           // The rule that a trap names: the first that derives T.
     bool stored;        // The list is where the column has it, and must not be written to. It has no room, so that what is added copies it.
     bool holding;
@@ -23,6 +54,7 @@ struct Bag {
         list.rows = const_cast<Row*>(from);
         list.count = list.capacity = n;
         held.reset();
+        late = 0;
         stored = true;
         changed = holding = false;
     }
@@ -41,7 +73,7 @@ struct Bag {
     }
     // The bag holds this fact alone.
     void become(Eval& e, const Row& row) {
-        list.count = 0;
+        list.count = late = 0;
         own(e);
         list.rows[0] = row;
         list.count = 1;
@@ -69,10 +101,36 @@ struct Bag {
         changed = true;
         if (list.count > 1) move_last(e);
     }
-    // The last fact goes where it belongs.
+    // Before a rule reads the facts.
+    [[gnu::always_inline]] void arrange(Eval& e) {
+        if (late > 0) [[unlikely]] arrange_late(e);
+    }
+    [[gnu::noinline]] void arrange_late(Eval& e) {
+        const u32 before = list.count - late;
+        Row* const come = list.rows + before;
+        sort_rows(e, come, late, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+        Row* const to = static_cast<Row*>(scratch(e, u64{list.count} * sizeof(Row)));
+        u32 h = 0, c = 0;
+        while (h < before || c < late) {
+            const bool first = c == late || (h < before && T::key(come[c], list.rows[h]) >= 0);
+            to[h + c] = first ? list.rows[h] : come[c];
+            if (first)
+                ++h;
+            else
+                ++c;
+        }
+        list.rows = to;
+        list.capacity = list.count;
+        late = 0;
+    }
+    // The last fact goes where it belongs: at once in a short list, in a long one with all that come before the list is read.
     MELD_STEP void move_last(Eval& e) {
         u32 at = list.count - 1;
         const Row row = list.rows[at];
+        if (list.count > kMovedAtOnce) {
+            late += late > 0 || T::key(row, list.rows[at - 1]) < 0;
+            return check_fact_limit(e, list.count, rule);
+        }
         while (at > 0 && T::key(row, list.rows[at - 1]) < 0) {
             list.rows[at] = list.rows[at - 1];
             --at;
@@ -92,8 +150,38 @@ struct Bag {
         KERNEL_CHECK(e, in_order(positions, n, Ties::None, [](u32 a, u32 b) { return a > b; }));
         for (u32 i = 0; i < n; ++i) remove(e, positions[i]);
     }
+    // Removes the facts that a search has taken.
+    MELD_STEP void drop(Eval& e, const Taken& taken) {
+        if (taken.number == 0) return;
+        KERNEL_CHECK(e, late == 0);
+        const u32 count = list.count, front = taken.from(0);
+        changed = true;
+        if (front == taken.number) {
+            list.rows += front;
+            list.count -= front;
+            list.capacity -= front;
+            return;
+        }
+        const Row* const before = list.rows;
+        if (stored) list.rows = static_cast<Row*>(scratch(e, u64{count - taken.number} * sizeof(Row)));
+        u32 kept = 0;
+        for (u32 i = front; i < count; i = taken.from(i + 1)) list.rows[kept++] = before[i];
+        KERNEL_CHECK(e, kept == count - taken.number);
+        list.count = kept;
+        if (stored) list.capacity = kept;
+        stored = false;
+    }
+    // Gives the fact at this position other arguments. Returns whether that keeps the order; otherwise it does nothing.
+    [[gnu::always_inline]] bool change(Eval& e, u32 at, const Row& row) {
+        if (at > 0 && T::key(list.rows[at - 1], row) > 0) return false;
+        if (at + 1 < list.count && T::key(row, list.rows[at + 1]) > 0) return false;
+        own(e);
+        list.rows[at] = row;
+        changed = true;
+        return true;
+    }
     [[gnu::always_inline]] void remove(Eval& e, u32 at) {
-        KERNEL_CHECK(e, at < list.count);
+        KERNEL_CHECK(e, at < list.count && late == 0);
         changed = true;
         --list.count;
         if (at > 0) return remove_inside(e, at);

@@ -31,7 +31,7 @@ struct Single {
         become(fact);
     }
     [[gnu::always_inline]] void give_to(Eval& e, Bag<T>& bag) const {
-        bag.list.count = bag.list.capacity = 0;
+        bag.list.count = bag.list.capacity = bag.late = 0;
         bag.changed = true;
         if (!holds) return;
         const typename T::Row fact = row;  // Elsewhere in memory, so that this one need not be there.

@@ -1,0 +1,159 @@
+// Emits how the rows of a match are found: by their group, by how they begin, with an index, or one after the other
+// (compiler/plan/passes/indexes.cpp).
+#include <set>
+
+#include "compiler/emit/rule_emitter.h"
+
+namespace meld::emit {
+
+using plan::Lookup;
+
+namespace {
+
+std::string arguments_name(const std::vector<std::size_t>& arguments) { return fmt::format("{}", fmt::join(arguments, "_")); }
+
+// The struct that describes a search: route_3_by_1_2.
+std::string search_type(const plan::Plan& plan, const Match& m) {
+    return fmt::format("{}_by_{}", predicate_name(plan.program, m.predicate), arguments_name(m.lookup.by));
+}
+// The member of Self with the index of the catom's own rows, or of a neighbour's.
+std::string index_member(const plan::Plan& plan, const Match& m) { return "index_" + search_type(plan, m) + (m.at_site ? "" : "_there"); }
+
+// Every match that is looked up, of all rules.
+template <class Visit>
+void each_lookup(const plan::Plan& plan, const Visit& visit) {
+    const auto on_steps = [&](const std::vector<Step>& steps) {
+        plan::each_step(steps, [&](const Step& s) {
+            if (const Match* m = as<Match>(s); m != nullptr && m->lookup.found()) visit(*m);
+        });
+    };
+    const auto on_rule = [&](const RulePlan& r, const auto& again) -> void {
+        on_steps(r.steps);
+        plan::each_head_plan(r.heads, [&](const HeadPlan& h) {
+            if (const std::vector<Step>* steps = plan::steps_of(h)) on_steps(*steps);
+        });
+        for (const RulePlan& b : r.branches) again(b, again);
+    };
+    for (const plan::StratumPlan& s : plan.strata)
+        for (const auto* rules : {&s.rules, &s.semi_naive, &s.deltas.affected, &s.deltas.regroup})
+            for (const RulePlan& r : *rules) on_rule(r, on_rule);
+    for (const auto* rules : {&plan.linear_rules, &plan.initial_facts})
+        for (const RulePlan& r : *rules) on_rule(r, on_rule);
+}
+
+// Two floats that are equal have one hash.
+std::string hashed_argument(const Type& type, const std::string& value) {
+    if (type == Type::Float) return fmt::format("bits_of({} + 0.0)", value);
+    if (type == Type::Int) return fmt::format("bits_of(i64{{{}}})", value);
+    return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
+}
+
+void emit_search(const plan::Plan& plan, const Match& m, Writer& w) {
+    const Predicate& p = plan.program.predicates[m.predicate];
+    w.open(fmt::format("struct {} {{", search_type(plan, m)));
+    w.line("using Row = {}_t::Row;", predicate_name(plan.program, m.predicate));
+    if (m.lookup.kind == Lookup::Kind::Prefix) {
+        std::string text;
+        for (const std::size_t i : m.lookup.by)
+            text +=
+                fmt::format("if (const int c = {}) return c; ", compared(p.arguments[i].type, "a." + field_name(i), "b." + field_name(i)));
+        w.line("static int order(const Row& a, const Row& b) {{ {}return 0; }}", text);
+    } else {
+        std::string text = "kGroupHash";
+        for (const std::size_t i : m.lookup.by)
+            text = fmt::format("mix({}, {})", text, hashed_argument(p.arguments[i].type, "row." + field_name(i)));
+        w.line("static u64 hash(const Row& row) {{ return {}; }}", text);
+    }
+    w.close("};");
+}
+
+}  // namespace
+
+bool has_lookups(const plan::Plan& plan) {
+    bool found = false;
+    each_lookup(plan, [&](const Match&) { found = true; });
+    return found;
+}
+
+void emit_searches(const plan::Plan& plan, Writer& w) {
+    std::set<std::string> known;
+    each_lookup(plan, [&](const Match& m) {
+        if (!known.insert(search_type(plan, m)).second) return;
+        if (known.size() == 1) w.raw("");
+        emit_search(plan, m, w);
+    });
+}
+
+void each_index_member(const plan::Plan& plan, const std::function<void(const std::string& type, const std::string& name)>& visit) {
+    std::set<std::string> known;
+    each_lookup(plan, [&](const Match& m) {
+        if (m.lookup.kind != Lookup::Kind::Index || plan.program.predicates[m.predicate].linear()) return;
+        if (known.insert(index_member(plan, m)).second) visit(search_type(plan, m), index_member(plan, m));
+    });
+}
+
+// ---- in a rule
+
+bool RuleEmitter::whole_key(const Match& s) const {
+    const Predicate& p = plan_.program.predicates[s.predicate];
+    const std::size_t end = p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at;
+    if (end <= 1) return false;
+    for (std::size_t i = 1; i < end; ++i)
+        if (s.uses[i - 1] != ArgumentUse::Compare || !same_type(s.arguments[i - 1], p.arguments[i].type)) return false;
+    return true;
+}
+
+std::string RuleEmitter::group_row(const Match& s) {
+    MELD_EXPECT(whole_key(s), "rule {}: the group of {} is not known", scope_.rule.name, plan_.program.predicates[s.predicate].name);
+    const Predicate& p = plan_.program.predicates[s.predicate];
+    std::vector<std::size_t> arguments;
+    for (std::size_t i = 1; i < (p.aggregate == Aggregate::None ? p.arguments.size() : p.aggregate_at); ++i) arguments.push_back(i);
+    const std::string group = known_row(s, arguments);
+    only_if_defined(plan::may_fail(plan_.program, s.arguments));
+    return group;
+}
+
+std::string RuleEmitter::known_row(const Match& s, const std::vector<std::size_t>& arguments) {
+    const Predicate& p = plan_.program.predicates[s.predicate];
+    const std::string group = fresh("group");
+    w_.line("{} {}{{}};", row_type(s.predicate), group);
+    const Stored& stored = plan_.of(s.predicate);
+    fits_.clear();
+    for (const std::size_t i : arguments) {
+        const std::string value = term(scope_, s.arguments[i - 1]);
+        const bool narrow = p.arguments[i].type == Type::Int && stored.fields[i - 1].bytes < 8;
+        const std::string field = fmt::format("{}.{}", group, field_name(i));
+        w_.line("{} = {};", field, narrow ? fmt::format("static_cast<decltype({})>({})", field, value) : value);
+        // A value that does not fit is in no row.
+        if (narrow) fits_ += fmt::format(" && {} == {}", field, value);
+    }
+    return group;
+}
+
+std::string RuleEmitter::search_type(const Match& s) const { return emit::search_type(plan_, s); }
+
+void RuleEmitter::each_row(const Match& s, const std::string& i, const std::string& rows, const std::string& count) {
+    if (!s.lookup.found()) return w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
+    const std::string group = known_row(s, s.lookup.by), at = fresh("at");
+    // A value that no row can hold is in none.
+    const std::string last = s.lookup.kind == Lookup::Kind::Prefix ? at + ".end" : count;
+    if (s.lookup.kind == Lookup::Kind::Prefix) {
+        w_.line("const Span {} = span_of<{}>({}, {}, {});", at, search_type(s), rows, count, group);
+        w_.open(fmt::format("for (u32 {0} = {1}.first; {0} < {2}{3}; ++{0}) {{", i, at, last, fits_));
+        return;
+    }
+    const auto bag = bag_indexes_.find(&s);
+    const std::string index = bag != bag_indexes_.end() ? bag->second : "s." + index_member(plan_, s);
+    w_.line("const Found {} = {}.find(*s.e, {}, {}, {});", at, index, rows, count, group);
+    w_.open(fmt::format("for (u32 {0} = {1}.first; {0} < {2}{3}; {0} = {1}.after({0})) {{", i, at, last, fits_));
+}
+
+void RuleEmitter::declare_indexes() {
+    plan::each_step(rule_plan_.steps, [&](const Step& s) {
+        const Match* m = as<Match>(s);
+        if (m == nullptr || m->lookup.kind != Lookup::Kind::Index || !plan_.program.predicates[m->predicate].linear()) return;
+        w_.line("Index<{}> {};", search_type(*m), bag_indexes_[m] = fresh("index"));
+    });
+}
+
+}  // namespace meld::emit

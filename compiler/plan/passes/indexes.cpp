@@ -1,0 +1,117 @@
+// Pass: indexes. A match that knows some arguments of its facts need not look at all rows of the catom:
+//     route(A, =T, D)        rows are sorted by their arguments, so those of T follow each other: found by halving
+//     link(A, S, =T)         the rows of each T are in a hash table, which the module makes when it has looked through all rows a few times
+// Both find the same rows in the same order as looking at each, and both are left alone while a catom holds few rows. An argument helps if
+// its value is known before any row is read, for certain: a computation that may fail is done for each row, as it is without an index.
+// A whole group is looked up in any case (emit/lookups.cpp). Runs when all rules have their steps.
+#include <algorithm>
+
+#include "compiler/plan/join/draws.h"
+#include "compiler/plan/join/may_fail.h"
+#include "compiler/plan/plan.h"
+
+namespace meld::plan {
+
+using namespace check;
+
+namespace {
+
+// Two floats in a list may be equal and have other bits, -0 and 0; one by itself is made alike before it is hashed.
+bool hashable(const Type& type) {
+    return std::ranges::all_of(type.parts, [](const Type& part) { return part != Type::Float && hashable(part); }) && type != Type::Vec3;
+}
+
+class IndexChooser {
+  public:
+    explicit IndexChooser(Plan& plan) : plan_(plan) {}
+
+    void choose() {
+        for (StratumPlan& s : plan_.strata) {
+            for (auto* rules : {&s.rules, &s.semi_naive, &s.deltas.affected, &s.deltas.regroup})
+                for (RulePlan& r : *rules) rule(r);
+        }
+        for (RulePlan& r : plan_.linear_rules) rule(r);
+        for (RulePlan& r : plan_.initial_facts) rule(r);
+    }
+
+  private:
+    void rule(RulePlan& r) {
+        steps(r.steps);
+        heads(r.heads);
+        for (RulePlan& b : r.branches) rule(b);
+    }
+    void steps(std::vector<Step>& all) {
+        for (Step& s : all) {
+            if (auto* inner = inner_steps(s)) steps(*inner);
+            if (Match* m = as<Match>(s)) m->lookup = lookup(*m);
+        }
+    }
+    // A comprehension takes facts away while it looks for more: it looks at all.
+    void heads(std::vector<HeadPlan>& all) {
+        for (HeadPlan& h : all)
+            visit_head(
+                h, [](MakeFact&) {}, [&](ForAll& each) { comprehension(each); },
+                [&](AggregateAll& each) {
+                    comprehension(each.each);
+                    heads(each.results);
+                },
+                [&](Choose& choice) {
+                    heads(choice.heads);
+                    heads(choice.others);
+                },
+                [&](With& with) { heads(with.heads); });
+    }
+    void comprehension(ForAll& all) {
+        in_comprehension_ = true;
+        steps(all.steps);
+        in_comprehension_ = false;
+        heads(all.heads);
+    }
+
+    Lookup lookup(const Match& m) const {
+        const Predicate& p = plan_.program.predicates[m.predicate];
+        if (p.world != WorldSource::None || m.changed || plan_.of(m.predicate).storage != Storage::Rows) return {};
+        std::vector<std::size_t> known;
+        std::string obstacle;
+        for (std::size_t i = 1; i <= m.arguments.size(); ++i) {
+            if (m.uses[i - 1] != ArgumentUse::Compare) continue;
+            if (std::string why = of_argument(m, i); why.empty())
+                known.push_back(i);
+            else
+                obstacle = std::move(why);
+        }
+        if (in_comprehension_ && p.linear() && !m.read_only) return {.obstacle = known.empty() ? "" : "the comprehension consumes it"};
+        if (known.empty()) return {.obstacle = obstacle};
+        // What lies behind the group does not order the rows. A group that is known as a whole has one row at most.
+        const std::size_t sorted = p.linear() ? p.arguments.size() - 1 : group_arguments(p);
+        std::size_t first = 0;
+        while (first < known.size() && known[first] == first + 1 && first < sorted) ++first;
+        if (!p.linear() && first == sorted) return {};
+        if (first == known.size()) return {.kind = Lookup::Kind::Prefix, .by = known};
+        std::vector<std::size_t> hashed;
+        for (const std::size_t i : known)
+            if (hashable(p.arguments[i].type)) hashed.push_back(i);
+        if (hashed.size() > first) return {.kind = Lookup::Kind::Index, .by = hashed};
+        known.resize(first);
+        return first > 0 ? Lookup{.kind = Lookup::Kind::Prefix, .by = known} : Lookup{.obstacle = "lists of floats are not indexed"};
+    }
+    std::string of_argument(const Match& m, std::size_t i) const {
+        const Term& t = m.arguments[i - 1];
+        bool here = false;
+        for (std::size_t k = 0; k < m.arguments.size(); ++k)
+            if (m.uses[k] == ArgumentUse::Bind) each_variable(t, [&](VariableId v) { here = here || v == m.arguments[k].variable; });
+        if (here) return "it is compared with an argument of the same fact";
+        if (!(t.type == plan_.program.predicates[m.predicate].arguments[i].type)) return "an int is compared with a float";
+        if (may_fail(plan_.program, t)) return "what it is compared with may fail";
+        return draws(plan_.program, t) ? "what it is compared with is drawn" : "";
+    }
+
+    Plan& plan_;
+    bool in_comprehension_ = false;
+};
+
+}  // namespace
+
+void choose_indexes(Plan& plan) { IndexChooser(plan).choose(); }
+
+}  // namespace meld::plan
