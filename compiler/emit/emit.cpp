@@ -1,6 +1,8 @@
 // The whole module, part by part.
 #include "compiler/emit/emit.h"
 
+#include <algorithm>
+
 #include "compiler/emit/marks.h"
 #include "compiler/emit/writer.h"
 
@@ -16,6 +18,8 @@ std::string emit_module(const plan::Plan& plan) {
     w.line("#include \"runtime/module/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     if (plan.singles.apply()) w.raw("#include \"runtime/module/kernel/singles.h\"");
     if (has_lookups(plan)) w.raw("#include \"runtime/module/kernel/index.h\"");
+    if (std::ranges::any_of(plan.strata, [](const plan::StratumPlan& s) { return !s.semi_naive.empty(); }))
+        w.raw("#include \"runtime/module/kernel/rounds.h\"");
     if (keeps_fronts(plan)) w.raw("#include \"runtime/module/kernel/fronts.h\"");
     if (plan.counts) w.raw("#include \"runtime/module/kernel/counts.h\"");
     if (plan.places) w.raw("#include \"runtime/module/abi/counts_abi.h\"");

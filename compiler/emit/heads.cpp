@@ -102,7 +102,7 @@ void RuleEmitter::propose(const MakeFact& h) {
     }
     if (plan_.of(h.predicate).waits) heard_from(h);
     only_if_defined(plan::may_fail(plan_.program, h.arguments));
-    w_.line("s.{}.propose(*s.e, row);", name);
+    w_.line("s.{}{}.propose(*s.e, row);", name, grows(h.predicate) ? "_rounds" : "");
 }
 
 void RuleEmitter::heard_from(const MakeFact& h) {

@@ -10,14 +10,15 @@ using plan::Lookup;
 
 namespace {
 
-std::string arguments_name(const std::vector<std::size_t>& arguments) { return fmt::format("{}", fmt::join(arguments, "_")); }
-
 // The struct that describes a search: route_3_by_1_2.
 std::string search_type(const plan::Plan& plan, const Match& m) {
-    return fmt::format("{}_by_{}", predicate_name(plan.program, m.predicate), arguments_name(m.lookup.by));
+    return fmt::format("{}_by_{}", predicate_name(plan.program, m.predicate), fmt::join(m.lookup.by, "_"));
 }
 // The member of Self with the index of the catom's own rows, or of a neighbour's.
-std::string index_member(const plan::Plan& plan, const Match& m) { return "index_" + search_type(plan, m) + (m.at_site ? "" : "_there"); }
+std::string index_member(const plan::Plan& plan, const Match& m) {
+    const char* const which = !m.at_site ? "_there" : m.lookup.kind == Lookup::Kind::Rounds ? "_rounds" : "";
+    return "index_" + search_type(plan, m) + which;
+}
 
 // Every match that is looked up, of all rules.
 template <class Visit>
@@ -41,29 +42,17 @@ void each_lookup(const plan::Plan& plan, const Visit& visit) {
         for (const RulePlan& r : *rules) on_rule(r, on_rule);
 }
 
-// Two floats that are equal have one hash.
-std::string hashed_argument(const Type& type, const std::string& value) {
-    if (type == Type::Float) return fmt::format("bits_of({} + 0.0)", value);
-    if (type == Type::Int) return fmt::format("bits_of(i64{{{}}})", value);
-    return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
-}
-
 void emit_search(const plan::Plan& plan, const Match& m, Writer& w) {
     const Predicate& p = plan.program.predicates[m.predicate];
     w.open(fmt::format("struct {} {{", search_type(plan, m)));
     w.line("using Row = {}_t::Row;", predicate_name(plan.program, m.predicate));
-    if (m.lookup.kind == Lookup::Kind::Prefix) {
-        std::string text;
-        for (const std::size_t i : m.lookup.by)
-            text +=
-                fmt::format("if (const int c = {}) return c; ", compared(p.arguments[i].type, "a." + field_name(i), "b." + field_name(i)));
-        w.line("static int order(const Row& a, const Row& b) {{ {}return 0; }}", text);
-    } else {
-        std::string text = "kGroupHash";
-        for (const std::size_t i : m.lookup.by)
-            text = fmt::format("mix({}, {})", text, hashed_argument(p.arguments[i].type, "row." + field_name(i)));
-        w.line("static u64 hash(const Row& row) {{ return {}; }}", text);
+    std::string order, hash = "kGroupHash";
+    for (const std::size_t i : m.lookup.by) {
+        order += fmt::format("if (const int c = {}) return c; ", compared(p.arguments[i].type, "a." + field_name(i), "b." + field_name(i)));
+        hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[i].type, "row." + field_name(i)));
     }
+    w.line("static int order(const Row& a, const Row& b) {{ {}return 0; }}", order);
+    w.line("static u64 hash(const Row& row) {{ return {}; }}", hash);
     w.close("};");
 }
 
@@ -87,8 +76,17 @@ void emit_searches(const plan::Plan& plan, Writer& w) {
 void each_index_member(const plan::Plan& plan, const std::function<void(const std::string& type, const std::string& name)>& visit) {
     std::set<std::string> known;
     each_lookup(plan, [&](const Match& m) {
-        if (m.lookup.kind != Lookup::Kind::Index || plan.program.predicates[m.predicate].linear()) return;
+        if (m.lookup.kind == Lookup::Kind::Prefix || plan.program.predicates[m.predicate].linear()) return;
         if (known.insert(index_member(plan, m)).second) visit(search_type(plan, m), index_member(plan, m));
+    });
+}
+
+void each_rounds_index(const plan::Plan& plan, const plan::StratumPlan& stratum,
+                       const std::function<void(const std::string& name)>& visit) {
+    std::set<std::string> known;
+    each_lookup(plan, [&](const Match& m) {
+        if (m.lookup.kind == Lookup::Kind::Rounds && stratum.grows(m.predicate) && known.insert(index_member(plan, m)).second)
+            visit(index_member(plan, m));
     });
 }
 
@@ -144,7 +142,8 @@ void RuleEmitter::each_row(const Match& s, const std::string& i, const std::stri
     }
     const auto bag = bag_indexes_.find(&s);
     const std::string index = bag != bag_indexes_.end() ? bag->second : "s." + index_member(plan_, s);
-    w_.line("const Found {} = {}.find(*s.e, {}, {}, {});", at, index, rows, count, group);
+    w_.line("const Found {} = {}.{}(*s.e, {}, {}, {});", at, index, s.lookup.kind == Lookup::Kind::Rounds ? "find_among_more" : "find",
+            rows, count, group);
     w_.open(fmt::format("for (u32 {0} = {1}.first; {0} < {2}{3}; {0} = {1}.after({0})) {{", i, at, last, fits_));
 }
 

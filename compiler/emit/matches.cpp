@@ -23,7 +23,7 @@ void RuleEmitter::match_here(const Match& s) {
     const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name),
                       count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
     if (!frozen) w_.line("load_{}(s);", name);
-    if (stored.storage == Storage::Rows && whole_key(s)) {
+    if (stored.storage == Storage::Rows && whole_key(s) && !grows(s.predicate)) {
         const std::string group = group_row(s);
         w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
         w_.open(fmt::format("if ({} < {}{}) {{", i, count, fits_));
@@ -89,6 +89,11 @@ void RuleEmitter::match_changed(const Match& s) {
     const std::string name = predicate_name(plan_.program, s.predicate);
     const std::string changes = fresh("changes"), i = fresh("k"), f = fresh("f");
     MELD_EXPECT(stored.storage == Storage::Rows, "rule {}: {} has no rows", scope_.rule.name, name);
+    if (s.at_site && grows(s.predicate)) {
+        w_.open(fmt::format("for (u32 {0} = s.{1}_rounds.last; {0} < s.{1}.count; ++{0}) {{", i, name));
+        w_.line("[[maybe_unused]] const {0}& {1} = s.{2}.rows[{3}];", row_type(s.predicate), f, name, i);
+        return use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+    }
     const bool derived = s.at_site && stored.base != s.predicate;
     if (derived) w_.line("load_{}(s);", name);
     w_.open(fmt::format("for (const RowChanges* {0} = {1}; {0} != nullptr; {0} = {0}->next) {{", changes,

@@ -142,6 +142,8 @@ class RuleEmitter {
     // The same for some of its arguments, counted from 1, without the condition that what is computed is defined.
     std::string known_row(const Match& s, const std::vector<std::size_t>& arguments);
     void match_here(const Match& s);
+    // Whether the rule is of a stratum that derives the predicate in rounds.
+    bool grows(PredicateId p) const;
     // A PerLink fact names its neighbour by port.
     void match_link(const Match& s, const std::string& f);
     void match_remote(const Match& s);

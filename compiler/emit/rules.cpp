@@ -31,6 +31,15 @@ void RuleEmitter::view() {
     w_.close();
 }
 
+bool RuleEmitter::grows(PredicateId p) const {
+    return std::ranges::any_of(plan_.strata, [&](const plan::StratumPlan& s) {
+        return s.grows(p) && std::ranges::any_of(s.rules, [&](const RulePlan& r) {
+                   return r.rule == rule_plan_.rule ||
+                          std::ranges::any_of(r.branches, [&](const RulePlan& b) { return b.rule == rule_plan_.rule; });
+               });
+    });
+}
+
 void RuleEmitter::branches() {
     const Scope before = scope_;
     for (const RulePlan& b : rule_plan_.branches) {

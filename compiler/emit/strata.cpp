@@ -141,10 +141,13 @@ void emit_guilty(const plan::Plan& plan, const StratumPlan& stratum, std::size_t
     w.open(fmt::format("[[gnu::noinline, gnu::cold]] static u32 guilty_{}(Self& s) {{", number));
     const bool by_round = !stratum.semi_naive.empty();
     // What the last round has derived is taken in first, so that only what follows from it counts.
-    for (const PredicateId p : stratum.predicates) w.line("{}(*s.e, {});", by_round ? "gather_round" : "gather", view(plan, p));
+    const auto grew = [&](PredicateId p, const char* ask) {
+        return by_round ? fmt::format("{0}_rounds.{1}(*s.e, {0})", view(plan, p), ask) : fmt::format("gather(*s.e, {})", view(plan, p));
+    };
+    for (const PredicateId p : stratum.predicates) w.line("{};", grew(p, "end_round"));
     const auto try_rule = [&](RuleId rule, const std::string& function) {
         w.line("{}(s);", function);
-        for (const PredicateId p : stratum.predicates) w.line("if (gather(*s.e, {})) return {};", view(plan, p), rule.index());
+        for (const PredicateId p : stratum.predicates) w.line("if ({}) return {};", grew(p, "grew"), rule.index());
     };
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) {
         const RuleId rule = stratum.semi_naive[i].rule;
@@ -157,35 +160,34 @@ void emit_guilty(const plan::Plan& plan, const StratumPlan& stratum, std::size_t
 }
 
 void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
+    const bool by_round = !stratum.semi_naive.empty();
     for (const PredicateId p : stratum.predicates)
         MELD_EXPECT(!plan.of(p).ranked, "{} is derived from scratch and has ranks", plan.program.predicates[p].name);
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
         w.line("const auto* before_{0} = s.{0}.rows;", name);
         w.line("const u32 before_{0}_count = s.{0}.count;", name);
-        w.line("s.{0}.rows = nullptr;", name);
-        w.line("s.{0}.count = 0;", name);
+        if (by_round) {
+            w.line("s.{0}_rounds.start(s.{0});", name);
+        } else {
+            w.line("s.{0}.rows = nullptr;", name);
+            w.line("s.{0}.count = 0;", name);
+        }
     }
+    if (by_round) each_rounds_index(plan, stratum, [&](const std::string& index) { w.line("s.{}.reset();", index); });
     w.raw("const u64 derivations = s.e->derivations;");
-    const bool by_round = !stratum.semi_naive.empty();
     if (by_round) run_all_rules(plan, stratum, w);
-    // A round copies all rows. Copying one takes a nanosecond or two, deriving it some twenty, so this is its share of the limit.
-    if (by_round) w.raw("u64 carried = 0;");
     w.open("for (bool grew = true; grew && s.e->trap == Trap::None;) {");
     w.raw("grew = false;");
     if (!by_round) run_all_rules(plan, stratum, w);
     for (const PredicateId p : stratum.predicates)
-        w.line("grew = {}(*s.e, {}) || grew;", by_round ? "gather_round" : "gather", view(plan, p));
+        w.line(fmt::runtime(by_round ? "grew = {0}_rounds.end_round(*s.e, {0}) || grew;" : "grew = gather(*s.e, {0}) || grew;"),
+               view(plan, p));
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i)
         w.line("if (grew) {}{}_semi_naive{}(s);",
                plan.places ? fmt::format("note_place(*s.e, {}), ", stratum.semi_naive[i].rule.index()) : "",
                rule_function(plan.program, stratum.semi_naive[i].rule), i);
-    std::string made = "s.e->derivations - derivations";
-    if (by_round) {
-        for (const PredicateId p : stratum.predicates) w.line("carried += {}.count;", view(plan, p));
-        made += " + carried / 16";
-    }
-    w.open(fmt::format("if ({} > s.e->subdomain->max_derivations && s.e->trap == Trap::None) {{", made));
+    w.open("if (s.e->derivations - derivations > s.e->subdomain->max_derivations && s.e->trap == Trap::None) {");
     w.line("const u32 guilty = guilty_{}(s);", number);
     // Its rounds may have met another limit.
     w.raw("s.e->trap = Trap::None;");
@@ -194,8 +196,11 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std
     w.close();
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
-        if (by_round) w.line("s.{}.changes = nullptr;", name);
-        w.line("if (s.{0}.end_rounds(before_{0}, before_{0}_count)) changed |= {1};", name, own_bit(plan, p));
+        w.line("if (s.{0}{1}) changed |= {2};", name,
+               fmt::format(fmt::runtime(by_round ? "_rounds.finish(*s.e, s.{0}, before_{0}, before_{0}_count)"
+                                                 : ".end_rounds(before_{0}, before_{0}_count)"),
+                           name),
+               own_bit(plan, p));
     }
 }
 

@@ -98,10 +98,15 @@ std::string better(const Predicate& p, Aggregate kept) {
     return fmt::format("{} {} 0", compared(p.arguments[field].type, a, b), sign);
 }
 
+}  // namespace
+
 std::string hashed(const Type& type, const std::string& value) {
     if (type == Type::Int) return fmt::format("bits_of(i64{{{}}})", value);
+    if (type == Type::Float) return fmt::format("bits_of({} + 0.0)", value);
     return type.compound() ? fmt::format("hash_list(kTypes, {}, {})", type_symbol(type), value) : fmt::format("bits_of({})", value);
 }
+
+namespace {
 
 // How all candidates of a group become one value, if that needs nothing from the catom.
 void emit_combine(const Predicate& p, Writer& w) {
@@ -235,6 +240,9 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         const std::string name = predicate_name(plan.program, id);
         w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
     }
+    for (const plan::StratumPlan& s : plan.strata)
+        for (const PredicateId id : s.predicates)
+            if (s.grows(id)) w.line("Rounds<{0}_t> {0}_rounds;", predicate_name(plan.program, id));
     each_index_member(plan, [&](const std::string& type, const std::string& name) { w.line("Index<{}> {};", type, name); });
     for (const ConstantId id : plan.program.constants.ids()) {
         const Constant& c = plan.program.constants[id];

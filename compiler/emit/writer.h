@@ -106,6 +106,8 @@ const char* value_member(const check::Type& type);
 // A three-way comparison of two C++ expressions of this type, and whether they are equal.
 std::string compared(const check::Type& type, const std::string& a, const std::string& b);
 std::string equal(const check::Type& type, const std::string& a, const std::string& b);
+// A hash of a C++ expression of this type: equal values have one.
+std::string hashed(const check::Type& type, const std::string& value);
 // A word from a C++ expression of this type, and the reverse.
 std::string as_word(const std::string& value);
 std::string from_word(const check::Type& type, const std::string& word);
@@ -141,6 +143,8 @@ void emit_tries(const plan::Plan& plan, bool fixed, const std::string& call, con
 void emit_searches(const plan::Plan& plan, Writer& w);
 bool has_lookups(const plan::Plan& plan);
 void each_index_member(const plan::Plan& plan, const std::function<void(const std::string& type, const std::string& name)>& visit);
+// Those of the sets that this stratum derives in rounds.
+void each_rounds_index(const plan::Plan& plan, const plan::StratumPlan& stratum, const std::function<void(const std::string& name)>& visit);
 // How many words have a bit for each linear rule.
 inline std::size_t words_of_rules(const plan::Plan& plan) { return (plan.linear_rules.size() + 63) / 64; }
 // The first rule that derives the predicate, which a trap names.

@@ -2,6 +2,7 @@
 // the concrete syntax shown beside each step.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -127,6 +128,11 @@ struct StratumPlan {
     DeltaRules deltas = {};
     // LocalSets: semi-naive evaluation. Derives from the rows that the last round has derived, with one rule for each atom.
     std::vector<RulePlan> semi_naive = {};
+
+    // Whether the rules of this stratum see the rows of a predicate as they are derived, round by round, and not in order.
+    bool grows(PredicateId p) const {
+        return !semi_naive.empty() && std::find(predicates.begin(), predicates.end(), p) != predicates.end();
+    }
 };
 
 // The linear predicates of which a catom mostly holds one fact at a time, which is then a variable of the module, and those of the messages

@@ -72,6 +72,7 @@ struct Lookup {
         Scan,    // All rows, one after the other.
         Prefix,  // Rows are sorted: those that begin with known arguments follow each other.
         Index,   // A hash table of rows by known arguments.
+        Rounds,  // The same, of a set that grows in rounds while it is evaluated: its rows are not in order yet.
     };
     Kind kind = Kind::Scan;
     std::vector<std::size_t> by = {};  // These arguments after the catom, counted from 1.

@@ -16,20 +16,17 @@ using namespace check;
 
 namespace {
 
-// Two floats in a list may be equal and have other bits, -0 and 0; one by itself is made alike before it is hashed.
-bool hashable(const Type& type) {
-    return std::ranges::all_of(type.parts, [](const Type& part) { return part != Type::Float && hashable(part); }) && type != Type::Vec3;
-}
-
 class IndexChooser {
   public:
     explicit IndexChooser(Plan& plan) : plan_(plan) {}
 
     void choose() {
         for (StratumPlan& s : plan_.strata) {
+            stratum_ = &s;
             for (auto* rules : {&s.rules, &s.semi_naive, &s.deltas.affected, &s.deltas.regroup})
                 for (RulePlan& r : *rules) rule(r);
         }
+        stratum_ = nullptr;
         for (RulePlan& r : plan_.linear_rules) rule(r);
         for (RulePlan& r : plan_.initial_facts) rule(r);
     }
@@ -82,18 +79,14 @@ class IndexChooser {
         }
         if (in_comprehension_ && p.linear() && !m.read_only) return {.obstacle = known.empty() ? "" : "the comprehension consumes it"};
         if (known.empty()) return {.obstacle = obstacle};
+        if (stratum_ != nullptr && stratum_->grows(m.predicate) && m.at_site) return {.kind = Lookup::Kind::Rounds, .by = known};
         // What lies behind the group does not order the rows. A group that is known as a whole has one row at most.
         const std::size_t sorted = p.linear() ? p.arguments.size() - 1 : group_arguments(p);
         std::size_t first = 0;
         while (first < known.size() && known[first] == first + 1 && first < sorted) ++first;
         if (!p.linear() && first == sorted) return {};
         if (first == known.size()) return {.kind = Lookup::Kind::Prefix, .by = known};
-        std::vector<std::size_t> hashed;
-        for (const std::size_t i : known)
-            if (hashable(p.arguments[i].type)) hashed.push_back(i);
-        if (hashed.size() > first) return {.kind = Lookup::Kind::Index, .by = hashed};
-        known.resize(first);
-        return first > 0 ? Lookup{.kind = Lookup::Kind::Prefix, .by = known} : Lookup{.obstacle = "lists of floats are not indexed"};
+        return {.kind = Lookup::Kind::Index, .by = known};
     }
     std::string of_argument(const Match& m, std::size_t i) const {
         const Term& t = m.arguments[i - 1];
@@ -107,6 +100,7 @@ class IndexChooser {
     }
 
     Plan& plan_;
+    const StratumPlan* stratum_ = nullptr;  // Of the rule.
     bool in_comprehension_ = false;
 };
 

@@ -103,7 +103,8 @@ struct Bag {
     }
     // Before a rule reads the facts.
     [[gnu::always_inline]] void arrange(Eval& e) {
-        if (late > 0) [[unlikely]] arrange_late(e);
+        if (late > 0) [[unlikely]]
+            arrange_late(e);
     }
     [[gnu::noinline]] void arrange_late(Eval& e) {
         const u32 before = list.count - late;

@@ -55,25 +55,6 @@ template <class T>
     return r.changes = new_changes(e, removed.rows, removed.count, added.rows, added.count);
 }
 
-// Like gather(), but also keeps the new rows as the changes of the round.
-template <class T>
-[[gnu::noinline]] bool gather_round(Eval& e, Relation<T>& r) {
-    using Row = typename T::Row;
-    const Row* before = r.rows;
-    const u32 count = r.count;
-    const bool grew = gather(e, r);
-    RowList<Row> fresh;
-    fresh.reset();
-    for (u32 i = 0, k = 0; grew && i < r.count; ++i) {
-        if (k < count && T::key(before[k], r.rows[i]) == 0)
-            ++k;
-        else
-            fresh.add(e, r.rows[i]);
-    }
-    r.changes = new_changes<Row>(e, nullptr, 0, fresh.rows, fresh.count);
-    return grew;
-}
-
 // The groups of T that changed rows can affect, and the candidates of each.
 template <class T>
 struct AffectedGroups {

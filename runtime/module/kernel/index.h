@@ -78,11 +78,14 @@ struct Index {
     const Row* of = nullptr;  // Of these rows.
     u32 count = 0;
     u32 scans = 0;
-    u32 mask = 0;
+    u32 mask = 0, room = 0;
     u32* first = nullptr;  // By hash the first position, or kNone32; null: not made yet.
     u32* next = nullptr;
 
-    void reset() { of = nullptr; }
+    void reset() {
+        of = nullptr;
+        first = nullptr;
+    }
     Found find(Eval& e, const Row* rows, u32 n, const Row& group) {
         if (n <= kScannedRows) return {};
         return search(e, rows, n, group);
@@ -96,8 +99,21 @@ struct Index {
         }
         if (first == nullptr) {
             if (++scans <= kScansBefore) return {};
-            make(e);
+            make(e, n);
         }
+        return {first[slot(group)], next};
+    }
+    // Of a set to which rows are added at the end: the index grows with it. The rows found are in any order.
+    Found find_among_more(Eval& e, const Row* rows, u32 n, const Row& group) {
+        if (n <= kScannedRows) return {};
+        if (first == nullptr || of == nullptr || n > room) {
+            room = n * 2;
+            of = rows;
+            count = n;
+            make(e, room);
+        }
+        of = rows;
+        for (; count < n; ++count) add(count);
         return {first[slot(group)], next};
     }
     // Of those in a bag from which some are taken: they no longer count.
@@ -112,19 +128,20 @@ struct Index {
         const u64 h = K::hash(row) * 0x9e3779b97f4a7c15ull;
         return static_cast<u32>(h >> 32) & mask;
     }
-    void make(Eval& e) {
+    void make(Eval& e, u32 rows) {
         u32 slots = 32;
-        while (slots < count) slots *= 2;
+        while (slots < rows) slots *= 2;
         mask = slots - 1;
         first = static_cast<u32*>(scratch(e, u64{slots} * sizeof(u32)));
-        next = static_cast<u32*>(scratch(e, u64{count} * sizeof(u32)));
+        next = static_cast<u32*>(scratch(e, u64{rows} * sizeof(u32)));
         for (u32 i = 0; i < slots; ++i) first[i] = kNone32;
         // From the last one, so that each chain is in order.
-        for (u32 i = count; i-- > 0;) {
-            u32& head = first[slot(of[i])];
-            next[i] = head;
-            head = i;
-        }
+        for (u32 i = count; i-- > 0;) add(i);
+    }
+    void add(u32 at) {
+        u32& head = first[slot(of[at])];
+        next[at] = head;
+        head = at;
     }
 };
 

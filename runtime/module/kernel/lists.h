@@ -155,7 +155,7 @@ inline int compare_lists(const TypeInfo* types, u16 type, ListRef a, ListRef b) 
     return compare(n, m);
 }
 
-// ---- hash: by content
+// ---- hash: by content, so that values that are equal have one: -0 and 0, too
 
 inline u64 hash_list(const TypeInfo* types, u16 type, ListRef l) {
     const TypeInfo& t = types[type];
@@ -167,7 +167,9 @@ inline u64 hash_list(const TypeInfo* types, u16 type, ListRef l) {
             continue;
         }
         const u16 part = t.kind == ValueType::Vec3 ? 1 : t.parts[record ? i : 0];
-        h = mix(h, types[part].kind < ValueType::String ? l->items[i] : hash_list(types, part, as<ListRef>(l->items[i])));
+        h = mix(h, types[part].kind == ValueType::Float   ? bits_of(as<double>(l->items[i]) + 0.0)
+                   : types[part].kind < ValueType::String ? l->items[i]
+                                                          : hash_list(types, part, as<ListRef>(l->items[i])));
     }
     return h;
 }
