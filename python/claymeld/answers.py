@@ -68,7 +68,7 @@ class Why:
     """Why a fact holds, or does not: a tree of facts, rules and what they rest on.
 
     It is true if there is an answer. `str()` and notebooks show it; `roots` are the places in `nodes` where it begins; what a node and
-    a way have is told in docs/debugging.md, "JSON".
+    a way have is listed in docs/reference/debugging.md, "JSON".
     """
 
     def __init__(self, answer: dict[str, Any]) -> None:

@@ -226,7 +226,8 @@ def errors_page(bin_folder):
     table = (ROOT / "compiler/diagnostics/kinds.def").read_text()
     codes = re.findall(r'^MELD_KIND\(\w+, "(\w+)"', table, re.MULTILINE)
     out = ["# Messages", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
-           "All messages of `meldc`. `meldc explain CODE` explains a message, with an example and a cure.",
+           "This page lists all messages of `meldc`. `meldc explain CODE` explains a message, with an example and a cure:", "",
+           "```console", "$ meldc explain E0304 | head -n 1", "E0304: a type mismatch (TypeMismatch)", "```", "",
            "Codes that begin with E are errors, W warnings, N notes; only errors stop the compilation.", "",
            "| code | title | what it means |", "|---|---|---|"]
     for code in codes:
@@ -243,7 +244,10 @@ def functions_page():
     """docs/functions.md, from the table of the library."""
     table = (ROOT / "compiler/check/program/library.def").read_text()
     out = ["# Functions", "", "<!-- Written by tests/docs/docs_test.py --update. -->", "",
-           "Functions that every program can call. A function of the program hides a library function of the same name.", "",
+           "This page lists the functions that every program can call. "
+           "Here `sqrt` and `float` give the distance of a catom from a cell:", "",
+           "```meld", "type away(node, float).", "away(A, sqrt(float(X * X + Y * Y))) :- cell(A, X, Y, _).", "```", "",
+           "A function of the program hides a library function of the same name.", "",
            "`T` is any type, `N` is `int` or `float`, `S` a struct of floats.",
            "A function without a value for an argument, such as an element past the end, stops the run with a message."]
     # An entry may go on in the next line.

@@ -190,7 +190,7 @@ class Extension(unittest.TestCase):
         known = set(re.findall(r'\{"(\w+)", "--', table)) | set(re.findall(r'(?:contains|flag)\((?:arguments, )?"(\w+)"', reads))
         # That one is VS Code's own.
         self.assertEqual(set(offered), known - {"noDebug"})
-        page = (ROOT / "docs/debugging.md").read_text().split("A configuration says what is run.")[1].split("\n\n")[1]
+        page = (ROOT / "docs/reference/debugging.md").read_text().split("A configuration says what is run.")[1].split("\n\n")[1]
         first_cells = " ".join(row.split("|")[1] for row in page.split("\n") if row.startswith("| `"))
         self.assertEqual(set(re.findall(r"`(\w+)`", first_cells)), set(offered))
         for configuration in debugger["initialConfigurations"] + [s["body"] for s in debugger["configurationSnippets"]]:

@@ -1,4 +1,4 @@
-// An answer of `why` or `why-not`, as its JSON says it (docs/debugging.md).
+// An answer of `why` or `why-not`, as its JSON says it (docs/reference/debugging.md, "JSON").
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // test_random: random programs in random worlds under random changes, compiled and run, beside the reference evaluator.
-// Prints a failing trial made small, and the command that runs it again. docs/design.md, "Tests".
+// Prints a failing trial made small, and the command that runs it again. docs/reference/design.md, "Tests".
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 

@@ -365,7 +365,7 @@ def keys_of(value):
 
 class Keys(Asking):
     def test_the_docs_name_all_keys_of_all_answers(self):
-        section = re.search(r"^## JSON$(.*?)^## ", (ROOT / "docs/debugging.md").read_text(), re.M | re.S).group(1)
+        section = re.search(r"^## JSON$(.*?)^## ", (ROOT / "docs/reference/debugging.md").read_text(), re.M | re.S).group(1)
         named = set(re.findall(r"`(\w+)`", section))
         sessions = {
             "gradient": ["break 6", "watch dist(@1, _)", "breaks", "delete 1", "run", "until dist(@15, _)", "facts", "facts @3", "step",

@@ -2,8 +2,8 @@
 
 The entries are in members.toml and members_of_bodies.toml.
 
-Whoever adds a member, or a module that acts in every tick, is asked here whether snapshots know of it. docs/internals.md, "The state of a
-run", tells the same by its homes.
+Whoever adds a member, or a module that acts in every tick, is asked here whether snapshots know of it.
+docs/reference/internals.md, "The state of a run", lists the same by where it is stored.
 """
 
 import pathlib

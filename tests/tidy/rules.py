@@ -14,11 +14,11 @@ class Problem(NamedTuple):
 
 
 def check_table_of_folders(page, layers) -> Iterator[Problem]:
-    """The design names every layer in its table of folders: the first cell of a row, whole or by its last word."""
+    """The reference of the design names every layer in its table of folders: the first cell of a row, whole or by its last word."""
     cells = " ".join(line.split("|")[1] for line in page.split("\n") if line.startswith("| `"))
     for folder in layers.depends:
         if f"`{folder}`" not in cells and f"`{folder.rsplit('/', 1)[-1]}`" not in cells:
-            yield Problem("docs/design.md", 1, f"the table of folders has no {folder}, which CMakeLists.txt names")
+            yield Problem("docs/reference/design.md", 1, f"the table of folders has no {folder}, which CMakeLists.txt names")
 
 
 ANONYMOUS = re.compile(r"^namespace \{\n(.*?)^\}  // namespace$", re.DOTALL | re.MULTILINE)

@@ -28,7 +28,7 @@ def files_of(root: pathlib.Path):
 def check_repository(root: pathlib.Path):
     layers = Layers((root / "CMakeLists.txt").read_text())
     yield from layers.problems_of_order("CMakeLists.txt")
-    yield from check_table_of_folders((root / "docs/design.md").read_text(), layers)
+    yield from check_table_of_folders((root / "docs/reference/design.md").read_text(), layers)
     references = References.of(root)
     private = PrivateNames()
     for path in sorted(references.texts):

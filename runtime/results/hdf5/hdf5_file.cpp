@@ -78,7 +78,8 @@ Handle file_access() {
 
 }  // namespace
 
-// The layout ensures that a process killed at any moment leaves a file that can be read (docs/internals.md, "Files that survive a kill"):
+// The layout ensures that a process killed at any moment leaves a file that can be read
+// (docs/reference/internals.md, "Files that survive a kill"):
 // - The indexes of chunks are those of version 1.10, in which an entry never moves. The B-trees of earlier versions split, and for a moment
 // no chunk of the dataset can be found.
 // - The superblock is that of 1.8: one of 1.10 says that the file is being written, and a killed process would leave it saying so.
