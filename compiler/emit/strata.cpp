@@ -124,8 +124,8 @@ void evaluate_in_rounds(const plan::Plan& plan, const StratumPlan& stratum, Writ
     for (const PredicateId p : stratum.predicates)
         w.line("again = evaluate_plain(*s.e, {}{}) || again;", view(plan, p), reduction(plan, p));
     w.line(
-        "if (++passes > s.e->subdomain->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
-        "static_cast<i64>(s.e->subdomain->max_derivations));",
+        "if (++passes > s.e->subdomain->max_growing_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
+        "static_cast<i64>(s.e->subdomain->max_growing_derivations));",
         culprit(plan, stratum).index());
     w.close();
     for (const PredicateId p : stratum.predicates) {
@@ -187,11 +187,19 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std
         w.line("if (grew) {}{}_semi_naive{}(s);",
                plan.places ? fmt::format("note_place(*s.e, {}), ", stratum.semi_naive[i].rule.index()) : "",
                rule_function(plan.program, stratum.semi_naive[i].rule), i);
-    w.open("if (s.e->derivations - derivations > s.e->subdomain->max_derivations && s.e->trap == Trap::None) {");
+    const std::string most = fmt::format("s.e->subdomain->max_{}derivations", plan::may_grow(plan, stratum) ? "growing_" : "");
+    std::string many;
+    for (const PredicateId p : stratum.predicates)
+        if (by_round) many += fmt::format(" || s.{0}.count > view_limit<{0}_t>(*s.e)", predicate_name(plan.program, p));
+    w.open(fmt::format("if ((s.e->derivations - derivations > {}{}) && s.e->trap == Trap::None) {{", most, many));
     w.line("const u32 guilty = guilty_{}(s);", number);
     // Its rounds may have met another limit.
     w.raw("s.e->trap = Trap::None;");
-    w.raw("trap(*s.e, Trap::TooManyDerivations, guilty, static_cast<i64>(s.e->subdomain->max_derivations));");
+    for (const PredicateId p : stratum.predicates)
+        if (by_round) w.line("check_view_limit<{0}_t>(*s.e, s.{0}.count, guilty);", predicate_name(plan.program, p));
+    w.open("if (s.e->trap == Trap::None) {");
+    w.line("trap(*s.e, Trap::TooManyDerivations, guilty, static_cast<i64>({}));", most);
+    w.close();
     w.close();
     w.close();
     for (const PredicateId p : stratum.predicates) {
@@ -236,8 +244,8 @@ void evaluate_mutually(const plan::Plan& plan, const StratumPlan& stratum, Write
         w.raw(fmt::format("const bool took_{0} = m_{0}.take(*s.e);", predicate_name(plan.program, p)));
     each("grew = grew || took_{0};");
     w.line(
-        "if (++rounds > s.e->subdomain->max_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
-        "static_cast<i64>(s.e->subdomain->max_derivations));",
+        "if (++rounds > s.e->subdomain->max_growing_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
+        "static_cast<i64>(s.e->subdomain->max_growing_derivations));",
         culprit(plan, stratum).index());
     w.close();
     each("again = again || m_{0}.replaced;");

@@ -161,7 +161,7 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const std::optional<Aggregate> picked = plan::picks(plan, id);
     w.line("static constexpr Reduce kReduce = Reduce::{};", info(picked.value_or(p.aggregate)).reduction_name);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
-    w.line("static constexpr bool kFollowed = {};", followed);
+    w.line("static constexpr bool kFollowed = {}, kGrows = {};", followed, plan::may_grow(plan, id));
     if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
     if (combines(p.aggregate)) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
     const auto signature = [](const std::vector<std::size_t>& f) {

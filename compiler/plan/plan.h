@@ -234,6 +234,12 @@ void find_strongly_connected(check::Program& program);
 // Splits strata that recur along a tree: the part that a catom's rules read at the catom itself comes first.
 void split_trees(check::Program& program);
 
+// Whether the rules of a stratum may derive ever more facts: they derive a group from a value that they compute, and depend on each other.
+// Otherwise all that they derive is made of what there is.
+bool may_grow(const Plan& plan, const StratumPlan& stratum);
+// Whether the predicate is derived by such rules.
+bool may_grow(const Plan& plan, PredicateId predicate);
+
 // Whether an atom names a link of its catom, as a route does: its first argument after the catom is a variable.
 inline bool is_route(const check::Program& program, const check::Atom& a) {
     return program.predicates[a.predicate].route && a.arguments.size() > 1 && a.arguments[1].is_variable();

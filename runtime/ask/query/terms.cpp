@@ -293,7 +293,7 @@ Value Terms::run(FunctionId id, Values& frame) {
     const check::Function& f = program_.checked().functions[id];
     const auto allowed = [&] {
         if (scratch.depth > kMaxOpenCalls) trap(scratch, Trap::TooDeep, 0, i64{scratch.depth} - 1);
-        const u64 most = view_.max_derivations;
+        const u64 most = view_.max_growing_derivations;
         if (++calls_ / kCallsPerDerivation > most) trap(scratch, Trap::TooManyDerivations, 0, static_cast<i64>(most));
         return scratch.trap == Trap::None;
     };

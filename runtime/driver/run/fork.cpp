@@ -63,6 +63,8 @@ RunOptions merge(RunOptions before, const RunOptions& given, const Paths& here) 
     // Of a constant that is set twice, the later value counts.
     out.set = std::move(before.set);
     out.set.insert(out.set.end(), given.set.begin(), given.set.end());
+    out.limits = std::move(before.limits);
+    out.limits.insert(out.limits.end(), given.limits.begin(), given.limits.end());
     out.given = std::move(before.given);
     for (std::size_t i = 0; i < given.given.size(); ++i) {
         if (i < out.given.size())

@@ -310,6 +310,7 @@ Result<record::Provenance> provenance(const RunOptions& options, const ModuleInf
                          .world = world.text,
                          .world_files = {},
                          .set = world.set,
+                         .limits = options.limits,
                          .seed = world.seed,
                          .strict = options.strict};
     for (u32 i = 0; i < module.source_count; ++i) p.program.push_back({module.sources[i].path, module.sources[i].text});
@@ -341,6 +342,8 @@ Result<world::World> recorded_world(const std::string& path) {
     Result<world::World> world = world::parse_world(p->world, p->world_path, &p->world_files);
     if (!world) return world;
     if (const auto done = world::set_seed(*world, p->seed); !done) return tl::unexpected<Error>(done.error());
+    for (const std::string& limit : p->limits)
+        if (const auto done = world::set_limit(*world, limit); !done) return tl::unexpected<Error>(done.error());
     world->set = p->set;
     return world;
 }

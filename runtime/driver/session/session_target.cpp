@@ -129,6 +129,7 @@ Result<void> carries_its_own(const RunOptions& options, const std::string& what,
         if (!options.library_paths.empty()) return "--library";
         if (options.seed >= 0) return "--seed";
         if (!options.set.empty()) return "--set";
+        if (!options.limits.empty()) return "--limit";
         if (!options.given.empty()) return "--arg";
         if (options.optimisation) return "-O";
         if (options.strict) return "--strict";

@@ -24,6 +24,7 @@ std::vector<std::string> command_line(const RunOptions& run) {
     add("--processes", std::to_string(run.processes));
     add("--threads", std::to_string(run.threads));
     add_all("--set", run.set);
+    add_all("--limit", run.limits);
     add_all("--arg", run.given);
     add_all("--link", run.link);
     add_all("--extension", run.extensions);

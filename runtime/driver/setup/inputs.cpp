@@ -112,6 +112,8 @@ Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* m
     if (options.seed >= 0)
         if (const auto done = world::set_seed(*world, static_cast<std::uint64_t>(options.seed)); !done)
             return tl::unexpected<Error>(done.error());
+    for (const std::string& limit : options.limits)
+        if (const auto done = world::set_limit(*world, limit); !done) return tl::unexpected<Error>(done.error());
     if (options.given.size() > 9)
         return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
     for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];

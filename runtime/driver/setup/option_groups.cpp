@@ -40,6 +40,10 @@ void add_outputs(CLI::App& command, RunOptions& run) {
         .add_option("--facts-out", run.facts_out,
                     "Write all facts at the end: as text, - for standard output; FOLDER/ for CSV tables; .h5 for HDF5 tables")
         ->type_name("FILE");
+    add_list(
+        command, "--limit", run.limits, "NAME=VALUE",
+        "Replace a limit of the world: facts (of one predicate at a catom), derivations (of a catom in a tick), ticks, list (elements) or "
+        "memory; repeatable");
     command.add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")
         ->type_name("FILE");
     command.add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");

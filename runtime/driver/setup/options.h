@@ -145,6 +145,7 @@ struct RunOptions {
     int threads = 1;
     std::int64_t seed = -1;
     std::vector<std::string> set = {};         // name=value
+    std::vector<std::string> limits = {};      // name=value, after those of the world.
     std::vector<std::string> link = {};        // C files with extern functions.
     std::optional<int> optimisation = {};      // Of the module, 0 to 3; otherwise meldc decides.
     std::vector<std::string> given = {};       // Values of @arg1, @arg2, ...

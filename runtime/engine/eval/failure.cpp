@@ -110,14 +110,15 @@ std::string describe(const ModuleInfo& module, const Failure& f) {
 std::string cure(const Failure& f) {
     switch (f.trap) {
         case Trap::TooManyDerivations:
-            return "The program may never become quiescent; raise [limits] max_derivations_per_tick in the world if it should";
+            return "The program may never become quiescent; raise [limits] max_derivations_per_tick in the world, or --limit "
+                   "derivations=N, if it should";
         case Trap::TooManyFacts:
-            return "Raise [limits] max_facts_per_catom in the world if it should";
+            return "Raise [limits] max_facts_per_catom in the world, or --limit facts=N, if it should";
         case Trap::TooMuchMemory:
             return "Facts and lists that grow step by step are copied in every step: make fewer of them, or fewer steps a tick";
         case Trap::TooLong:
         case Trap::TextTooLong:
-            return "Raise [limits] max_list in the world if it should";
+            return "Raise [limits] max_list in the world, or --limit list=N, if it should";
         case Trap::NotAnInt:
             return "An int is written only in digits, with `-` before them if it is negative, and fits in 64 bits";
         case Trap::NotAFloat:

@@ -45,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 22;
+inline constexpr u32 kAbiVersion = 23;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -219,6 +219,9 @@ struct SubdomainView {
     bool strict = false;      // A derivation without a value ends the run at once.
     u64 max_derivations = 0;
     u64 max_facts = 0;
+    // The same for rules that may derive ever more, because they compute arguments from what they have derived.
+    u64 max_growing_derivations = 0;
+    u64 max_growing_facts = 0;
     u64 max_list = kNone32;  // Maximum number of elements of a list, or of bytes of a string.
 };
 

@@ -165,7 +165,7 @@ bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected,
     r.start_round();
     if (next == nullptr) return false;
     copy_until(r.count);
-    check_fact_limit(e, n, r.rule);
+    check_view_limit<T>(e, n, r.rule);
     const bool first = r.rows == r.origin;
     r.replace(next, n);
     if (first) r.changes = new_changes(e, removed.rows, removed.count, added.rows, added.count);

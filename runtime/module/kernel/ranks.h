@@ -217,7 +217,7 @@ MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
             changed = changed || holds != (current != nullptr) || (holds && (!T::same(out, *current) || out.rank != current->rank));
             if (current != nullptr) ++held;
         }
-        check_fact_limit(e, next.count, r.rule);
+        check_view_limit<T>(e, next.count, r.rule);
         r.start_round();
         if (changed) r.replace(next.rows, next.count);
         return changed;

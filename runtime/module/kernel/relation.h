@@ -39,6 +39,16 @@ void count_waiting(Eval& e, u32 derivations) {
 inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
     if (count > e.subdomain->max_facts) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(e.subdomain->max_facts));
 }
+// Of the facts that views derive.
+template <class T>
+u64 view_limit(const Eval& e) {
+    return T::kGrows ? e.subdomain->max_growing_facts : e.subdomain->max_facts;
+}
+template <class T>
+void check_view_limit(Eval& e, u32 count, u32 rule) {
+    const u64 most = view_limit<T>(e);
+    if (count > most) trap(e, Trap::TooManyFacts, rule, i64{count}, static_cast<i64>(most));
+}
 
 template <class T>
 bool equal_rows(const typename T::Row* a, u32 n, const typename T::Row* b, u32 m) {
@@ -113,7 +123,7 @@ struct Relation {
         start_round();
         if (!grew) return false;
         KERNEL_CHECK(e, next.count > 0 && one_a_group<T>(next.rows, next.count));
-        check_fact_limit(e, next.count, rule);
+        check_view_limit<T>(e, next.count, rule);
         rows = next.rows;
         count = next.count;
         return true;

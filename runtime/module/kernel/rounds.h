@@ -62,7 +62,6 @@ struct Rounds {
         last = r.count;
         r.rows = all.rows;
         r.count = all.count;
-        check_fact_limit(e, r.count, r.rule);
         return r.count > last;
     }
     // Ends the evaluation: returns whether the facts differ from before.

@@ -182,7 +182,7 @@ class OpenCall {
     OpenCall(Eval& eval, u32 rule, const void* base, u64& calls) : e(eval), calls_(calls) {
         const i64 used = reinterpret_cast<i64>(base) - reinterpret_cast<i64>(__builtin_frame_address(0));
         if (++e.depth > kMaxOpenCalls || used > kMaxStack_bytes || used < -kMaxStack_bytes) trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
-        const u64 most = e.subdomain->max_derivations;
+        const u64 most = e.subdomain->max_growing_derivations;
         const u64 most_calls = most > ~u64{0} / kCallsPerDerivation - 1 ? ~u64{0} : (most + 1) * kCallsPerDerivation - 1;
         if (++calls_ > most_calls) trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(most));
         refused = e.trap != Trap::None;
@@ -201,7 +201,7 @@ class OpenCall {
             if (e.depth > kMaxOpenCalls)
                 trap(e, Trap::TooDeep, rule, i64{e.depth - 1});
             else
-                trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(e.subdomain->max_derivations));
+                trap(e, Trap::TooManyDerivations, rule, static_cast<i64>(e.subdomain->max_growing_derivations));
         }
         return e.trap == Trap::None;
     }

@@ -34,7 +34,7 @@ MELD_STEP bool evaluate_plain(Eval& e, Relation<T>& r, const Combine& combine = 
     }
     KERNEL_CHECK(e, one_a_group<T>(p, kept));
     KERNEL_CHECK(e, one_a_group<T>(r.rows, r.count));
-    check_fact_limit(e, kept, r.rule);
+    check_view_limit<T>(e, kept, r.rule);
     r.start_round();
     if (equal_rows<T>(r.rows, r.count, p, kept)) return false;
     r.replace(p, kept);

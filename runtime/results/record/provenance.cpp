@@ -55,6 +55,7 @@ std::string to_json(const Provenance& p) {
                  {"extensions", code_json(p.extensions)},
                  {"world", {{"path", text_of_bytes(p.world_path)}, {"text", text_of_bytes(p.world)}, {"files", map_json(p.world_files)}}},
                  {"set", map_json(p.set)},
+                 {"limits", p.limits},
                  {"seed", p.seed},
                  {"strict", p.strict}};
     return json.dump();
@@ -79,6 +80,7 @@ Result<Provenance> provenance_from_json(const std::string& text) {
         p.world = bytes_of_text(json.at("world").at("text").get<std::string>());
         p.world_files = map_of(json.at("world").at("files"));
         p.set = map_of(json.at("set"));
+        if (json.contains("limits")) p.limits = json.at("limits").get<std::vector<std::string>>();
         p.seed = whole_number<std::uint64_t>(json.at("seed"));
         p.strict = json.at("strict").get<bool>();
         if (p.programs == 0 || p.programs > p.program.size()) return damaged();

@@ -35,6 +35,7 @@ struct Provenance {
     std::string world;                       // Its text.
     world::WorldFiles world_files;           // What it names, by path.
     std::map<std::string, std::string> set;  // Values of constants and of @arg1 and so on, in all.
+    std::vector<std::string> limits = {};    // As --limit has them.
     std::uint64_t seed = 0;
     bool strict = false;
 };

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <set>
 #include <span>
 #include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/did_you_mean.h"
+#include "runtime/base/process/available_memory.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/engine/tuple/value_text.h"
 #include "runtime/sim/core/graph_setup.h"
@@ -22,6 +24,19 @@ namespace {
 
 // Workers mark catoms of different blocks of the agenda.
 constexpr std::size_t kMarkedAtOnce = 4 * eval::Agenda::kBlock;
+
+// What every process may take, of those of the run: all have the same limits.
+std::uint64_t least_memory(comm::Communicator& comm, const world::Limits& limits) {
+    const std::uint64_t mine = memory_limit(limits.memory_bytes).bytes;
+    std::uint64_t least = mine;
+    const std::vector<std::byte> all = comm.allgather(std::as_bytes(std::span(&mine, 1)));
+    for (std::size_t at = 0; at + sizeof mine <= all.size(); at += sizeof mine) {
+        std::uint64_t theirs = 0;
+        std::memcpy(&theirs, all.data() + at, sizeof theirs);
+        least = std::min(least, theirs);
+    }
+    return least;
+}
 
 // @arg1 to @arg9, which the command line numbers itself.
 bool is_run_argument(std::string_view name) { return name.size() == 4 && name.starts_with("arg") && name[3] >= '1' && name[3] <= '9'; }
@@ -123,8 +138,12 @@ void Setup::set_limits() {
     const world::World& world = subdomain_.world;
     SubdomainView& abi = subdomain_.abi_;
     abi.seed = world.seed;
-    abi.max_derivations = world.limits.max_derivations_per_tick;
-    abi.max_facts = world.limits.max_facts_per_catom;
+    const world::GrowthLimits derivations = world::derivation_limits(world.limits);
+    abi.max_derivations = derivations.bounded;
+    abi.max_growing_derivations = derivations.growing;
+    const world::GrowthLimits facts = world::fact_limits(world.limits, least_memory(subdomain_.comm, world.limits));
+    abi.max_facts = facts.bounded;
+    abi.max_growing_facts = facts.growing;
     abi.max_list = world.limits.max_list;
     abi.tick_seconds = world.tick_seconds;
     abi.latency = world.latency();

@@ -242,8 +242,12 @@ void read_record(TomlReader& reader, const toml::table& table, RecordOptions& re
 void read_limits(TomlReader& reader, const toml::table& table, Limits& limits) {
     const Section section(reader, table, "[limits]",
                           {"max_facts_per_catom", "max_derivations_per_tick", "max_ticks", "max_list", "memory"});
-    section.read_count("max_facts_per_catom", limits.max_facts_per_catom, 1);
-    section.read_count("max_derivations_per_tick", limits.max_derivations_per_tick, 1);
+    for (const auto& [key, limit] : {std::pair{"max_facts_per_catom", &limits.max_facts_per_catom},
+                                     std::pair{"max_derivations_per_tick", &limits.max_derivations_per_tick}}) {
+        std::uint64_t value = 0;
+        section.read_count(key, value, 1);
+        if (value > 0) *limit = value;
+    }
     section.read_count("max_ticks", limits.max_ticks, 1);
     section.read_count("max_list", limits.max_list, 1, std::numeric_limits<std::uint32_t>::max());
     section.read_bytes("memory", limits.memory_bytes);

@@ -64,8 +64,9 @@ struct RecordOptions {
 };
 
 struct Limits {
-    std::uint64_t max_facts_per_catom = 10'000;
-    std::uint64_t max_derivations_per_tick = 100'000;  // By one catom.
+    // Nothing: what memory holds, or a few where rules may make facts without end (fact_limits()).
+    std::optional<std::uint64_t> max_facts_per_catom = {};
+    std::optional<std::uint64_t> max_derivations_per_tick = {};  // By one catom.
     std::uint64_t max_ticks = 10'000'000;
     std::uint64_t max_list = 1'000'000;  // Elements of a list, bytes of a string.
     std::uint64_t memory_bytes = 0;      // 0: all the memory that the machine has.
@@ -142,6 +143,15 @@ Result<World> parse_world(const std::string& text, const std::string& path, cons
 
 // Gives the world another seed; a graph that is generated is made again. Errors: the generator finds none.
 Result<void> set_seed(World& world, std::uint64_t seed);
+// Replaces a limit: "facts=50000", or derivations, ticks, list or memory ("memory=2GiB"). Errors: there is no such limit; the value is none.
+Result<void> set_limit(World& world, const std::string& setting);
+// The limits of this kind that a run has: where its rules can make only so many facts, and where they may make ever more, because they
+// compute arguments from facts of their own. `memory_bytes`: what the run may take.
+struct GrowthLimits {
+    std::uint64_t bounded = 0, growing = 0;
+};
+GrowthLimits fact_limits(const Limits& limits, std::uint64_t memory_bytes);
+GrowthLimits derivation_limits(const Limits& limits);
 
 // World::by_links of a file; false if that has mistakes, or is a pipe, which can be read only once. Cost: its text is parsed, but no file
 // that it names is read.

@@ -18,7 +18,7 @@ struct Pair {
         bool operator<(const Row& other) const { return a1 != other.a1 ? a1 < other.a1 : a2 < other.a2; }
     };
     static constexpr Reduce kReduce = Reduce::Set;
-    static constexpr bool kRanked = false, kLinks = false, kKeyed = true, kWaits = false;
+    static constexpr bool kRanked = false, kLinks = false, kKeyed = true, kWaits = false, kGrows = false;
     static int key(const Row& a, const Row& b) { return a < b ? -1 : b < a ? 1 : 0; }
     static bool same(const Row&, const Row&) { return true; }
     static u64 hash(const Row& row) { return mix(mix(0, static_cast<u64>(row.a1)), static_cast<u64>(row.a2)); }
@@ -33,7 +33,6 @@ struct GrowingSets : testing::Test {
             eval->arena = eval->arena_start = blocks.back().get();
             eval->arena_end = eval->arena + size;
         };
-        view.max_facts = 1'000'000;
         e.host = &host;
         e.subdomain = &view;
     }
