@@ -23,6 +23,7 @@ struct CompileOptions {
     std::vector<std::string> library_paths = {};
     std::vector<std::string> programs = {};  // Files with other programs of the same ensemble.
     check::Worlds worlds = check::Worlds::Any;
+    bool acyclic = false;  // The facts of `link` lead in no circle.
     plan::PlanOptions plan = {};
     std::vector<std::string> link = {};  // C and C++ files with the program's extern functions.
 };

@@ -167,6 +167,8 @@ int run_program(int argc, char** argv) {
             ->take_all()
             ->allow_extra_args(false);
         sub->add_flag("--graph", options.graph, "For worlds that are graphs, where linear facts also reach nodes that no link leads to");
+        sub->add_flag("--acyclic", options.compile.acyclic,
+                      "The links of the graph lead in no circle: no warning of values that grow from link to link");
         sub->add_option("--with", options.compile.programs, "Another program that some catoms of the same ensemble run; repeatable")
             ->type_name("FILE")
             ->take_all()

@@ -21,6 +21,7 @@ struct ParsedProgram {
     std::vector<std::uint32_t> others = {};  // ParseOptions::programs
     check::Worlds worlds = check::Worlds::Any;
     bool links_c = false;  // Program::links_c
+    bool acyclic = false;  // As for lint().
 };
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options);

@@ -10,6 +10,9 @@
 
 namespace meld::lint {
 
+// Acyclic: the facts of `link`, as the graph of a world gives them, lead in no circle.
+enum class Graph { Any, Acyclic };
+
 // The constants, functions and type names that the program declares and nothing uses, with the warnings for them. Reads the tree between
 // check::separate_modules() and check::check(), which replaces names by their meaning. program_file: the file of the set that is the
 // program; only its names are reported as unused.
@@ -17,14 +20,14 @@ std::vector<diagnostics::Diagnostic> find_unused_names(const source::FileSet& fi
 
 // Warns about a program that check::check() has returned. If it reported errors, only about mistakes that do not follow from them.
 void lint(const check::Program& program, std::uint32_t program_file, const std::vector<diagnostics::Diagnostic>& unused_names,
-          diagnostics::Reporter& report);
+          diagnostics::Reporter& report, Graph graph = Graph::Any);
 
 // ---- the passes, one file each, in this order
 
 // Variables used only once in a rule.
 void warn_of_single_use(const check::Program& program, diagnostics::Reporter& report);
 // Recursion that may not end: values that grow or improve through themselves, sums that feed themselves over links.
-void warn_of_recursion(const check::Program& program, diagnostics::Reporter& report);
+void warn_of_recursion(const check::Program& program, diagnostics::Reporter& report, Graph graph);
 // Rules that never fire, predicates that never hold or are never used, unused parameters. Assumes that no error was reported.
 void warn_of_useless(const check::Program& program, std::uint32_t program_file, diagnostics::Reporter& report);
 

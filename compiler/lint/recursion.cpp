@@ -6,6 +6,7 @@
 #include "compiler/check/analysis/fronts.h"
 #include "compiler/check/analysis/rounds.h"
 #include "compiler/check/program/values_read.h"
+#include "compiler/lint/acyclic.h"
 #include "compiler/lint/growth.h"
 #include "compiler/lint/guarded.h"
 #include "compiler/lint/inverted.h"
@@ -24,7 +25,7 @@ constexpr const char* kGetWorse =
 
 class Recursion {
   public:
-    Recursion(const Program& program, diagnostics::Reporter& report) : program_(program), report_(report) {}
+    Recursion(const Program& program, diagnostics::Reporter& report, Graph graph) : program_(program), report_(report), graph_(graph) {}
 
     void run() {
         for (const check::Stratum& c : program_.strata) warn(c);
@@ -32,7 +33,7 @@ class Recursion {
 
   private:
     void warn(const check::Stratum& c) {
-        if (!c.recursive) return;
+        if (!c.recursive || (graph_ == Graph::Acyclic && ends_with_links(program_, c))) return;
         if (c.tree) {
             if (!c.feeds_itself && !c.rounds) warn_tree(c);
             return;
@@ -255,10 +256,11 @@ class Recursion {
 
     const Program& program_;
     diagnostics::Reporter& report_;
+    const Graph graph_;
 };
 
 }  // namespace
 
-void warn_of_recursion(const Program& program, diagnostics::Reporter& report) { Recursion(program, report).run(); }
+void warn_of_recursion(const Program& program, diagnostics::Reporter& report, Graph graph) { Recursion(program, report, graph).run(); }
 
 }  // namespace meld::lint

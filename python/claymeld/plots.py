@@ -127,6 +127,8 @@ def _colours(recording: Plotted, frame: pandas.DataFrame, tick: int, colour: Any
     colours = numpy.tile(numpy.array(GREY), (len(frame), 1))
     there = values.notna().to_numpy()
     if pandas.api.types.is_numeric_dtype(values) and not pandas.api.types.is_bool_dtype(values):
+        if vmin is None and vmax is None:
+            values, name = _near_zero(values, there, name)
         cells = values.to_numpy("float64", na_value=numpy.nan)
         there &= numpy.isfinite(cells)
         low = vmin if vmin is not None else (float(cells[there].min()) if there.any() else 0.0)
@@ -141,6 +143,20 @@ def _colours(recording: Plotted, frame: pandas.DataFrame, tick: int, colour: Any
     if len(kinds):
         colours[there] = numpy.array([paints[text] for text in texts])
     return colours, paints if len(kinds) <= MOST_KINDS else {}, None, name
+
+
+def _near_zero(values: pandas.Series, there: NDArray[numpy.bool_], name: str) -> tuple[pandas.Series, str]:
+    """Whole numbers of more than 53 bits as what they have above the least of them, which is part of their name then: a float is exact
+    up to there."""
+    if not pandas.api.types.is_integer_dtype(values) or not there.any():
+        return values, name
+    whole = [int(value) for value in values[there]]
+    least = min(whole)
+    if max(-least, max(whole)) <= 2**53:
+        return values, name
+    above = pandas.Series(numpy.nan, index=values.index, dtype="float64")
+    above[there] = [float(value - least) for value in whole]
+    return above, f"{name} - {least}"
 
 
 def _values(recording: Plotted, frame: pandas.DataFrame, tick: int, colour: Any) -> tuple[pandas.Series, str]:

@@ -204,6 +204,13 @@ CLI::App* add_world(CLI::App& app, WorldOptions& world) {
         ->type_name("NAME")
         ->needs(import);
     w->add_option("-o,--output", world.output, "The world that is made; - for standard output")->type_name("FILE")->needs(import);
+    w->add_option("--links", world.links,
+                  "Write the links of a graph as CSV, as a world reads them with links = FILE; - for standard output")
+        ->type_name("FILE")
+        ->excludes(import);
+    w->add_option("--nodes", world.nodes, "The same of its nodes, their places and columns, as nodes = FILE; - for standard output")
+        ->type_name("FILE")
+        ->excludes(import);
     w->add_option("--extension", world.extensions, "As for meldsim run; repeatable")
         ->type_name("FILE")
         ->take_all()

@@ -25,6 +25,21 @@ class Case(frame.Case):
 
 
 class Usage(Case):
+    def test_more_processes_than_make_sense_are_refused(self):
+        self.write("p.meld", COUNT)
+        self.write("w.toml", square(6))
+        self.write("g.toml", 'lattice = "graph"\ngraph = "ring(36)"\n')
+        self.write("many.toml", square(1000))
+        for world in ("w.toml", "g.toml"):
+            self.refused("meldsim", "run", "p.meld", "--world", world, "-n", 100000, "--quiet", code=2,
+                         says=["-n: 100000 processes are more than the 36 catoms of this world, and would only wait for each other. Write -n "])
+        self.refused("meldsim", "run", "p.meld", "--world", "many.toml", "-n", 100000, "--quiet", code=2,
+                     says=["-n: 100000 processes are too many for this machine, which has ",
+                         "or start meldsim with mpirun on several machines"])
+        # A few more than catoms do no harm.
+        self.write("two.toml", 'lattice = "square"\n[[body]]\nshape = "box(2, 1, 1)"\n')
+        self.call("meldsim", "run", "p.meld", "--world", "two.toml", "-n", 4, "--quiet")
+
     def test_help_shows_an_example_and_the_exit_codes(self):
         for arguments in (["meldc", "--help"], ["meldsim", "--help"]):
             out, err = self.call(*arguments)

@@ -338,11 +338,18 @@ class Disks(Case):
         self.call("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "1")
         for name in ("f", "d", "r"):
             self.write(name, "old")
-        self.refused("meldsim", *RUN, "--facts-out", "f", code=4, says=["cannot write f: File too large"],
-                     preexec_fn=no_file_above(4096))
-        self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--digest", "d", code=4,
-                     says=["cannot write d: File too large"], preexec_fn=no_file_above(4096))
-        self.refused("meldsim", *RUN, "--record", "r", code=4, says=["cannot write r: "], preexec_fn=no_file_above(4096))
+        # With several processes too, although Open MPI has files of its own.
+        for processes in (1, 2, 3):
+            for size_bytes in (4096, 100_000):
+                many = ("-n", processes)
+                with self.subTest(processes=processes, size_bytes=size_bytes):
+                    self.refused("meldsim", *RUN, *many, "--facts-out", "f", code=4 if size_bytes < 10_000 else 0,
+                                 says=["cannot write f: File too large. Raise the limit on the size of files (ulimit -f)"]
+                                 if size_bytes < 10_000 else [], lines=None, preexec_fn=no_file_above(size_bytes))
+            self.write("f", "old")
+            self.refused("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--digest", "d", *many, code=4,
+                         says=["cannot write d: File too large"], preexec_fn=no_file_above(4096))
+            self.refused("meldsim", *RUN, *many, "--record", "r", code=4, says=["cannot write r: "], preexec_fn=no_file_above(4096))
         for name in ("f", "d", "r"):
             self.assertEqual(self.read(name), b"old")
         self.refused("meldc", "compile", "p.meld", "-o", "m.so", code=4, says=["cannot write m.so: File too large"],

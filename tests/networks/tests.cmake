@@ -25,3 +25,7 @@ meld_sizes_test(networks_births ${CMAKE_CURRENT_LIST_DIR}/births_test.py
 # Changes for which a neighbour is not evaluated.
 meld_sizes_test(networks_concerned ${CMAKE_CURRENT_LIST_DIR}/concerned_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+# What a world says of catoms and links that are not there.
+add_test(NAME networks_unmatched COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/unmatched_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(networks_unmatched PROPERTIES TIMEOUT 300 PROCESSORS 2)

@@ -7,6 +7,7 @@ import io
 import json
 import math
 import pathlib
+import re
 import struct
 import sys
 
@@ -35,7 +36,7 @@ def read_ply(data):
     head, _, body = data.partition(b"end_header\n")
     lines = head.decode("ascii").splitlines()
     assert lines[:2] == ["ply", "format binary_little_endian 1.0"], lines
-    types = {"float": "<f4", "uchar": "u1", "uint": "<u4"}
+    types = {"float": "<f4", "double": "<f8", "uchar": "u1", "uint": "<u4"}
     fields, count = [], None
     for line in lines[2:]:
         words = line.split()
@@ -228,6 +229,44 @@ class Exports(Case):
             self.assertEqual([int(row["tick"]) for row in rows], [2] * 27 + [5] * 27 + [8] * 27)
         out, _ = self.call("meldsim", "export", "front.meld", "-o", "a.ply", "--only", "source(A)", "--json")
         self.assertEqual(json.loads(out), {"file": "a.ply", "ticks": [8], "catoms": 27, "shown": 1})
+
+    def test_whole_numbers_are_exact(self):
+        """Also those of more than 53 bits, which are not rounded to each other: in values, in colours, and in a page that is shared."""
+        big = 2 ** 53
+        for numbers in ([big + 1, big + 2, big], [2 ** 62, 2 ** 62 + 1], [-big - 1, 0, big + 1], [2 ** 24 + 1, 2 ** 24], [5, 2 ** 62,
+            2 ** 62 + 1],
+                        [big + i for i in range(12)]):
+            with self.subTest(numbers):
+                self.write("big.meld", "type v(node, int).\n" + "".join(f"v(@{i}, {n}).\n" for i, n in enumerate(numbers)))
+                self.write("big.toml", 'lattice = "square"\n[[body]]\nshape = "box(4, 4, 1)"\n')
+                run = ("big.meld", "--world", "big.toml", "--colour", "v(A, N)", "--quiet")
+                self.call("meldsim", "export", *run, "-o", "big.csv")
+                rows = [row for row in csv.DictReader(self.read("big.csv").decode().splitlines()) if row["value"]]
+                self.assertEqual([int(row["value"]) for row in rows], numbers)
+                colours = {(row["red"], row["green"], row["blue"]) for row in rows}
+                self.assertEqual(len(colours), len(set(numbers)), "two values have one colour")
+                self.call("meldsim", "export", *run, "-o", "big.xyz")
+                for number in numbers:
+                    self.assertIn(str(number), self.read("big.xyz").decode())
+                _, err = self.call("meldsim", "export", *run, "-o", "big.ply")
+                rounded = any(float(n) != n for n in numbers)
+                self.assertEqual("numbers of a .ply file have 53 bits" in err, rounded, err)
+                if not rounded:
+                    values = read_ply(self.read("big.ply"))["value"]
+                    self.assertEqual(sorted(int(v) for v in values if v == v), sorted(numbers))
+                self.call("meldsim", "view", *run, "--share", "big.html")
+                page = self.read("big.html").decode()
+                head = json.loads(re.search(r'<script type="application/json" id="share">(.*?)</script>', page, re.S)[1])
+                exact = [n for n in numbers if float(np.float32(n)) != n]
+                given = re.findall("......", head["exact"])
+                self.assertEqual(len(given), len(exact))
+                self.assertEqual(len(set(given)), len(exact), "two values have one colour")
+                legend = head["legend"]
+                if len(numbers) <= 8:
+                    self.assertEqual([int(name) for name, _ in legend["kinds"]], sorted(numbers))
+                    self.assertEqual(len({colour for _, colour in legend["kinds"]}), len(numbers), "two values have one colour")
+                else:
+                    self.assertEqual((int(legend["scale"]["low"]), int(legend["scale"]["high"])), (min(numbers), max(numbers)))
 
 
 if __name__ == "__main__":

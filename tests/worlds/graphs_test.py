@@ -172,6 +172,92 @@ sum(A, L) :- neighbor(A, B), level(B, L).
         _, err = self.call("meldsim", "run", "p.meld", "--world", "cube.toml", code=2)
         self.assertIn("do not touch", err)
 
+    def test_a_graph_that_is_written_is_the_same_when_it_is_read(self):
+        """Its links and nodes as CSV: programs find on them what they find on the graph, however that came about."""
+        program = """type source(node).
+type link(node, node{0}).
+type name(node, string).
+type there(node{0}).
+type near(node, float X, float Y, node).
+type dist(node, min int).
+source(A) :- id(A, N), N < 3.
+dist(A, 0) :- source(A).
+dist(B, D + 1) :- neighbor(A, B), dist(A, D).
+near(A, X, Y, B) :- position(A, X, Y, _), neighbor(A, B).
+there(B{1}) :- link(B, _{1}).
+"""
+        self.write("weights.csv", "from,to,weight,road\n0,7,3,A\n7,2,0.5,\"B, \"\"C\"\"\"\n9,2,7,#\n")
+        self.write("words.csv", "oak,\"san \"\"f\"\"\"\nelm,oak\n\"a, b\",elm\noak,elm\n")
+        self.write("nodes.csv", "node,x,y,level\n0,0.1,2,9\n2,1,1,8\n7,5,5,7\n9,9,9,6\n4,0,0,5\n")
+        self.write("g.json", json.dumps(nx.node_link_data(nx.DiGraph([("a", "b"), ("b", "a"), ("c", "a")]))))
+        columns = (", float, string", ", W, R")
+        for source, directed, (types, variables) in (
+                *((f'graph = "{graph}"', False, ("", "")) for graph in (
+                    "line(7)", "ring(9)", "star(8)", "complete(6)", "grid(4, 3)", "torus(3, 3, 3)", "hypercube(4)", "tree(20, 3)",
+                    "random(40, 0.05)", "regular(20, 3)", "geometric(30, 0.2)", "scale_free(40, 2)", "small_world(30, 4, 0.2)")),
+                ("links = [[0, 1], [2, 1]]\nnodes = 5", False, ("", "")), ('links = "weights.csv"', False, columns),
+                ('links = "weights.csv"\nnodes = "nodes.csv"', False, columns), ('links = "words.csv"', False, ("", "")),
+                ('links = "weights.csv"', True, columns), ('links = "words.csv"', True, ("", "")), ('links = "g.json"', True, ("", ""))):
+            with self.subTest(source, directed=directed):
+                toml = world(source, "seed = 5\n" + ("directed = true\n" if directed else ""))
+                self.write("p.meld", program.format(types, variables))
+                self.write("w.toml", toml)
+                out, _ = self.call("meldsim", "world", "w.toml", "--links", "links.out", "--nodes", "nodes.out")
+                self.assertRegex(out, r"links\.out: \d+ links\nnodes\.out: \d+ nodes\n")
+                self.write("back.toml", world('links = "links.out"\nnodes = "nodes.out"', "directed = true\n" if directed else ""))
+                found = []
+                for name in ("w.toml", "back.toml"):
+                    self.call("meldsim", "run", "p.meld", "--world", name, "--quiet", "--facts-out", "f", "--digest", "d")
+                    found.append((self.read("f"), self.read("d"), self.call("meldsim", "world", name)[0].split(": ")[1]))
+                self.assertEqual(found[0], found[1])
+                self.assertIn(b"near", found[0][0])
+                # Links alone, where each node has one.
+                self.assertEqual(self.call("meldsim", "world", "w.toml", "--links", "-")[0].encode(), self.read("links.out"))
+        self.write("cells.toml", 'lattice = "square"\n[[body]]\nshape = "box(2, 2, 1)"\n')
+        err = self.call("meldsim", "world", "cells.toml", "--links", "l.csv", code=2)[1]
+        self.assertIn("--links: cells.toml has a lattice, whose catoms are linked where they touch", err)
+        self.write("g.json", json.dumps(nx.node_link_data(nx.Graph([("a\nb", "c")]))))
+        self.write("w.toml", world('links = "g.json"'))
+        self.assertIn("'a' has a line break", self.call("meldsim", "world", "w.toml", "--nodes", "n.csv", code=2)[1])
+        self.assertFalse((self.folder / "n.csv").exists())
+
+    def test_values_that_grow_along_a_graph_without_a_circle(self):
+        """acyclic = true: no warning that they may grow for ever, and a graph that has a circle is refused."""
+        longest = ("type source(node).\ntype link(node, node).\ntype way(node, int).\ntype last(node, max int).\n"
+                   "way(A, 0) :- source(A).\nway(B, D + 1) :- neighbor(A, B), link(A, B), way(A, D).\nlast(A, D) :- way(A, D).\n")
+        self.write("dag.csv", "from,to\n0,1\n1,2\n0,2\n3,2\n")
+        self.write("circle.csv", "a,b\nb,c\nc,d\nd,b\n")
+        directed, source = 'links = "dag.csv"\ndirected = true\n', '[facts]\nsource = "id == 0"\n'
+        self.write("p.meld", longest)
+        for toml, warned in ((directed, True), (directed + "acyclic = false\n", True), (directed + "acyclic = true\n", False)):
+            self.write("w.toml", world(toml, source))
+            _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "--facts-out", "f", "-n", 2)
+            self.assertEqual("W0604" in err, warned, err)
+            self.assertIn(b"last(@2, 2).", self.read("f"))
+        self.write("w.toml", world('links = "circle.csv"\ndirected = true\nacyclic = true', source))
+        self.refused("meldsim", "world", "w.toml", code=2, says=[
+            'w.toml:4:11: acyclic = true, and these links lead in a circle: "b" -> "c" -> "d" -> "b". take one of them out'])
+        for toml, says in (('links = "dag.csv"\nacyclic = true', "lead there and back. add directed = true"),
+                           ('graph = "line(4)"\nacyclic = true', "acyclic goes with links, and this graph is generated"),
+                           ('links = "dag.csv"\ndirected = true\nacyclic = 3', "acyclic")):
+            self.write("w.toml", world(toml))
+            self.refused("meldsim", "world", "w.toml", code=2, says=says)
+        # Only what follows links in one direction ends with them.
+        declared = "type source(node).\ntype link(node, node).\ntype p(node, int).\ntype q(node, int).\np(A, 0) :- source(A).\n"
+        for rules, warned in (("p(B, D + 1) :- neighbor(A, B), link(B, A), p(A, D).\n", False),
+                              ("p(C, D + 1) :- neighbor(A, B), link(A, B), q(A, D), neighbor(B, C), link(B, C).\nq(A, D) :- p(A, D).\n",
+                               False),
+                              ("p(B, D + 1) :- neighbor(A, B), p(A, D).\n", True),
+                              ("p(A, D + 1) :- p(A, D).\n", True),
+                              ("p(B, D + 1) :- neighbor(A, B), link(A, B), p(A, D).\np(B, D + 1) :- neighbor(A, B), link(B, A), p(A, D).\n", True),
+                              ("p(B, D + 1) :- neighbor(A, B), link(A, B), q(A, D).\nq(A, D + 1) :- p(A, D).\np(A, D) :- q(A, D).\n", True),
+                              ("link(@0, @1).\np(B, D + 1) :- neighbor(A, B), link(A, B), p(A, D).\n", True)):
+            self.write("q.meld", declared + rules)
+            with self.subTest(rules):
+                _, err = self.call("meldc", "check", "q.meld", "--graph", "--acyclic")
+                self.assertEqual("W0604" in err, warned, err)
+                self.assertIn("W0604", self.call("meldc", "check", "q.meld", "--graph")[1])
+
     def test_numbers_with_gaps_stay(self):
         self.write("e.txt", "10 700\n700 3000000\n")
         found = self.facts(HOPS, world('links = "e.txt"', '[facts]\nsource = "id == 10"\n'), "dist")
@@ -198,6 +284,9 @@ sum(A, L) :- neighbor(A, B), level(B, L).
                 ("g.json", '{"nodes": [{"id": 9223372036854775807}], "links": []}', "9223372036854775807, is too large"),
                 ("g.json", f'{{"nodes": [{{"id": {deep}}}], "links": []}}', "nested more than 100 levels deep"),
                 ("g.json", f'{{"nodes": [{{"id": 1}}], "links": [{{"source": 1, "target": {deep}}}]}}', "nested more than 100"),
+                ("g.json", json.dumps({"nodes": [{"id": 0, "x": float("nan")}], "links": []}),
+                 'g.json:1:29: "x" is NaN, which is no number of JSON'),
+                ("g.json", json.dumps({"nodes": [{"id": 0, "x": float("-inf")}]}), "allow_nan=False"),
                 ("g.csv", "0,1\n9223372036854775807,2\n", "9223372036854775807 is too large")):
             self.write(name, text)
             self.write("w.toml", world(f'links = "{name}"'))

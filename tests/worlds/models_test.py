@@ -150,7 +150,16 @@ class Models(Case):
                            (world("mesh('brick.obj', 1e8)"), "cells lie within 1048576")):
             self.refuse(text, says)
         self.write("cut.stl", stl(*torus(10, 3, 8, 6)[:2])[:700])
-        self.refuse(world("mesh('cut.stl', 9)"), "cut.stl is not a model")
+        self.refuse(world("mesh('cut.stl', 9)"),
+            "cut.stl is cut off: it has 12 of the 96 triangles that it announces. copy or export it again")
+        # Whatever the library says, it says of the user's file.
+        for name, data in (("short.stl", b"nothing" * 20), ("head.stl", bytes(30)), ("text.stl", b"solid cut\n facet normal 0 0"),
+                           ("cut.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n"), ("cut.glb", b"glTF\2\0\0\0"), ("cut.gltf", b'{"a')):
+            self.write(name, data)
+            self.write("w.toml", world(f"mesh('{name}', 9)"))
+            _, err = self.call("meldsim", "world", "w.toml", code=2)
+            self.assertIn(name, err)
+            self.assertNotIn("magic", err)
         self.write("mesh.obj", "v 0 0 0\n")
         self.write("zero.stl", b"")
         self.refuse(world("mesh('zero.stl', 9)"), "zero.stl is not a model")

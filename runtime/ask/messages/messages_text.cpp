@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "runtime/ask/messages/messages.h"
-#include "runtime/results/facts/facts_csv.h"
+#include "runtime/base/csv_row.h"
 
 namespace meld::inspect {
 
@@ -96,9 +96,8 @@ Json Messages::to_json() const {
 std::string Messages::to_csv() const {
     std::string out = "from,to,is,fact,was,rank,read,due\n";
     for (const One& one : shown)
-        out += fmt::format("{},{},{},{},{},{},{},{}\n", one.from, one.to, name_of(one.is), record::quoted_for_csv(one.fact),
-                           record::quoted_for_csv(one.was), one.rank == kAbsent ? "" : std::to_string(one.rank), tick + 1,
-                           one.due ? std::to_string(*one.due) : "");
+        out += fmt::format("{},{},{},{},{},{},{},{}\n", one.from, one.to, name_of(one.is), csv_field(one.fact), csv_field(one.was),
+                           one.rank == kAbsent ? "" : std::to_string(one.rank), tick + 1, one.due ? std::to_string(*one.due) : "");
     return out;
 }
 

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/csv_row.h"
 #include "runtime/engine/tuple/value_text.h"
-#include "runtime/results/facts/facts_csv.h"
 
 namespace meld::inspect {
 
@@ -40,7 +40,7 @@ Json json_of(tuple::Type type, Value v) {
 std::string csv_cell(tuple::Type type, Value v) {
     if (type.kind() == ValueType::Node) return std::to_string(v.catom);
     if (!type.compound()) return tuple::print_value(type, v);
-    return record::quoted_for_csv(tuple::print_plain(type, v));
+    return csv_field(tuple::print_plain(type, v));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -35,6 +36,14 @@ namespace {
 constexpr int kLookMilliseconds = 20;
 constexpr int kLooksUntilToldToEnd = 25;
 
+// Whether a limit on the size of files (ulimit -f) leaves no room for those that Open MPI and PMIx keep in shared memory: a process has
+// one of 4 MiB, and the table that they share grows with them. Where it cannot be made, they fail or wait for ever.
+bool files_are_short() {
+    constexpr rlim_t kFiles_bytes = rlim_t{64} << 20;
+    rlimit limit{};
+    return getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < kFiles_bytes;
+}
+
 // Settings for mpirun, each only if the user has not set it.
 std::map<std::string, std::string> settings_for(int processes, const Heartbeat* heartbeat) {
     std::map<std::string, std::string> settings = {
@@ -45,6 +54,11 @@ std::map<std::string, std::string> settings_for(int processes, const Heartbeat* 
         // direct copy between processes is forbidden in many containers.
         {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
     };
+    if (files_are_short()) {
+        // Open MPI does without files in memory then, and a run comes so far that it can say which of its own files is too long.
+        settings["PMIX_MCA_gds"] = "hash";
+        settings["OMPI_MCA_btl"] = "self,tcp";
+    }
     if (heartbeat != nullptr) settings[pulse::kVariable] = heartbeat->place();
     // Only then: a process that has a core of its own, and yields it at each poll, waits for the time slices of all other programs. Beside
     // three of them a run of two processes took more than 300 seconds instead of 1.6.

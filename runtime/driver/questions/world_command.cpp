@@ -30,6 +30,7 @@
 #include "runtime/sim/simulation.h"
 #include "runtime/world/ensemble/target.h"
 #include "runtime/world/file/populate.h"
+#include "runtime/world/graph/write.h"
 #include "runtime/world/model/visiblesim.h"
 
 namespace meld::driver {
@@ -86,7 +87,8 @@ std::string memory_text(const MemoryNeed& need, double seconds) {
 
 // Checks whether a run could start: places the catoms and hands them to the motion. Checks that need a program are left out: facts,
 // settings and components.
-Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry, const PictureOptions& picture) {
+Result<void> check_start(world::World world, const world::Target& target, const sim::Registry& registry, const PictureOptions& picture,
+                         std::FILE* talk) {
     if (!picture.file.empty())
         if (const auto fine = last_tick_of(picture); !fine) return tl::unexpected<Error>(fine.error());
     const auto begun = std::chrono::steady_clock::now();
@@ -97,7 +99,13 @@ Result<void> check_start(world::World world, const world::Target& target, const 
     if (const auto fits = check_memory(world, need, 1); !fits) return fits;
     world.components.clear();
     world.facts.clear();
-    world.events.clear();
+    // Links that events join are there for the network and for faults, if their nodes are those of the graph.
+    for (world::Event& event : world.events) {
+        event = {.tick = event.tick, .every = event.every, .times = event.times, .join = std::move(event.join)};
+        std::erase_if(event.join, [&](const world::LinkChoice& one) {
+            return !world.graph->find(one.pair->first) || !world.graph->find(one.pair->second);
+        });
+    }
     world.set.clear();
     ModuleInfo no_program = kNoProgram;
     no_program.by_links = world.by_links;
@@ -107,14 +115,31 @@ Result<void> check_start(world::World world, const world::Target& target, const 
     simulation.add(std::move(drawn), "drawing");
     if (auto started = simulation.start(registry, std::move(*counts)); !started) return started;
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
-    std::FILE* const talk = picture.file == "-" ? stderr : stdout;
     if (auto printed = print(talk, memory_text(need, taken.count())); !printed) return printed;
     return picture.file.empty() ? Result<void>() : shoot_start(picture, world, simulation.subdomain(), drawing);
 }
 
+// One of the files of a graph, which a world can name.
+Result<void> write_graph(const world::World& world, const std::string& path, const char* option,
+                         Result<void> (*write)(const graph::Graph&, const graph::Put&), std::FILE* talk) {
+    if (path.empty()) return {};
+    if (!world.is_graph())
+        return fail(fmt::format("{}: {} has a lattice, whose catoms are linked where they touch", option, world.path),
+                    "Leave it out, or choose lattice = \"graph\"");
+    Result<OutputFile> file = OutputFile::open(path, Appears::Whole);
+    if (!file) return tl::unexpected<Error>(file.error());
+    std::uint64_t lines = 0;
+    if (auto done = write(*world.graph, [&](std::string_view line) { file->write(line), ++lines; }); !done) return done;
+    if (auto written = file->commit(); !written) return written;
+    return path == "-" ? Result<void>{} : print(talk, fmt::format("{}: {} {}\n", visible(path), lines - 1, option + 2));
+}
+
 Result<void> check_world(const WorldOptions& options) {
     if (options.file.empty()) return fail("no world is named", "Write meldsim world FILE.toml");
-    const NamedPath paths[] = {{"the world", options.file}, {"--shot", options.picture.file, NamedPath::Written}};
+    const NamedPath paths[] = {{"the world", options.file},
+                               {"--shot", options.picture.file, NamedPath::Written},
+                               {"--links", options.links, NamedPath::Written},
+                               {"--nodes", options.nodes, NamedPath::Written}};
     if (const auto distinct = check_distinct(paths); !distinct) return distinct;
     const Result<world::World> world = world::read_world(options.file);
     if (!world) return tl::unexpected<Error>(world.error());
@@ -133,8 +158,11 @@ Result<void> check_world(const WorldOptions& options) {
         const log::FewWarnings few;
         for (const std::string& each : world->warnings) log::warning("{}", each);
     }
-    if (const auto printed = print(options.picture.file == "-" ? stderr : stdout, text); !printed) return printed;
-    return check_start(*world, *target, registry, options.picture);
+    std::FILE* const talk = options.picture.file == "-" || options.links == "-" || options.nodes == "-" ? stderr : stdout;
+    if (const auto printed = print(talk, text); !printed) return printed;
+    if (auto fine = check_start(*world, *target, registry, options.picture, talk); !fine) return fine;
+    if (auto written = write_graph(*world, options.links, "--links", graph::write_links, talk); !written) return written;
+    return write_graph(*world, options.nodes, "--nodes", graph::write_nodes, talk);
 }
 
 constexpr std::uint64_t kMaxImport_bytes = std::uint64_t{1} << 30;

@@ -1,13 +1,16 @@
 #include "runtime/driver/run/run.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/process/liveness.h"
+#include "runtime/base/units.h"
 #include "runtime/comm/launch/launch.h"
 #include "runtime/comm/transport/communicator.h"
 #include "runtime/driver/run/checkpoints.h"
@@ -59,6 +62,26 @@ Result<std::string> module_for_all(const RunOptions& options, comm::Communicator
     return module;
 }
 
+// Processes that are far more than processors or catoms only wait for each other, and take the machine with them.
+Result<void> check_processes(int processes, const world::World& world) {
+    constexpr int kAlways = 64, kForEachProcessor = 16;
+    const int processors = static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
+    if (processes <= kAlways) return {};
+    const Result<world::WorldSize> size = world.is_graph() ? world::WorldSize{} : world::measure(world);
+    if (!size) return tl::unexpected<Error>(size.error());
+    const double catoms =
+        world.is_graph() ? static_cast<double>(world.graph->nodes()) : size->cells_estimate + static_cast<double>(world.placed.size());
+    if (processes > catoms)
+        return fail(fmt::format("-n: {} processes are more than the {} catoms of this world, and would only wait for each other", processes,
+                                format_count(catoms)),
+                    fmt::format("Write -n {}, or less", std::max(1, std::min(static_cast<int>(catoms), processors))));
+    if (processes > std::max(kAlways, kForEachProcessor * processors))
+        return fail(fmt::format("-n: {} processes are too many for this machine, which has {} processor{}", processes, processors,
+                                processors == 1 ? "" : "s"),
+                    fmt::format("Write -n {}, or start meldsim with mpirun on several machines", processors));
+    return {};
+}
+
 int run_processes(const RunOptions& options, comm::Communicator& comm) {
     const auto attempt = [&]() -> Result<int> {
         const Result<std::string> module = module_for_all(options, comm);
@@ -102,8 +125,11 @@ int run_command(RunOptions options) {
     const Result<std::string> module = compile_program(options);
     if (!module) return print_error(module.error());
     // Where there is one process, it is soon told by that; the world may be large.
-    if (options.processes > 1)
-        if (const auto world = choose_world(options); !world) return print_error(world.error());
+    if (options.processes > 1) {
+        const auto world = choose_world(options);
+        if (!world) return print_error(world.error());
+        if (const auto few = check_processes(options.processes, *world); !few) return print_error(few.error());
+    }
     return supervise(std::move(options), *module);
 }
 

@@ -103,6 +103,8 @@ Result<std::string> compile_in(Form form, const RunOptions& options, std::string
     const std::string seconds = fmt::format("{}", options.timeout_seconds);
     if (options.timeout_seconds > 0) arguments.insert(arguments.end(), {"--timeout", seconds.c_str()});
     if (const char* flag = flag_of(form)) arguments.push_back(flag);
+    if (const std::string world = world_path(options); form == Form::Graph && !world.empty() && world::says_acyclic(world))
+        arguments.push_back("--acyclic");
     if (options.measured()) arguments.push_back(options.stats ? "--counters" : "--places");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);

@@ -117,6 +117,7 @@ struct ViewOptions {
 struct WorldOptions {
     std::string file = {};
     std::vector<std::string> extensions = {};
+    std::string links = {}, nodes = {};                  // Files for those of its graph.
     std::string import = {}, lattice = {}, output = {};  // A configuration of VisibleSim, its lattice, and the world to be written.
     PictureOptions picture = {};                         // Of the start; without a file there is none.
 };

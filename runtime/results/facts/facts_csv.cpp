@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "runtime/base/csv_row.h"
 #include "runtime/base/files/input_file.h"
 #include "runtime/base/version.h"
 #include "runtime/engine/tuple/value_text.h"
@@ -34,7 +35,7 @@ std::string cell(const ModuleInfo& module, const PredicateInfo& p, const TableCo
             if (type.kind() == ValueType::Vec3) return tuple::print_value(type.item(column.item), tuple::item(value.list, column.item));
             return tuple::print_value(type, value);
         case CellType::Text:
-            return quoted_for_csv(tuple::print_plain(type, value));
+            return csv_field(tuple::print_plain(type, value));
         case CellType::Int:
         case CellType::Bool:
             return tuple::print_value(type, value);
@@ -166,13 +167,6 @@ Result<void> check_folder(const std::string& path, const std::vector<FactTable>&
 }
 
 }  // namespace
-
-std::string quoted_for_csv(const std::string& text) {
-    if (text.find_first_of(",\"") == std::string::npos) return text;
-    std::string result = "\"";
-    for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return result + '"';
-}
 
 void pack_csv(const ModuleInfo& module, const FactTable& table, u64 id, const Value* arguments, ByteWriter& out) {
     const PredicateInfo& p = module.predicates[table.predicate];

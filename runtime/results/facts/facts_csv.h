@@ -12,9 +12,6 @@ namespace meld::record {
 // The file beside the tables of a folder that tells the types of their columns: https://datapackage.org.
 inline constexpr const char* kDataPackage = "datapackage.json";
 
-// A text as a cell, in quotes where it has a comma or quotes in it.
-std::string quoted_for_csv(const std::string& text);
-
 // Numbers as they are, floats in the shortest form that reads back the same, true and false, catoms as their numbers; text as
 // print_plain() has it, so that a fact is one line, and quoted.
 void pack_csv(const ModuleInfo& module, const FactTable& table, u64 id, const Value* arguments, ByteWriter& out);

@@ -7,9 +7,9 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/base/csv_row.h"
 #include "runtime/engine/tuple/value_text.h"
 #include "runtime/results/facts/fact_tables.h"
-#include "runtime/results/facts/facts_csv.h"
 #include "runtime/results/facts/facts_reader.h"
 #include "runtime/results/hdf5/file_kind.h"
 #include "runtime/results/hdf5/hdf5_library.h"
@@ -176,7 +176,7 @@ Result<bool> Hdf5FactsReader::next(FactRow& row) {
                 break;
             case Cell::Text: {
                 const char* const text = at<const char*>(members_[i].offset);
-                row.text += quoted_for_csv(text == nullptr ? "" : text);
+                row.text += csv_field(text == nullptr ? "" : text);
             }
         }
     }

@@ -186,7 +186,7 @@ Result<void> Looker::colour() {
         }
         const Value v = table.cell(row, *said->value);
         if (kind == Kind::Int)
-            stage_.frame.numbers.emplace_back(*at, static_cast<double>(v.integer));
+            stage_.frame.numbers.emplace_back(*at, static_cast<render::Number>(v.integer));
         else if (kind == Kind::Float)
             stage_.frame.numbers.emplace_back(*at, v.real);
         else

@@ -11,6 +11,7 @@
 #include "runtime/base/error.h"
 #include "runtime/results/record/drawing.h"
 #include "runtime/show/render/caption.h"
+#include "runtime/show/render/number.h"
 #include "runtime/show/render/scene.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/file/world_file.h"
@@ -63,7 +64,7 @@ struct Frame {
     std::vector<std::uint64_t> ids = {};  // Of the catoms that are shown, by their places in the scene; in order.
     std::string coloured_by = {};         // What colours are to mean.
     // Values of catoms that are shown, by their places in the scene: numbers, or words for anything else.
-    std::vector<std::pair<std::size_t, double>> numbers = {};
+    std::vector<std::pair<std::size_t, render::Number>> numbers = {};
     std::vector<std::pair<std::size_t, std::string>> words = {};
     bool whole_numbers = true;
     std::vector<std::uint64_t> missing = {};  // Catoms that callouts name and that are not there.

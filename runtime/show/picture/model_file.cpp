@@ -11,6 +11,8 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/base/csv_row.h"
+#include "runtime/base/terminal/log.h"
 #include "runtime/show/picture/solid.h"
 
 namespace meld::picture {
@@ -26,22 +28,18 @@ void append(std::string& out, const Value& value) {
 
 // The values of a frame by places, as far as there are any.
 struct Values {
-    explicit Values(const Frame& frame) : numbers(frame.scene.places.size()), words(frame.scene.places.size()) {
+    explicit Values(const Frame& frame) : numbers(frame.scene.places.size()), words(frame.scene.places.size()), whole(frame.whole_numbers) {
         for (const auto& [at, number] : frame.numbers) numbers[at] = number;
         for (const auto& [at, word] : frame.words) words[at] = &word;
     }
-    std::vector<std::optional<double>> numbers;
+    std::vector<std::optional<render::Number>> numbers;
     std::vector<const std::string*> words;
+    bool whole;
     // As it is printed; empty: there is none.
-    std::string text(std::size_t i) const { return words[i] != nullptr ? *words[i] : numbers[i] ? fmt::format("{}", *numbers[i]) : ""; }
+    std::string text(std::size_t i) const {
+        return words[i] != nullptr ? *words[i] : numbers[i] ? render::text_of(*numbers[i], whole) : "";
+    }
 };
-
-std::string quoted(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    std::string out = "\"";
-    for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return out + '"';
-}
 
 class OneFile : public ModelFile {
   public:
@@ -66,7 +64,7 @@ class Csv : public OneFile {
             const render::Vec& at = scene.places[i];
             const render::Rgb c = scene.colours[i];
             write(fmt::format("{},{},{},{},{},{},{},{},{},{}\n", frame.tick, frame.ids[i], at.x(), at.y(), at.z(), scene.diameter(i), c.r,
-                              c.g, c.b, quoted(values.text(i))));
+                              c.g, c.b, csv_field(values.text(i))));
         }
         return {};
     }
@@ -107,23 +105,53 @@ class Ply : public OneFile {
         const render::Scene& scene = frame.scene;
         const Values values(frame);
         const bool numbers = !frame.numbers.empty();
+        // The narrowest type that holds all whole numbers.
+        const bool narrow = !frame.whole_numbers || std::ranges::all_of(frame.numbers, [](const auto& one) {
+            return static_cast<float>(one.second) == one.second;
+        });
+        const bool short_ids =
+            std::ranges::all_of(frame.ids, [](std::uint64_t id) { return id <= std::numeric_limits<std::uint32_t>::max(); });
+        warn_of_rounded(frame);
         write(
             fmt::format("ply\nformat binary_little_endian 1.0\ncomment tick {}; unit: the diameter of a catom\nelement vertex {}\n"
                         "property float x\nproperty float y\nproperty float z\n"
                         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                        "property float radius\nproperty uint catom\n{}end_header\n",
-                        frame.tick, scene.places.size(), numbers ? "property float value\n" : ""));
+                        "property float radius\nproperty {} catom\n{}end_header\n",
+                        frame.tick, scene.places.size(), short_ids ? "uint" : "double",
+                        !numbers ? ""
+                        : narrow ? "property float value\n"
+                                 : "property double value\n"));
         std::string row;
         for (std::size_t i = 0; i < scene.places.size(); ++i) {
             row.clear();
             for (int axis = 0; axis < 3; ++axis) append(row, scene.places[i][axis]);
             append(row, scene.colours[i]);
             append(row, scene.diameter(i) / 2);
-            append(row, static_cast<std::uint32_t>(frame.ids[i]));
-            if (numbers) append(row, values.numbers[i] ? static_cast<float>(*values.numbers[i]) : std::numeric_limits<float>::quiet_NaN());
+            if (short_ids)
+                append(row, static_cast<std::uint32_t>(frame.ids[i]));
+            else
+                append(row, static_cast<double>(frame.ids[i]));
+            const render::Number value = values.numbers[i].value_or(std::numeric_limits<render::Number>::quiet_NaN());
+            if (numbers && narrow)
+                append(row, static_cast<float>(value));
+            else if (numbers)
+                append(row, static_cast<double>(value));
             write(row);
         }
         return {};
+    }
+
+  private:
+    // No type of the format holds all whole numbers.
+    void warn_of_rounded(const Frame& frame) {
+        const auto rounded = [](render::Number number) { return static_cast<render::Number>(static_cast<double>(number)) != number; };
+        const auto value = std::ranges::find_if(frame.numbers, [&](const auto& one) { return rounded(one.second); });
+        const auto id = std::ranges::find_if(frame.ids, [&](std::uint64_t one) { return rounded(static_cast<render::Number>(one)); });
+        if (value != frame.numbers.end())
+            log::warning("values such as {} are rounded to {:.0f}: numbers of a .ply file have 53 bits. write a .csv or .xyz file",
+                         render::text_of(value->second, true), static_cast<double>(value->second));
+        else if (id != frame.ids.end())
+            log::warning("numbers of catoms such as @{} are rounded: numbers of a .ply file have 53 bits. write a .csv or .xyz file", *id);
     }
 };
 

@@ -1,9 +1,9 @@
 #include "runtime/show/picture/palette.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cstdint>
 #include <tuple>
+#include <utility>
 
 namespace meld::picture {
 
@@ -29,6 +29,7 @@ std::optional<render::Legend> Palette::settle() {
     if (look_.range) std::tie(low_, high_) = *look_.range;
     std::size_t i = 0;
     for (auto& [word, colour] : kinds_) colour = render::kind_colour(i++);
+    if (!few_.empty() && whole_numbers_ && !look_.range && few_.size() <= kFewNumbers) colour_few();
     if (!few_.empty()) return of_numbers();
     if (!kinds_.empty()) return of_words();
     return std::nullopt;
@@ -41,7 +42,24 @@ void Palette::apply(Frame& frame) const {
     for (const auto& [at, number] : frame.numbers) frame.scene.colours[at] = of_number(number);
 }
 
-render::Rgb Palette::of_number(double number) const { return look_.map.at(high_ > low_ ? (number - low_) / (high_ - low_) : 0.5); }
+render::Rgb Palette::of_number(render::Number number) const {
+    if (const auto one = few_colours_.find(number); one != few_colours_.end()) return one->second;
+    return look_.map.at(high_ > low_ ? static_cast<double>((number - low_) / (high_ - low_)) : 0.5);
+}
+
+// Where two of them are so near each other that they would look alike, they are at equal distances.
+void Palette::colour_few() {
+    std::map<render::Number, render::Rgb> colours;
+    std::set<std::tuple<std::uint8_t, std::uint8_t, std::uint8_t>> seen;
+    for (const render::Number number : few_) {
+        const render::Rgb c = colours.emplace(number, of_number(number)).first->second;
+        seen.emplace(c.r, c.g, c.b);
+    }
+    std::size_t i = 0;
+    if (seen.size() < few_.size())
+        for (auto& [number, colour] : colours) colour = look_.map.at(static_cast<double>(i++) / static_cast<double>(few_.size() - 1));
+    few_colours_ = std::move(colours);
+}
 
 render::Legend Palette::of_words() const {
     render::Legend legend{.title = title_};
@@ -54,8 +72,8 @@ render::Legend Palette::of_words() const {
 
 render::Legend Palette::of_numbers() const {
     render::Legend legend{.title = title_};
-    if (whole_numbers_ && !look_.range && few_.size() <= kFewNumbers)
-        for (const double number : few_) legend.kinds.emplace_back(fmt::format("{:.0f}", number), of_number(number));
+    if (!few_colours_.empty())
+        for (const auto& [number, colour] : few_colours_) legend.kinds.emplace_back(render::text_of(number, true), colour);
     else
         legend.scale = {.low = low_, .high = high_, .whole = whole_numbers_, .map = look_.map};
     return legend;

@@ -26,15 +26,17 @@ class Palette {
     void apply(Frame& frame) const;
 
   private:
-    render::Rgb of_number(double number) const;
+    render::Rgb of_number(render::Number number) const;
+    void colour_few();
     render::Legend of_words() const;
     render::Legend of_numbers() const;
 
     const Look& look_;
     std::string title_ = {};
     bool any_ = false, whole_numbers_ = true;
-    double low_ = std::numeric_limits<double>::infinity(), high_ = -std::numeric_limits<double>::infinity();
-    std::set<double> few_ = {};  // The numbers, while they are few.
+    render::Number low_ = std::numeric_limits<render::Number>::infinity(), high_ = -low_;
+    std::set<render::Number> few_ = {};                       // The numbers, while they are few.
+    std::map<render::Number, render::Rgb> few_colours_ = {};  // If each has a colour and a line in the legend.
     std::map<std::string, render::Rgb> kinds_ = {};
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "runtime/show/render/callouts.h"
 #include "runtime/show/render/surface.h"
@@ -73,22 +74,34 @@ double round_step(double least) {
     return 10 * power;
 }
 
-std::string number(double x) { return fmt::format("{:.6g}", std::abs(x) < 1e-12 ? 0.0 : x); }
+std::string number(Number x, int digits = 6) { return fmt::format("{:.{}g}", std::abs(x) < 1e-12L ? 0.0L : x, digits); }
 
-// The numbers beside a scale.
-std::vector<double> marks(const Legend::Scale& scale) {
-    if (!(scale.high > scale.low)) return {scale.low};
-    double step = round_step((scale.high - scale.low) / 6);
-    if (scale.whole) step = std::max(step, 1.0);
-    std::vector<double> out;
-    for (double at = std::ceil(scale.low / step - 1e-9); at * step <= scale.high + 1e-9 * step; ++at) out.push_back(at * step);
+struct Mark {
+    Number at = 0;
+    std::string text = {};
+};
+
+// The numbers beside a scale: of six digits, or as many as it takes to tell them apart.
+std::vector<Mark> marks(const Legend::Scale& scale) {
+    std::vector<Mark> out;
+    if (scale.high > scale.low) {
+        double step = round_step(static_cast<double>((scale.high - scale.low) / 6));
+        if (scale.whole) step = std::max(step, 1.0);
+        for (Number at = std::ceil(scale.low / step - 1e-9L); at * step <= scale.high + 1e-9L * step; ++at) out.push_back({at * step});
+    } else {
+        out.push_back({scale.low});
+    }
+    for (int digits = 6; digits <= std::numeric_limits<Number>::max_digits10; ++digits) {
+        for (Mark& mark : out) mark.text = number(mark.at, digits);
+        if (std::ranges::adjacent_find(out, {}, &Mark::text) == out.end()) break;
+    }
     return out;
 }
 
 std::vector<std::string> words_of(const Legend& legend) {
     std::vector<std::string> out;
     if (legend.scale)
-        for (const double mark : marks(*legend.scale)) out.push_back(number(mark));
+        for (const Mark& mark : marks(*legend.scale)) out.push_back(mark.text);
     for (std::size_t i = 0; i < std::min(legend.kinds.size(), kMostKinds); ++i) out.push_back(legend.kinds[i].first);
     if (legend.kinds.size() > kMostKinds) out.push_back(fmt::format("and {} more", legend.kinds.size() - kMostKinds));
     return out;
@@ -108,11 +121,11 @@ void write_scale(Writer& writer, const Legend::Scale& scale, double x, double to
         writer.box(x, top + i, kBar * letter, 1.5);
     }
     writer.ink(ink);
-    const double range = scale.high - scale.low;
-    for (const double mark : marks(scale)) {
-        const double y = top + height * (range > 0 ? 1 - (mark - scale.low) / range : 0.5);
+    const Number range = scale.high - scale.low;
+    for (const Mark& mark : marks(scale)) {
+        const double y = top + height * (range > 0 ? static_cast<double>(1 - (mark.at - scale.low) / range) : 0.5);
         writer.box(x + kBar * letter, y - 0.5, 0.3 * kGap * letter, 1);
-        writer.write(x + (kBar + kGap) * letter, y + 0.35 * letter, number(mark));
+        writer.write(x + (kBar + kGap) * letter, y + 0.35 * letter, mark.text);
     }
 }
 

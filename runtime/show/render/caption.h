@@ -8,6 +8,7 @@
 
 #include "runtime/show/render/camera.h"
 #include "runtime/show/render/colours.h"
+#include "runtime/show/render/number.h"
 #include "runtime/show/render/paint.h"
 
 namespace meld::render {
@@ -17,7 +18,7 @@ struct Legend {
     std::string title = {};
     // Of numbers, from the least to the greatest.
     struct Scale {
-        double low = 0, high = 0;
+        Number low = 0, high = 0;
         bool whole = true;  // They are whole numbers.
         ColourMap map;
     };

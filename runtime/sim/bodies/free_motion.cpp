@@ -15,6 +15,7 @@
 #include "runtime/sim/bodies/catom_migration.h"
 #include "runtime/sim/bodies/step_advice.h"
 #include "runtime/sim/core/catom_failures.h"
+#include "runtime/sim/core/unmatched.h"
 
 namespace meld::sim {
 
@@ -51,17 +52,13 @@ Result<void> FreeMotion::look_up(Subdomain& subdomain) {
 
 namespace {
 
-// A region that matches no catom on any process is probably a mistake.
-void warn_of_empty_groups(Subdomain& subdomain, std::vector<bool> met) {
-    ByteWriter mine;
-    for (const bool some : met) mine.write(some);
-    for (const auto& theirs : gather_bytes(subdomain, mine))
-        for (std::size_t i = 0; i < met.size(); ++i) met[i] = met[i] || theirs[i] != std::byte{0};
-    if (subdomain.comm.process() != 0) return;
-    const log::FewWarnings few;
+void warn_of_empty_groups(Subdomain& subdomain, const std::vector<bool>& met) {
+    Unmatched unmatched(subdomain.comm);
     for (std::size_t i = 0; i < met.size(); ++i)
-        if (const world::CatomGroup& group = subdomain.world.physics.groups[i]; !met[i])
-            log::warning("{}: `{}` matches no catom, so these [[motion.catoms]] have no effect", group.place, group.where.text());
+        unmatched.add(met[i], [&group = subdomain.world.physics.groups[i]] {
+            return fmt::format("{}: `{}` matches no catom, so these [[motion.catoms]] have no effect", group.place, group.where.text());
+        });
+    unmatched.warn();
 }
 
 void warn_of_coarse_steps(Subdomain& subdomain, RadiusRange radii, HeightRange heights, const std::set<Surface>& surfaces) {

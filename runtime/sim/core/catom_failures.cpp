@@ -1,13 +1,15 @@
 #include "runtime/sim/core/catom_failures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/terminal/log.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/programs.h"
+#include "runtime/sim/core/unmatched.h"
 
 namespace meld::sim {
 
@@ -55,25 +57,41 @@ void CatomFailures::each_struck(world::Fault fault, double world::Faults::* prob
 
 void CatomFailures::look_at_events() const {
     // Catoms that move, or are made, may come to be where an event looks for them.
-    if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty() || subdomain_.module.makes_nodes) return;
-    const log::FewWarnings few;
+    if (!still()) return;
+    Unmatched unmatched(subdomain_.comm);
     for (const world::Event& event : subdomain_.world.events) {
         if (event.last() <= subdomain_.tick()) continue;
         for (const Way& way : kWays)
-            for (const world::CatomChoice& choice : event.*way.event) {
-                std::uint64_t matched = 0;
-                each(choice, [&](Catom) { ++matched; });
-                ByteWriter mine;
-                mine.write(matched);
-                const std::vector<std::byte> all = subdomain_.comm.allgather(mine.view());
-                for (matched = 0; const std::byte byte : all) matched += byte != std::byte{0} ? 1 : 0;
-                if (matched > 0 || subdomain_.comm.process() != 0) continue;
-                if (choice.id)
-                    log::warning("{}: there is no catom @{}, so nothing {}", choice.place, *choice.id, way.done);
-                else
-                    log::warning("{}: `{}` matches no catom, so nothing {}", choice.place, choice.where.text(), way.done);
-            }
+            for (const world::CatomChoice& choice : event.*way.event)
+                unmatched.add(any(choice), [&choice, &way] {
+                    return choice.id ? fmt::format("{}: there is no catom @{}, so nothing {}", choice.place, *choice.id, way.done)
+                                     : fmt::format("{}: `{}` matches no catom, so nothing {}", choice.place, choice.where.text(), way.done);
+                });
     }
+    unmatched.warn();
+}
+
+void CatomFailures::look_at_faults() const {
+    if (!still()) return;
+    Unmatched unmatched(subdomain_.comm);
+    for (const world::Faults& faults : subdomain_.world.faults)
+        for (const Way& way : kWays)
+            if (faults.*way.probability > 0)
+                unmatched.add(any({.where = faults.where}), [&faults, &way] {
+                    return fmt::format("{}: `{}` matches no catom, so nothing {}", faults.place, faults.where.text(), way.done);
+                });
+    unmatched.warn();
+}
+
+bool CatomFailures::still() const {
+    const world::World& world = subdomain_.world;
+    return world.motion.kind == "none" && world.components.empty() && !subdomain_.module.makes_nodes;
+}
+
+bool CatomFailures::any(const world::CatomChoice& choice) const {
+    bool found = false;
+    each(choice, [&](Catom) { found = true; });
+    return found;
 }
 
 Struck CatomFailures::of_this_tick() const {

@@ -34,6 +34,8 @@ class CatomFailures {
 
     // Warns of events that strike nothing, where that is known beforehand. Every process calls it.
     void look_at_events() const;
+    // The same of faults, at the start of a run.
+    void look_at_faults() const;
     // Those of this tick's events and faults. Every process calls it. Cost: nothing in a tick without; otherwise a look at each catom for
     // every region, and one exchange.
     Struck of_this_tick() const;
@@ -52,6 +54,10 @@ class CatomFailures {
     void each(const world::CatomChoice& choice, const Visit& visit) const;
     template <class Visit>
     void each_struck(world::Fault fault, double world::Faults::* probability, const Visit& visit) const;
+    // Nobody moves, and no catoms are made.
+    bool still() const;
+    // Whether this process has one.
+    bool any(const world::CatomChoice& choice) const;
     std::optional<Catom> here(const Killed& one) const;
     // What a catom of this process loses with its facts.
     void count_lost(Catom catom);

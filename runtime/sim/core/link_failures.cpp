@@ -4,11 +4,9 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <tuple>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
-#include "runtime/base/terminal/log.h"
 
 namespace meld::sim {
 
@@ -16,8 +14,6 @@ using world::LinkChoice;
 using world::Port;
 
 namespace {
-
-constexpr std::uint8_t kFirstEnd = 1, kSecondEnd = 2, kBothEnds = kFirstEnd | kSecondEnd;
 
 bool contains(const LinkChoice& choice, const LinkFailures::End& a, const LinkFailures::End& b) {
     return choice.contains(a.id, b.id, [&](const world::Region& region, int end) {
@@ -37,57 +33,6 @@ LinkFailures::End LinkFailures::end_of_node(graph::Node node) const {
     const graph::Point& place = subdomain_.nodes().place(node);
     const world::Vec3 at = {place[0], place[1], 0};
     return {subdomain_.nodes().id(node), nearest_cell(at), at};
-}
-
-void LinkFailures::look_at_events() const {
-    if (subdomain_.world.motion.kind != "none" || !subdomain_.world.components.empty() || subdomain_.module.makes_nodes) return;
-    std::vector<std::pair<const LinkChoice*, const char*>> all;
-    for (const world::Event& event : subdomain_.world.events) {
-        if (event.last() <= subdomain_.tick()) continue;
-        for (const LinkChoice& choice : event.cut) all.emplace_back(&choice, "cut");
-        for (const LinkChoice& choice : event.heal) all.emplace_back(&choice, "healed");
-        for (const world::Jam& jam : event.jam) all.emplace_back(&jam.links, "jammed");
-    }
-    if (all.empty()) return;
-    const std::vector<std::uint8_t> there = ends_there(all);
-    const log::FewWarnings few;
-    for (std::size_t i = 0; i < all.size() && subdomain_.comm.process() == 0; ++i)
-        if (there[i] != kBothEnds)
-            log::warning("{}: there are no {}, so nothing is {}", all[i].first->place, all[i].first->text(), all[i].second);
-}
-
-std::vector<std::uint8_t> LinkFailures::ends_there(std::span<const std::pair<const LinkChoice*, const char*>> all) const {
-    std::vector<std::uint8_t> there(all.size());
-    // The choice of each number that is named, with the bit of its end; there may be many, so they are looked up.
-    std::vector<std::tuple<std::uint64_t, std::size_t, std::uint8_t>> numbers;
-    std::vector<std::size_t> regions;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        if (const auto& pair = all[i].first->pair) {
-            numbers.emplace_back(pair->first, i, kFirstEnd);
-            numbers.emplace_back(pair->second, i, kSecondEnd);
-        } else {
-            regions.push_back(i);
-        }
-    }
-    std::ranges::sort(numbers);
-    const world::Ensemble& ensemble = subdomain_.ensemble;
-    for (Catom c = 0; c < ensemble.index_count(); ++c) {
-        if (!subdomain_.owned(c)) continue;
-        const std::uint64_t id = ensemble.id(c);
-        for (auto at = std::ranges::lower_bound(numbers, std::tuple(id, std::size_t{0}, std::uint8_t{0}));
-             at != numbers.end() && std::get<0>(*at) == id; ++at)
-            there[std::get<1>(*at)] |= std::get<2>(*at);
-        std::erase_if(regions, [&](std::size_t i) {
-            const LinkChoice& choice = *all[i].first;
-            const bool second = !choice.other || subdomain_.members_.in_region(*choice.other, c);
-            if (subdomain_.members_.in_region(choice.where, c)) there[i] |= kFirstEnd;
-            if (second) there[i] |= kSecondEnd;
-            return there[i] == kBothEnds;
-        });
-    }
-    const std::vector<std::byte> theirs = subdomain_.comm.allgather(std::as_bytes(std::span(there)));
-    for (std::size_t i = 0; i < theirs.size(); ++i) there[i % there.size()] |= static_cast<std::uint8_t>(theirs[i]);
-    return there;
 }
 
 void LinkFailures::strike() {

@@ -17,8 +17,6 @@ class LinkFailures {
   public:
     explicit LinkFailures(Subdomain& subdomain) : subdomain_(subdomain) {}
 
-    // Warns of events that concern catoms that are not there, where that is known beforehand. Every process calls it.
-    void look_at_events() const;
     // What this tick's events and faults do. Every process calls it. Cost: nothing in a tick without; otherwise a look at each link, and in
     // a graph on several processes two exchanges for links that are made.
     void strike();
@@ -29,6 +27,8 @@ class LinkFailures {
         Cell cell = {};
         world::Vec3 position = {};
     };
+    End end_of(Catom catom) const;
+    End end_of_node(graph::Node node) const;
     // Whether a link is meant; the ends may be in any order.
     using Which = std::function<bool(const End&, const End&)>;
     void cut(const Which& which);
@@ -39,10 +39,6 @@ class LinkFailures {
 
   private:
     using Pair = std::pair<std::uint64_t, std::uint64_t>;
-    // Of each choice, which of its two ends are there: bits. Every process calls it.
-    std::vector<std::uint8_t> ends_there(std::span<const std::pair<const world::LinkChoice*, const char*>> all) const;
-    End end_of(Catom catom) const;
-    End end_of_node(graph::Node node) const;
     void heal_cells(const Which& which);
     std::vector<Pair> missing_in_graph(const Which& which) const;
     // Nodes: `wanted` are links by their ends, the one of this process first; one that both ends want is made.

@@ -1,12 +1,12 @@
 #include "runtime/sim/core/programs.h"
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <span>
 #include <vector>
 
-#include "runtime/base/bytes.h"
-#include "runtime/base/terminal/log.h"
 #include "runtime/engine/tuple/facts.h"
+#include "runtime/sim/core/unmatched.h"
 
 namespace meld::sim {
 
@@ -57,18 +57,13 @@ void Programs::start() {
         }
         give(c, number);
     }
-    if (!subdomain_.alone() && !regions.empty()) {
-        const std::vector<std::byte> theirs = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
-        std::ranges::fill(matched, 0);
-        for (ByteReader in(theirs, "how many catoms run a program"); !in.done();)
-            for (u64& count : matched) count += in.read<u64>();
-    }
-    if (subdomain_.comm.process() != 0) return;
-    const log::FewWarnings few;
+    Unmatched unmatched(subdomain_.comm);
     for (std::size_t i = 0; i < regions.size(); ++i)
-        if (matched[i] == 0)
-            log::warning("{}: `{}` matches no catom, so none runs {} for it", regions[i].place, regions[i].where.text(),
-                         subdomain_.world.programs[regions[i].number - 1]);
+        unmatched.add(matched[i] > 0, [this, &one = regions[i]] {
+            return fmt::format("{}: `{}` matches no catom, so none runs {} for it", one.place, one.where.text(),
+                               subdomain_.world.programs[one.number - 1]);
+        });
+    unmatched.warn();
 }
 
 }  // namespace meld::sim

@@ -230,6 +230,7 @@ class Subdomain {
     friend class GivenFacts;
     friend class CatomFailures;
     friend class LinkFailures;
+    friend class UnmatchedLinks;
     friend class Programs;
     friend class Exchange;
     friend class Tick;

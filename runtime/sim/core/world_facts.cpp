@@ -1,5 +1,7 @@
 #include "runtime/sim/core/world_facts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <functional>
@@ -16,8 +18,9 @@
 #include "runtime/engine/tuple/value_text.h"
 #include "runtime/sim/core/catom_failures.h"
 #include "runtime/sim/core/graph_facts.h"
-#include "runtime/sim/core/link_failures.h"
 #include "runtime/sim/core/setup.h"
+#include "runtime/sim/core/unmatched.h"
+#include "runtime/sim/core/unmatched_links.h"
 #include "runtime/world/shapes/region_id.h"
 
 namespace meld::sim {
@@ -170,9 +173,11 @@ Result<void> GivenFacts::start() {
     }
     if (auto done = give_graph_facts(subdomain_); !done) return done;
     if (auto done = look_at_events(all); !done) return done;
-    warn_of_unmatched(std::move(all));
+    warn_of_unmatched(all);
     CatomFailures(subdomain_).look_at_events();
-    LinkFailures(subdomain_).look_at_events();
+    UnmatchedLinks(subdomain_).look_at_events();
+    CatomFailures(subdomain_).look_at_faults();
+    UnmatchedLinks(subdomain_).look_at_start();
     if (still() || !subdomain_.program_actions.uses(ActionKind::Create)) warn_of_missing_catoms();
     // Catoms that move may come to touch.
     if (subdomain_.world.motion.kind != "none") return {};
@@ -203,9 +208,9 @@ Result<void> GivenFacts::look_at_events(Matched& all) {
 Result<void> GivenFacts::check_events() {
     Matched all;
     if (auto done = look_at_events(all); !done) return done;
-    warn_of_unmatched(std::move(all));
+    warn_of_unmatched(all);
     CatomFailures(subdomain_).look_at_events();
-    LinkFailures(subdomain_).look_at_events();
+    UnmatchedLinks(subdomain_).look_at_events();
     if (still()) warn_of_missing_catoms();
     return {};
 }
@@ -218,24 +223,16 @@ std::optional<std::size_t> GivenFacts::as_route(const world::GivenFact& fact, co
     return at_start ? std::optional(static_cast<std::size_t>(&fact - all.data())) : std::nullopt;
 }
 
-// A region that matches no catom on any process is probably a mistake.
-void GivenFacts::warn_of_unmatched(Matched all) {
-    auto& [facts, matched] = all;
-    if (!subdomain_.alone()) {
-        const std::vector<std::byte> theirs = subdomain_.comm.allgather(std::as_bytes(std::span(matched)));
-        std::fill(matched.begin(), matched.end(), 0);
-        for (ByteReader in(theirs, "how many catoms facts match"); !in.done();)
-            for (u64& count : matched) count += in.read<u64>();
-    }
-    if (subdomain_.comm.process() != 0) return;
-    const log::FewWarnings few;
-    for (std::size_t i = 0; i < facts.size(); ++i)
-        if (matched[i] == 0)
-            log::warning("{}: `{}` matches no catom, so it changes no facts of {}", facts[i]->place, facts[i]->where.text(),
-                         facts[i]->predicate);
+void GivenFacts::warn_of_unmatched(const Matched& all) {
+    Unmatched unmatched(subdomain_.comm);
+    for (std::size_t i = 0; i < all.facts.size(); ++i)
+        unmatched.add(all.catoms[i] > 0, [fact = all.facts[i]] {
+            return fmt::format("{}: `{}` matches no catom, so it changes no facts of {}", fact->place, fact->where.text(), fact->predicate);
+        });
+    unmatched.warn();
 }
 
-// So is a rule at a catom that does not exist and never will.
+// A rule at a catom that does not exist and never will is probably a mistake.
 void GivenFacts::warn_of_missing_catoms() {
     if (subdomain_.comm.process() != 0) return;
     const ModuleInfo& module = subdomain_.module;

@@ -45,7 +45,8 @@ class GivenFacts {
     u64 change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments);
     // Whether the fact is given at the start and is a route in a world without motion.
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
-    void warn_of_unmatched(Matched all);
+    // Warns of the facts that no process has a catom for.
+    void warn_of_unmatched(const Matched& all);
     // The catoms and their positions do not change.
     bool still() const { return subdomain_.world.motion.kind == "none" && subdomain_.world.components.empty(); }
     void warn_of_missing_catoms();

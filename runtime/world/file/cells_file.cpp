@@ -15,20 +15,14 @@ namespace meld::world {
 namespace {
 
 // The integers of a line; the error contains the column of a field that is not an integer.
-Result<std::vector<std::int64_t>> parse_line(std::string_view line, const std::string& path, std::size_t line_number) {
+Result<std::vector<std::int64_t>> parse_row(const CsvRow& row, const std::string& path, std::size_t line_number) {
     std::vector<std::int64_t> numbers;
-    for (std::size_t at = 0; at <= line.size();) {
-        const std::size_t end = std::min(line.find(',', at), line.size());
-        const std::string_view field = trimmed(line.substr(at, end - at));
-        std::int64_t number = 0;
-        const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
-        if (error != std::errc() || stop != field.data() + field.size()) {
-            const std::size_t column = field.empty() ? at + 1 : static_cast<std::size_t>(field.data() - line.data()) + 1;
-            return fail(fmt::format("{}:{}:{}: '{}' is not a cell coordinate", path, line_number, column, field.substr(0, 40)),
+    for (std::size_t i = 0; i < row.fields().size(); ++i) {
+        const std::string_view field = row.fields()[i];
+        const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), numbers.emplace_back());
+        if (error != std::errc() || stop != field.data() + field.size())
+            return fail(fmt::format("{}:{}:{}: '{}' is not a cell coordinate", path, line_number, row.column(i), field.substr(0, 40)),
                         "write whole numbers, x,y,z");
-        }
-        numbers.push_back(number);
-        at = end + 1;
     }
     return numbers;
 }
@@ -77,8 +71,8 @@ Result<void> CellList::add_table(std::string_view bytes, const std::string& path
 Result<void> CellList::add_file(std::string_view text, const std::string& path) {
     if (NpyTable::is_one(text)) return add_table(text, path);
     if (auto plain = NpyTable::check_text(text, path); !plain) return plain;
-    return each_row(text, [&](std::string_view line, std::size_t number) -> Result<void> {
-        const Result<std::vector<std::int64_t>> coordinates = parse_line(line, path, number);
+    return each_row(text, path, [&](const CsvRow& row, std::size_t number) -> Result<void> {
+        const Result<std::vector<std::int64_t>> coordinates = parse_row(row, path, number);
         if (!coordinates) return tl::unexpected(coordinates.error());
         const Result<void> added = add(*coordinates, path, number, 0);
         if (!added) return fail(fmt::format("{}:{}: {}", path, number, added.error().problem), added.error().suggestion);

@@ -233,7 +233,11 @@ void read_one_of_faults(TomlReader& reader, const toml::table& table, World& wor
     for (const auto& [key, value] : {std::pair("kill", &faults.kill), std::pair("hang", &faults.hang),
                                      std::pair("restart", &faults.restart), std::pair("cut", &faults.cut), std::pair("heal", &faults.heal)})
         section.read_number(key, *value, 0, 1);
-    if (const auto where = section.read_region("where")) faults.where = *where;
+    faults.place = reader.place(table.source());
+    if (const auto where = section.read_region("where")) {
+        faults.where = *where;
+        faults.place = reader.place(section.find("where")->source());
+    }
     std::uint64_t from = 1, until = kMaxTicks;
     section.read_count("from", from, 1, kMaxTicks);
     section.read_count("until", until, 1, kMaxTicks);

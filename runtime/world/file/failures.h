@@ -49,6 +49,7 @@ struct Faults {
     double kill = 0, hang = 0, restart = 0;  // Catoms.
     double cut = 0, heal = 0;                // Links.
     Region where = {};
+    std::string place = {};
     std::int64_t from = 1;
     std::int64_t until = std::numeric_limits<std::int64_t>::max();  // The last tick.
 

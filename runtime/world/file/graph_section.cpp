@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/world/graph/cycle.h"
 #include "runtime/world/graph/files.h"
 #include "runtime/world/graph/generate.h"
 #include "runtime/world/graph/layout.h"
@@ -74,6 +75,24 @@ Result<graph::Graph> read_files(TomlReader& reader, const Section& top, std::opt
     return graph::read_graph(link_file, node_file, directed, room);
 }
 
+// acyclic = true: no way along the links leads back to where it began.
+Result<void> check_acyclic(const graph::Graph& graph) {
+    if (!graph.directed) return fail("links of a graph without directions lead there and back", "add directed = true, or take acyclic out");
+    std::vector<graph::Node> circle = graph::cycle(graph);
+    if (circle.empty()) return {};
+    constexpr std::size_t kShown = 6;
+    const auto name = [&](graph::Node node) {
+        for (const graph::Column& column : graph.node_columns)
+            if (column.name == "name") return column.text(node);
+        return fmt::format("@{}", graph.id(node));
+    };
+    std::string way;
+    for (std::size_t i = 0; i < std::min(circle.size(), kShown); ++i) way += name(circle[i]) + " -> ";
+    if (circle.size() > kShown) way += fmt::format("{} more -> ", circle.size() - kShown);
+    return fail(fmt::format("acyclic = true, and these links lead in a circle: {}{}", way, name(circle[0])),
+                "take one of them out, or take acyclic out");
+}
+
 // Each node has a place.
 void keep(World& world, graph::Graph graph) {
     if (graph.places.empty()) graph.places = graph::by_distances(graph);
@@ -97,7 +116,7 @@ void read_graph_world(TomlReader& reader, const Section& top, World& world) {
                             "write graph = \"ring(100)\" or links = \"edges.csv\"");
     for (const auto& [key, cure] : kNotInGraphs)
         if (top.has(key)) return reader.wrong(top.find(key)->source(), fmt::format("a graph has no {}", key), std::string(cure));
-    for (const std::string_view key : {"nodes", "directed"})
+    for (const std::string_view key : {"nodes", "directed", "acyclic"})
         if (made && top.has(key))
             return reader.wrong(top.find(key)->source(), fmt::format("{} goes with links, and this graph is generated", key),
                                 "take it out");
@@ -112,6 +131,11 @@ void read_graph_world(TomlReader& reader, const Section& top, World& world) {
         if (listed && graph.error().problem.find(": ") != std::string::npos) return reader.wrong(graph.error());
         const std::string place = reader.place(top.find(listed ? "links" : "graph")->source());
         return reader.wrong(Error{fmt::format("{}: {}", place, graph.error().problem), graph.error().suggestion, graph.error().code});
+    }
+    if (bool acyclic = false; top.has("acyclic")) {
+        top.read("acyclic", acyclic);
+        const Result<void> fine = acyclic ? check_acyclic(*graph) : Result<void>{};
+        if (!fine) return reader.wrong(top.find("acyclic")->source(), fine.error().problem, fine.error().suggestion);
     }
     world.warnings = graph->warnings;
     keep(world, std::move(*graph));

@@ -7,7 +7,7 @@
 namespace meld::world {
 
 // The keys at the top of a world file that say which graph it is.
-inline constexpr std::string_view kGraphKeys[] = {"graph", "links", "nodes", "directed"};
+inline constexpr std::string_view kGraphKeys[] = {"graph", "links", "nodes", "directed", "acyclic"};
 
 // graph = "ring(1000)", or links = "edges.csv" with nodes = "nodes.csv"; directed = true. Also reports what makes no sense in a graph.
 void read_graph_world(TomlReader& reader, const Section& top, World& world);

@@ -31,7 +31,7 @@ class TermsFile {
             line_ = number;
             if (named) return add(line);
             named = true;
-            fields_ = graph::Fields(graph::Fields::separator_of(line));
+            fields_ = CsvRow(CsvRow::separator_of(line));
             return name_columns(line);
         });
         if (!done) return tl::unexpected<Error>(done.error());
@@ -45,22 +45,26 @@ class TermsFile {
     }
 
     Result<void> name_columns(std::string_view line) {
-        for (const std::string_view name : fields_.split(line)) columns_.emplace_back(name);
+        const auto names = fields_.split(line, path_, line_);
+        if (!names) return tl::unexpected<Error>(names.error());
+        for (const std::string_view name : *names) columns_.emplace_back(name);
         if (columns_.size() < 3 || columns_[0] != "from" || columns_[1] != "to")
             return wrong(1, "the first line does not name the columns", fmt::format("begin with a line such as from,to,{}", terms_.back()));
         for (std::size_t i = 2; i < columns_.size(); ++i) {
             if (std::ranges::find(terms_, columns_[i]) == terms_.end())
-                return wrong(fields_.column(i, line), fmt::format("links of this network have no term `{}`", columns_[i]),
+                return wrong(fields_.column(i), fmt::format("links of this network have no term `{}`", columns_[i]),
                              did_you_mean(columns_[i], terms_));
             if (std::find(columns_.begin(), columns_.begin() + static_cast<std::ptrdiff_t>(i), columns_[i]) !=
                 columns_.begin() + static_cast<std::ptrdiff_t>(i))
-                return wrong(fields_.column(i, line), fmt::format("two columns are named `{}`", columns_[i]), "name each column once");
+                return wrong(fields_.column(i), fmt::format("two columns are named `{}`", columns_[i]), "name each column once");
         }
         return {};
     }
 
     Result<void> add(std::string_view line) {
-        const auto& fields = fields_.split(line);
+        const auto split = fields_.split(line, path_, line_);
+        if (!split) return tl::unexpected<Error>(split.error());
+        const std::span<const std::string_view> fields = *split;
         if (fields.size() != columns_.size())
             return wrong(1, fmt::format("here are {} fields, and the first line has {}", fields.size(), columns_.size()),
                          "give each link a value for each column");
@@ -68,7 +72,7 @@ class TermsFile {
         for (std::size_t i = 0; i < 2; ++i) {
             std::uint64_t& end = i == 0 ? one.from : one.to;
             if (!graph::parse_whole(fields[i], end))
-                return wrong(fields_.column(i, line), fmt::format("'{}' is no number of a catom", fields[i].substr(0, 40)),
+                return wrong(fields_.column(i), fmt::format("'{}' is no number of a catom", fields[i].substr(0, 40)),
                              "write the numbers of both ends: 3,4");
         }
         if (one.from == one.to)
@@ -76,7 +80,7 @@ class TermsFile {
         // A link whose least delay is above the most of the network has just that.
         bool most = false;
         for (std::size_t i = 2; i < fields.size(); ++i) {
-            if (auto set = term(columns_[i], fields[i], fields_.column(i, line), one.terms); !set) return set;
+            if (auto set = term(columns_[i], fields[i], fields_.column(i), one.terms); !set) return set;
             most = most || columns_[i] == "most";
         }
         if (!most) one.terms.most = std::max(one.terms.most, one.terms.least);
@@ -115,7 +119,7 @@ class TermsFile {
 
     std::string path_;
     const NetworkOptions& network_;
-    graph::Fields fields_;
+    CsvRow fields_;
     std::vector<std::string_view> terms_;  // That a link of this network has.
     std::vector<std::string> columns_;
     std::vector<Single> singles_;

@@ -41,6 +41,7 @@ struct NetworkOptions {
     struct Part {
         Region where;
         LinkTerms terms;
+        std::string place = {};
     };
     std::vector<Part> parts;
     // What single links are like, in one direction, whatever the parts say; by both ends.

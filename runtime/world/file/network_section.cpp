@@ -98,10 +98,10 @@ void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& 
         const Section one(reader, *node.as_table(), "[[network.region]]",
                           {"where", "least", "most", "loss", "retry", "tries", "duplicate", "reorder"});
         refuse_others(one, *node.as_table(), kind, keys, {"where"});
-        NetworkOptions::Part part{{}, network.terms};
+        NetworkOptions::Part part{.where = {}, .terms = network.terms, .place = reader.place(node.source())};
         const std::optional<Region> where = one.read_region("where");
         if (!where && !one.has("where")) return one.wrong("where", "it does not say which links are meant", "add where = \"...\"");
-        if (where) part.where = *where;
+        if (where) part.where = *where, part.place = reader.place(one.find("where")->source());
         if (one.has("least") && !one.has("most")) part.terms.most = 1;
         read_terms(one, network.kind, part.terms);
         network.parts.push_back(std::move(part));

@@ -20,9 +20,10 @@ const std::vector<Column> kPlace{Column::X, Column::Y, Column::Z};
 
 constexpr std::string_view kSizes[] = {"radius", "mass"};
 
-Result<std::vector<Column>> parse_names(std::string_view line, const std::string& path, std::size_t line_number) {
+Result<std::vector<Column>> parse_names(const CsvRow& row, const std::string& path, std::size_t line_number) {
     std::vector<Column> columns;
-    auto done = each_field(line, [&](std::string_view name, std::size_t at) -> Result<void> {
+    for (std::size_t i = 0; i < row.fields().size(); ++i) {
+        const std::string_view name = row.fields()[i];
         // The first three are the coordinates, whatever they are called.
         if (columns.size() < kPlace.size())
             columns.push_back(kPlace[columns.size()]);
@@ -31,39 +32,34 @@ Result<std::vector<Column>> parse_names(std::string_view line, const std::string
         else if (name == kSizes[1])
             columns.push_back(Column::Mass);
         else
-            return fail(fmt::format("{}:{}:{}: a list of positions has no column '{}'", path, line_number, at, name.substr(0, 40)),
-                        did_you_mean(name, kSizes));
-        return {};
-    });
-    if (!done) return tl::unexpected(done.error());
+            return fail(
+                fmt::format("{}:{}:{}: a list of positions has no column '{}'", path, line_number, row.column(i), name.substr(0, 40)),
+                did_you_mean(name, kSizes));
+    }
     // A heading of a word or two is not a line of column names.
     return columns.size() < kPlace.size() ? kPlace : columns;
 }
 
-Result<PlacedCatom> parse_line(std::string_view line, const std::vector<Column>& columns, const std::string& path,
-                               std::size_t line_number) {
+Result<PlacedCatom> parse_row(const CsvRow& row, const std::vector<Column>& columns, const std::string& path, std::size_t line_number) {
     PlacedCatom placed;
-    std::size_t count = 0;
-    auto done = each_field(line, [&](std::string_view field, std::size_t at) -> Result<void> {
-        const bool place = count >= columns.size() || columns[count] < Column::Radius;
+    const std::size_t count = row.fields().size();
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::string_view field = row.fields()[i];
+        const bool place = i >= columns.size() || columns[i] < Column::Radius;
         double number = 0;
         const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), number);
         if (error != std::errc() || stop != field.data() + field.size() || !std::isfinite(number))
-            return fail(
-                fmt::format("{}:{}:{}: '{}' is not a {}", path, line_number, at, field.substr(0, 40), place ? "coordinate" : "number"),
-                place ? "write numbers, x,y,z" : "");
+            return fail(fmt::format("{}:{}:{}: '{}' is not a {}", path, line_number, row.column(i), field.substr(0, 40),
+                                    place ? "coordinate" : "number"),
+                        place ? "write numbers, x,y,z" : "");
         if (!place && number <= 0)
-            return fail(fmt::format("{}:{}:{}: {} is not a number above zero", path, line_number, at, field.substr(0, 40)));
-        if (count < columns.size()) {
-            if (place)
-                placed.position[count] = number;
-            else
-                (columns[count] == Column::Radius ? placed.radius : placed.mass) = number;
-        }
-        ++count;
-        return {};
-    });
-    if (!done) return tl::unexpected(done.error());
+            return fail(fmt::format("{}:{}:{}: {} is not a number above zero", path, line_number, row.column(i), field.substr(0, 40)));
+        if (i >= columns.size()) continue;
+        if (place)
+            placed.position[i] = number;
+        else
+            (columns[i] == Column::Radius ? placed.radius : placed.mass) = number;
+    }
     if (count == columns.size()) return placed;
     if (columns.size() == kPlace.size())
         return fail(fmt::format("{}:{}: a position has 3 coordinates, here are {}", path, line_number, count));
@@ -97,19 +93,19 @@ Result<void> add_positions(std::string_view text, const std::string& path, std::
     if (NpyTable::is_one(text)) return add_table(text, path, placed);
     if (auto plain = NpyTable::check_text(text, path); !plain) return plain;
     std::vector<Column> columns = kPlace;
-    const auto name_columns = [&](std::string_view line, std::size_t number) -> Result<void> {
-        auto named = parse_names(line, path, number);
+    const auto name_columns = [&](const CsvRow& row, std::size_t number) -> Result<void> {
+        auto named = parse_names(row, path, number);
         if (!named) return tl::unexpected(named.error());
         columns = std::move(*named);
         return {};
     };
-    const auto place = [&](std::string_view line, std::size_t number) -> Result<void> {
-        auto catom = parse_line(line, columns, path, number);
+    const auto place = [&](const CsvRow& row, std::size_t number) -> Result<void> {
+        auto catom = parse_row(row, columns, path, number);
         if (!catom) return tl::unexpected(catom.error());
         placed.push_back(*catom);
         return {};
     };
-    return each_row(text, place, name_columns);
+    return each_row(text, path, place, name_columns);
 }
 
 }  // namespace meld::world

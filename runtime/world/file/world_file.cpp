@@ -142,6 +142,20 @@ void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>&
     read_cells(reader, body, "[[body]]", listed);
 }
 
+// A cell of [without] on which no catom would stand anyway is probably a mistake.
+void warn_of_free_cells(const std::string& place, std::span<const Cell> cells, const Lattice& lattice, World& world) {
+    const auto before = [&](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); };
+    const auto taken = [&](Cell cell) {
+        return std::ranges::binary_search(world.cells, cell, before) ||
+               (world.body.root() != nullptr && world.body.contains(lattice.position(cell)));
+    };
+    const auto free = std::ranges::find_if_not(cells, taken);
+    if (free == cells.end()) return;
+    const auto count = std::ranges::count_if(cells, [&](Cell cell) { return !taken(cell); });
+    world.warnings.push_back(fmt::format("{}: cell ({}, {}, {}){} in no body, so [without] has no effect there", place, free->x, free->y,
+                                         free->z, count == 1 ? " is" : fmt::format(" and {} more are", count - 1)));
+}
+
 // No catoms stand on the cells that [without] lists, whatever the bodies are.
 void read_without(TomlReader& reader, const Section& top, const Lattice& lattice, World& world) {
     const toml::node* node = top.find("without");
@@ -154,6 +168,7 @@ void read_without(TomlReader& reader, const Section& top, const Lattice& lattice
     const Result<std::vector<Cell>> cells = listed.sorted();
     if (!cells) return reader.wrong(cells.error());
     const auto before = [&](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); };
+    warn_of_free_cells(reader.place(without.find("cells")->source()), *cells, lattice, world);
     std::erase_if(world.cells, [&](Cell cell) { return std::binary_search(cells->begin(), cells->end(), cell, before); });
     if (cells->empty() || !world.body.root()) return;
     // Balls that hold the middle of their cell and of no other.
@@ -338,9 +353,9 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     world.by_links = by_links(table);
-    const Section top(reader, table, "", {"lattice", "graph",  "links", "nodes",      "directed", "radius",  "seed",   "held",
-                                          "body",    "target", "facts", "event",      "set",      "motion",  "record", "limits",
-                                          "network", "clock",  "time",  "components", "faults",   "program", "without"});
+    const Section top(reader, table, "", {"lattice", "graph",   "links",  "nodes", "directed",   "acyclic", "radius",  "seed",
+                                          "held",    "body",    "target", "facts", "event",      "set",     "motion",  "record",
+                                          "limits",  "network", "clock",  "time",  "components", "faults",  "program", "without"});
     read_top(reader, top, world);
     // Before a graph, which is made where it is read.
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
@@ -418,6 +433,8 @@ toml::table keys_of(const std::string& path) {
 bool asks_for_links(const std::string& path) { return by_links(keys_of(path)); }
 
 bool asks_for_graph(const std::string& path) { return is_graph(keys_of(path)); }
+
+bool says_acyclic(const std::string& path) { return keys_of(path)["acyclic"].value_or(false); }
 
 std::vector<std::string> programs_named(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();

@@ -158,6 +158,8 @@ GrowthLimits derivation_limits(const Limits& limits);
 bool asks_for_links(const std::string& path);
 // The same of World::is_graph().
 bool asks_for_graph(const std::string& path);
+// Whether it says acyclic = true: that links of its graph lead in no circle.
+bool says_acyclic(const std::string& path);
 
 // World::programs of a file, in the same way: none if it has mistakes, or is a pipe.
 std::vector<std::string> programs_named(const std::string& path);

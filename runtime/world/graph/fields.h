@@ -7,34 +7,16 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/base/csv_row.h"
 #include "runtime/base/error.h"
 #include "runtime/world/graph/graph.h"
 
 namespace meld::graph {
 
-// The text without blanks and tabs around it.
-std::string_view trimmed(std::string_view text);
-
-// Splits a line; quotes around a field are taken off. Cost: linear.
-class Fields {
-  public:
-    explicit Fields(char separator) : separator_(separator) {}  // A blank: any number of blanks and tabs.
-    const std::vector<std::string_view>& split(std::string_view line);
-    // Where the field begins in its line, from 1.
-    std::size_t column(std::size_t field, std::string_view line) const {
-        return static_cast<std::size_t>(fields_[field].data() - line.data()) + 1;
-    }
-    // What separates the fields of this line.
-    static char separator_of(std::string_view line);
-
-  private:
-    char separator_;
-    std::vector<std::string_view> fields_;
-};
-
 // Calls visit(line, number), which returns Result<void>, for each line that is neither empty nor begins with # or %.
 template <class Visit>
 Result<void> each_line(std::string_view text, const Visit& visit) {
+    text = without_byte_order_mark(text);
     for (std::size_t number = 1; !text.empty(); ++number) {
         const std::size_t end = text.find('\n');
         std::string_view line = text.substr(0, end);

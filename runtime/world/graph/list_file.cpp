@@ -56,11 +56,14 @@ class ListReader {
         static_cast<void>(each_line(file_.text, [&](std::string_view line, std::size_t number) -> Result<void> {
             if (++seen > 2) return fail("");
             if (seen == 1) {
-                separator_ = Fields::separator_of(line);
+                separator_ = CsvRow::separator_of(line);
                 first_line_ = number;
             }
-            Fields splitter(separator_);
-            const auto& fields = splitter.split(line);
+            CsvRow splitter(separator_);
+            const auto split = splitter.split(line, file_.path, number);
+            // It is reported when it is read as a link.
+            if (!split) return tl::unexpected<Error>(split.error());
+            const std::span<const std::string_view> fields = *split;
             const bool numbers = fields.size() >= 2 && is_number(fields[0]) && is_number(fields[1]);
             if (seen == 2) return second_numbers = numbers, Result<void>();
             first_numbers = numbers;
@@ -69,7 +72,7 @@ class ListReader {
             return {};
         }));
         named_ = names.size() >= 2 && !first_numbers && (words || second_numbers);
-        fields_ = Fields(separator_);
+        fields_ = CsvRow(separator_);
         count_ = names.size();
         for (std::size_t i = 2; i < names.size(); ++i)
             columns_.emplace_back(named_ ? names[i] : i == 2 ? std::string("weight") : fmt::format("column{}", i + 1));
@@ -77,16 +80,17 @@ class ListReader {
     }
 
     Result<void> add(std::string_view line, std::size_t number) {
-        const auto& all = fields_.split(line);
-        std::span<const std::string_view> fields(all);
+        const auto split = fields_.split(line, file_.path, number);
+        std::span<const std::string_view> fields = fields_.fields();
         // networkx writes the attributes of a link as a dictionary of Python.
         if (fields.size() > 2 && fields[2].starts_with('{')) {
             if (fields[2] != "{}")
-                return wrong(file_.path, number, fields_.column(2, line), "this is a dictionary of Python",
+                return wrong(file_.path, number, fields_.column(2), "this is a dictionary of Python",
                              "write the columns themselves: networkx.write_edgelist(G, path, data=[\"weight\"])");
             fields = fields.subspan(0, 2);
             if (count_ == 3) columns_.clear(), count_ = 2;
         }
+        if (!split) return tl::unexpected<Error>(split.error());
         if (fields.size() < 2)
             return wrong(file_.path, number, 1, fmt::format("'{}' is no link", line.substr(0, 40)),
                          "write the two nodes of a link, and then its columns");
@@ -95,7 +99,7 @@ class ListReader {
                          "give each link the same columns");
         Ends ends;
         for (std::size_t i = 0; i < 2; ++i)
-            if (const auto known = node(fields[i], number, fields_.column(i, line), i == 0 ? ends.from : ends.to); !known) return known;
+            if (const auto known = node(fields[i], number, fields_.column(i), i == 0 ? ends.from : ends.to); !known) return known;
         table_.add(ends.from, ends.to, number);
         for (std::size_t i = 2; i < fields.size(); ++i) columns_[i - 2].add(fields[i]);
         return {};
@@ -122,7 +126,7 @@ class ListReader {
     FileText file_;
     Table table_;
     char separator_ = ' ';
-    Fields fields_;
+    CsvRow fields_;
     bool named_ = false, numbers_ = false;
     std::size_t first_line_ = 0, count_ = 0;
     std::vector<ColumnReader> columns_;
@@ -139,9 +143,11 @@ Result<void> read_nodes(const FileText& file, Table& table) {
     std::unordered_map<std::uint64_t, std::size_t> lines;
     const auto done = each_line(file.text, [&](std::string_view line, std::size_t number) -> Result<void> {
         const bool first = count == 0;
-        if (first) separator = Fields::separator_of(line);
-        Fields splitter(separator);
-        const auto& fields = splitter.split(line);
+        if (first) separator = CsvRow::separator_of(line);
+        CsvRow splitter(separator);
+        const auto split = splitter.split(line, file.path, number);
+        if (!split) return tl::unexpected<Error>(split.error());
+        const std::span<const std::string_view> fields = *split;
         if (first) {
             count = fields.size();
             for (std::size_t i = 1; i < count; ++i) columns.emplace_back(std::string(fields[i]));
@@ -157,7 +163,7 @@ Result<void> read_nodes(const FileText& file, Table& table) {
         if (table.names.words())
             node = table.names.number_of(fields[0]);
         else if (!parse_whole(fields[0], node) || node > kMaxNumber)
-            return wrong(file.path, number, splitter.column(0, line), fmt::format("'{}' is no node", fields[0].substr(0, 40)),
+            return wrong(file.path, number, splitter.column(0), fmt::format("'{}' is no node", fields[0].substr(0, 40)),
                          "write the number of a node, as the links do");
         const auto [at, fresh] = lines.try_emplace(node, number);
         if (!fresh)

@@ -17,9 +17,11 @@ tl::unexpected<Error> wrong(const std::string& path, std::size_t line, const std
 
 Result<Table> read_matrix_market(const FileText& file) {
     const std::string_view first = file.text.substr(0, file.text.find('\n'));
-    Fields fields(' ');
+    CsvRow fields(' ');
     std::vector<std::string> banner;
-    for (const std::string_view word : fields.split(first.ends_with('\r') ? first.substr(0, first.size() - 1) : first)) {
+    const auto named = fields.split(first, file.path, 1);
+    if (!named) return tl::unexpected<Error>(named.error());
+    for (const std::string_view word : *named) {
         std::string& lower = banner.emplace_back(word);
         for (char& c : lower)
             if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -37,7 +39,9 @@ Result<Table> read_matrix_market(const FileText& file) {
     bool sized = false;
     ColumnReader weight("weight");
     const auto done = each_line(file.text, [&](std::string_view line, std::size_t number) -> Result<void> {
-        const auto& words = fields.split(line);
+        const auto split = fields.split(line, file.path, number);
+        if (!split) return tl::unexpected<Error>(split.error());
+        const std::span<const std::string_view> words = *split;
         if (!sized) {
             if (words.size() != 3 || !parse_whole(words[0], rows) || !parse_whole(words[1], columns) || !parse_whole(words[2], entries))
                 return wrong(file.path, number, "here is no size of the matrix", "write rows, columns and entries");

@@ -1,6 +1,7 @@
 // The node-link form of networkx: {"directed": ..., "nodes": [{"id": ...}], "links": [{"source": ..., "target": ...}]}.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,6 +19,43 @@ using Json = nlohmann::json;
 constexpr int kMaxDepth = 100;
 
 std::string text_of(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+// Where the text ceases to be JSON, from 0.
+std::size_t mistake_in(std::string_view text) {
+    // The library's parser reports places only by an exception.
+    try {
+        const Json whole = Json::parse(text);
+        return whole.is_discarded() ? 0 : text.size();
+    } catch (const Json::parse_error& error) {
+        return std::min(text.size(), error.byte == 0 ? 0 : error.byte - 1);
+    }
+}
+
+// Python writes numbers that JSON does not have: NaN, Infinity and -Infinity.
+tl::unexpected<Error> no_json(const FileText& file) {
+    const std::string_view text = file.text;
+    const std::size_t at = mistake_in(text);
+    const auto place = [&](std::size_t here) {
+        const std::size_t line = static_cast<std::size_t>(std::ranges::count(text.substr(0, here), '\n')) + 1;
+        const std::size_t begin = here == 0 ? std::string_view::npos : text.rfind('\n', here - 1);
+        return fmt::format("{}:{}:{}", file.path, line, begin == std::string_view::npos ? here + 1 : here - begin);
+    };
+    for (const std::string_view number : {"NaN", "-Infinity", "Infinity"}) {
+        const std::size_t begin = number.starts_with('-') && at > 0 ? at - 1 : at;
+        if (!text.substr(begin).starts_with(number) || (begin == at && at > 0 && text[at - 1] == '-')) continue;
+        // "weight": NaN
+        const std::string_view before = trimmed(text.substr(0, begin));
+        const std::size_t close = before.ends_with(':') ? before.rfind('"') : std::string_view::npos;
+        const std::size_t open = close == std::string_view::npos || close == 0 ? std::string_view::npos : before.rfind('"', close - 1);
+        const std::string what =
+            open == std::string_view::npos ? "a value" : fmt::format("\"{}\"", before.substr(open + 1, close - open - 1));
+        return fail(fmt::format("{}: {} is {}, which is no number of JSON", place(begin), what, number),
+                    "give it a number, or take this attribute out of the graph, and write it again: "
+                    "json.dump(networkx.node_link_data(G), file, allow_nan=False) refuses such values");
+    }
+    if (at >= text.size()) return fail(place(text.size()) + ": this is no JSON: it ends too early", "the file is cut off: write it again");
+    return fail(place(at) + ": this is no JSON", "write it with json.dump(networkx.node_link_data(G), file)");
+}
 
 class NodeLinkReader {
   public:
@@ -101,7 +139,7 @@ class NodeLinkReader {
 Result<Table> read_node_link(const FileText& file) {
     const std::optional<Json> json = parse_shallow<Json>(file.text, kMaxDepth);
     if (!json) return fail(fmt::format("{} is nested more than {} levels deep", file.path, kMaxDepth));
-    if (json->is_discarded()) return fail(file.path + " is no JSON", "write it with json.dump(networkx.node_link_data(G), file)");
+    if (json->is_discarded()) return no_json(file);
     return NodeLinkReader(file).read(*json);
 }
 

@@ -221,6 +221,10 @@ TEST(PositionsFile, HasColumnsThatItsFirstLineNames) {
     ASSERT_TRUE(add_positions("# made by hand\nx, y, z, mass, radius\n1, 2, 3, 7, 0.25\n\n-1,0,0.5,8,1\n", "p.csv", placed));
     ASSERT_TRUE(add_positions("4,5,6\n", "q.csv", placed));
     ASSERT_TRUE(add_positions("places\n7,8,9\n", "r.csv", placed));
+    std::vector<PlacedCatom> quoted;
+    ASSERT_TRUE(add_positions("\"x\",\"y\",\"z\",\"mass\"\n\"1\", \"2\",3,\"4\"\n", "s.csv", quoted));
+    EXPECT_EQ(quoted.at(0).position, (Vec3{1, 2, 3}));
+    EXPECT_EQ(quoted.at(0).mass, 4);
     ASSERT_EQ(placed.size(), 4u);
     EXPECT_EQ(placed[1].position, (Vec3{-1, 0, 0.5}));
     EXPECT_EQ(placed[1].radius, 1);
@@ -237,6 +241,12 @@ TEST(PositionsFile, SaysWhatIsWrongAndWhere) {
     EXPECT_EQ(error_of_list("x,y,z,radius\n1,2,3,wide\n"), "p.csv:2:7: 'wide' is not a number");
     EXPECT_EQ(error_of_list("x,y,z,radius\n1,2,3\n"), "p.csv:2: here are 3 numbers, and the first line names 4 columns");
     EXPECT_EQ(error_of_list("1,2,3,4\n"), "p.csv:1: a position has 3 coordinates, here are 4");
+    EXPECT_EQ(error_of_list("1,2,3\n1,\"2\"\"\",3\n"), "p.csv:2:4: '2\"' is not a coordinate. write numbers, x,y,z");
+    for (const auto& [text, message] : {std::pair("1,2,3\n1,\"2,3\n", "p.csv:2:3: this quote is not closed. end the field"),
+                                        std::pair("x,y,z,\"mass\n1,2,3,4\n", "p.csv:1:7: this quote is not closed. end the field"),
+                                        std::pair("1,2,\"3\"4\n", "p.csv:1:8: text follows the quote that ends a field. write"),
+                                        std::pair("1,2,3\"\n", "p.csv:1:6: a quote inside a field that does not begin with one. put")})
+        EXPECT_EQ(error_of_list(text).rfind(message, 0), 0u) << error_of_list(text);
     EXPECT_EQ(error_of_list("1,b,3\n"), "p.csv:1:3: 'b' is not a coordinate. write numbers, x,y,z");
 }
 

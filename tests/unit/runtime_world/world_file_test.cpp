@@ -232,6 +232,43 @@ TEST_F(CellFiles, SayWhereTheyAreWrong) {
     EXPECT_THAT(read().error().problem, testing::EndsWith(":2:9: there is no file " + path));
 }
 
+// Each key that names a CSV file, with rows that it takes, in quotes too.
+TEST_F(CellFiles, EveryTableOfAWorldHasTheSameQuotes) {
+    struct Case {
+        const char *key, *world, *rows;
+    };
+    const std::string lossy = "[[body]]\nshape = \"box(2, 2, 2)\"\n[network]\nkind = \"lossy\"\nlinks = \"table.csv\"\n";
+    const Case all[] = {
+        {"cells", "[[body]]\ncells = \"table.csv\"\n", "0,0,0\n\"1\", \"0\",0\n"},
+        {"[without] cells", "[[body]]\nshape = \"box(2, 2, 2)\"\n[without]\ncells = \"table.csv\"\n", "\"x\",y,z\n\"0\",0,0\n"},
+        {"positions", "[[body]]\npositions = \"table.csv\"\n[motion]\nkind = \"bodies\"\n", "x,y,z,\"mass\"\n\"0\",0,0,\"1\"\n"},
+        {"links", "lattice = \"graph\"\nlinks = \"table.csv\"\n", "from,\"to\"\na,\"san \"\"f\"\"\"\n\"a\",\"b, c\"\n"},
+        {"nodes", "lattice = \"graph\"\nlinks = \"edges.csv\"\nnodes = \"table.csv\"\n", "node,\"level\"\n\"0\",1\n1,\"2\"\n"},
+        {"[network] links", lossy.c_str(), "from,to,\"loss\"\n\"0\",1,\"0.5\"\n"},
+    };
+    const std::pair<const char*, const char*> wrong[] = {
+        {"\"0,0,0\n", ":1: this quote is not closed. end the field with a quote on the same line"},
+        {"\"0\"1,0,0\n", ":4: text follows the quote that ends a field. write a quote inside a quoted field twice"},
+        {"0\"1\",0,0\n", ":2: a quote inside a field that does not begin with one. put the whole field in quotes"},
+    };
+    write("edges.csv", "0,1\n");
+    const std::string path = (folder / "table.csv").string();
+    for (const auto& [key, world, rows] : all) {
+        write("w.toml", world);
+        for (const std::string mark : {"", "\xEF\xBB\xBF"}) {
+            write("table.csv", mark + rows);
+            EXPECT_TRUE(read().has_value()) << key << ": " << read().error().message();
+        }
+        const auto line = std::count(rows, rows + std::strlen(rows), '\n') + 1;
+        for (const auto& [row, message] : wrong) {
+            write("table.csv", std::string(rows) + row);
+            const auto world_read = read();
+            ASSERT_FALSE(world_read.has_value()) << key << ": " << row;
+            EXPECT_THAT(world_read.error().message(), testing::StartsWith(path + ":" + std::to_string(line) + message)) << key;
+        }
+    }
+}
+
 TEST(WorldFile, SaysWhyAFileCannotBeRead) {
     EXPECT_EQ(read_world("/no/such/world.toml").error().problem, "there is no file /no/such/world.toml");
     EXPECT_EQ(read_world("/").error().problem, "/ is a folder, not a file");

@@ -65,6 +65,19 @@ TEST(GraphFiles, WordsGetNumbersInTheirOrder) {
     EXPECT_EQ(graph("edges.csv", "source,target\nbob,alice\n").nodes(), 2u);
 }
 
+TEST(GraphFiles, QuotesInsideWordsTellThemApart) {
+    const Graph g = graph("edges.csv",
+                          "\xEF\xBB\xBF"
+                          "from,to,\"a \"\"b\"\"\"\na,\"san \"\"f\"\"\",1\na,\"san \"\"g\"\"\",2\n",
+                          {}, "node,\"x, y\"\na,1\n\"san \"\"f\"\"\",2\n\"san \"\"g\"\"\",3\n");
+    EXPECT_EQ(links(g), "0-1 0-2");
+    EXPECT_EQ(g.columns[0].name, "a \"b\"");
+    ASSERT_EQ(g.node_columns.size(), 2u);
+    EXPECT_EQ(g.node_columns[0].name, "x, y");
+    EXPECT_EQ(std::get<2>(g.node_columns[1].values)[1], "san \"f\"");
+    EXPECT_EQ(std::get<2>(g.node_columns[1].values)[2], "san \"g\"");
+}
+
 TEST(GraphFiles, ColumnsKeepTheirTypes) {
     const Graph g = graph("edges.csv", "from,to,weight,length,road\n0,1,3,0.5,A1\n1,2,-4,2,\"B, 2\"\n");
     ASSERT_EQ(g.columns.size(), 3u);
@@ -139,6 +152,12 @@ TEST(GraphFiles, MistakesHaveTheirPlace) {
         {"e.csv", "0,1,3\n2,1,3\n1,0,4\n",
          "e.csv:3: this link is listed in e.csv:1 already, with another weight. take one of them out, or write"},
         {"e.csv", "0 99999999999999999999\n", "e.csv:1:3"},
+        {"e.csv", "a,b\na,\"b\n", "e.csv:2:3: this quote is not closed. end the field with a quote on the same line"},
+        {"e.csv", "a,\"b\n", "e.csv:1:3: this quote is not closed"},
+        {"e.csv", "a,b\na,\"b\"c\n", "e.csv:2:6: text follows the quote that ends a field. write a quote inside a quoted field twice"},
+        {"e.csv", "a,b\na,b\"c\"\n", "e.csv:2:4: a quote inside a field that does not begin with one. put the whole field in quotes"},
+        {"a.mtx", "%%MatrixMarket matrix coordinate pattern general\n2 2 1\n1 \"2\n", "a.mtx:3:3: this quote is not closed"},
+        {"e.txt", "0 1 {'weight': \"b\"c}\n", "networkx.write_edgelist(G, path, data=[\"weight\"])"},
         {"e.txt", "0 1 {'weight': 3}\n", "networkx.write_edgelist(G, path, data=[\"weight\"])"},
         {"g.graphml", "<graphml/>", "json.dump(networkx.node_link_data(G), file)"},
         {"a.mtx", "1 2\n", "a.mtx:1: this is no Matrix Market file"},
@@ -146,7 +165,13 @@ TEST(GraphFiles, MistakesHaveTheirPlace) {
         {"a.mtx", "%%MatrixMarket matrix coordinate pattern general\n2 3 1\n1 2\n", "a.mtx:2: a matrix of 2 rows and 3 columns"},
         {"a.mtx", "%%MatrixMarket matrix coordinate pattern general\n2 2 1\n1 3\n", "a.mtx:3: entry 1 3 is not in a matrix of 2 rows"},
         {"a.mtx", "%%MatrixMarket matrix coordinate pattern general\n2 2 2\n1 2\n", "the file is cut off or damaged"},
-        {"g.json", "{", "g.json is no JSON"},
+        {"g.json", "{", "g.json:1:2: this is no JSON: it ends too early. the file is cut off: write it again"},
+        {"g.json", "", "g.json:1:1: this is no JSON: it ends too early"},
+        {"g.json", "{\n  \"nodes\": [,]}", "g.json:2:13: this is no JSON. write it with json.dump"},
+        {"g.json", "{\"nodes\": [{\"id\": 0, \"x\": NaN}]}", "g.json:1:29: \"x\" is NaN, which is no number of JSON. give it a number"},
+        {"g.json", "{\"links\": [\n {\"weight\" : -Infinity}]}", "g.json:2:13: \"weight\" is -Infinity, which is no number of JSON"},
+        {"g.json", "[1, Infinity]", "g.json:1:5: a value is Infinity, which is no number of JSON"},
+        {"g.json", "[NaN]", "json.dump(networkx.node_link_data(G), file, allow_nan=False) refuses such values"},
         {"g.json", "[]", "g.json is no graph in node-link form"},
         {"g.json", R"({"nodes": [{"id": 0}, {"id": 0}], "links": []})", "node 0 is listed twice"},
         {"g.json", R"({"nodes": [{"id": 0}], "links": [{"source": 0, "target": 3}]})", "the target of link 0 is 3, which is no node"},
@@ -163,6 +188,8 @@ TEST(GraphFiles, MistakesHaveTheirPlace) {
         {"0,1\n1,1\n", "nodes.csv:1:1: the first line does not name the columns"},
         {"node,x\n0,1\n1\n", "nodes.csv:3:1: here are 1 fields, and the first line names 2"},
         {"node,x\na,1\n", "nodes.csv:2:1: 'a' is no node"},
+        {"node,x\n0,1\n\"1,1\n", "nodes.csv:3:1: this quote is not closed"},
+        {"node,\"x\n0,1\n", "nodes.csv:1:6: this quote is not closed"},
     };
     for (const auto& [nodes, message] : wrong_nodes) {
         const Result<Graph> out = read("e.csv", "0,1\n", {}, nodes);

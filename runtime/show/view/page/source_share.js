@@ -11,6 +11,19 @@ async function inflated(letters) {
 
 const rgb = (css) => [1, 3, 5].map((at) => parseInt(css.slice(at, at + 2), 16));
 
+const floats = new Float32Array(1), bits = new Uint32Array(floats.buffer);
+
+// Of a number as a float has it, or a NaN with the place of one that no float is among those with colours of their own.
+function numberPainter(head, grey, ofFloat) {
+    const exact = (head.exact.match(/.{6}/g) || []).map((hex) => rgb("#" + hex));
+    return (value) => {
+        bits[0] = value;
+        if (!Number.isNaN(floats[0])) return ofFloat(floats[0]);
+        const place = value & 0x3fffff;
+        return place === 0 ? grey : exact[place - 1];
+    };
+}
+
 // What a record says of a catom's colour, as red, green and blue.
 function painter(head) {
     const grey = [176, 176, 176];
@@ -21,16 +34,15 @@ function painter(head) {
     }
     if (head.legend && head.legend.kinds) {
         const kinds = new Map(head.legend.kinds.map(([name, colour]) => [Number(name), rgb(colour)]));
-        return (number) => kinds.get(number) || grey;
+        return numberPainter(head, grey, (number) => kinds.get(number) || grey);
     }
-    const {low, high, stops} = head.legend ? head.legend.scale : {low: 0, high: 1, stops: ["#b0b0b0", "#b0b0b0"]};
-    const colours = stops.map(rgb);
-    return (number) => {
-        if (Number.isNaN(number)) return grey;
+    const {low: least, high: most, stops} = head.legend ? head.legend.scale : {low: 0, high: 1, stops: ["#b0b0b0", "#b0b0b0"]};
+    const colours = stops.map(rgb), low = Number(least), high = Number(most);
+    return numberPainter(head, grey, (number) => {
         const part = high > low ? Math.min(1, Math.max(0, (number - low) / (high - low))) : 0.5;
         const before = Math.min(Math.floor(part * (colours.length - 1)), colours.length - 2), rest = part * (colours.length - 1) - before;
         return colours[before].map((c, i) => Math.round(c + rest * (colours[before + 1][i] - c)));
-    };
+    });
 }
 
 // Reads one record and makes of the state before it the next one.
@@ -133,9 +145,8 @@ export class ShareSource {
             out.set(new Uint8Array(state.values.buffer));
             return out;
         }
-        const values = this.head.colours === "numbers" ? new Float32Array(state.values.buffer) : state.values;
         for (let i = 0; i < state.count; ++i) {
-            out.set(this.head.colours === null ? [176, 176, 176] : this.colour(values[i]), 4 * i);
+            out.set(this.head.colours === null ? [176, 176, 176] : this.colour(state.values[i]), 4 * i);
             out[4 * i + 3] = 255;
         }
         return out;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <ranges>
@@ -46,6 +47,13 @@ class Block {
 
 std::uint32_t low_word(std::uint64_t number) { return static_cast<std::uint32_t>(number); }
 std::uint32_t high_word(std::uint64_t number) { return static_cast<std::uint32_t>(number >> 32); }
+
+// Numbers of a page have 53 bits; those that need more are texts.
+ordered_json end_of(render::Number number, bool whole) {
+    const auto near = static_cast<double>(number);
+    if (whole && std::abs(number) > 0x1p53L) return render::text_of(number, true);
+    return near;
+}
 
 std::string css(render::Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b); }
 
@@ -111,8 +119,8 @@ ordered_json legend_json(const std::optional<render::Legend>& legend) {
     if (legend->scale) {
         ordered_json stops = ordered_json::array();
         for (const render::Rgb stop : legend->scale->map.stops()) stops.push_back(css(stop));
-        out["scale"] = {
-            {"low", legend->scale->low}, {"high", legend->scale->high}, {"whole", legend->scale->whole}, {"stops", std::move(stops)}};
+        const auto& [low, high, whole, map] = *legend->scale;
+        out["scale"] = {{"low", end_of(low, whole)}, {"high", end_of(high, whole)}, {"whole", whole}, {"stops", std::move(stops)}};
         return out;
     }
     out["kinds"] = ordered_json::array();

@@ -35,7 +35,8 @@ std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene);
 // the least and the greatest x, y, z; null without catoms.
 nlohmann::ordered_json frame_words(const picture::Frame& frame, const std::optional<render::Legend>& legend);
 
-// `title`, and `scale` (`low`, `high`, `whole`, `stops`: colours at equal distances) or `kinds` (of each name and colour, "#rrggbb").
+// `title`, and `scale` (`low` and `high`, of many digits as texts; `whole`, `stops`: colours at equal distances) or `kinds` (of each name
+// and colour, "#rrggbb").
 nlohmann::ordered_json legend_json(const std::optional<render::Legend>& legend);
 
 }  // namespace meld::view

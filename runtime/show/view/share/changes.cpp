@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -45,6 +46,21 @@ std::string facts_json(const FactsOfCatoms& before, const FactsOfCatoms& now) {
 
 }  // namespace
 
+std::uint32_t Changes::stands_for(render::Number number, bool whole) {
+    // So many differ hardly ever; of floats most are none of 24 bits, and a colour needs no more of them unless they are near each other.
+    const std::size_t most = whole ? 65536 : 4096;
+    const auto near = static_cast<float>(number);
+    if (std::isnan(number)) return none(Colours::Numbers);
+    if (near == number) return std::bit_cast<std::uint32_t>(near);
+    auto found = places_of_numbers_.find(number);
+    if (found == places_of_numbers_.end()) {
+        if (numbers_.size() >= most) return std::bit_cast<std::uint32_t>(near);
+        numbers_.push_back(number);
+        found = places_of_numbers_.emplace(number, static_cast<std::uint32_t>(numbers_.size())).first;
+    }
+    return none(Colours::Numbers) | found->second;
+}
+
 std::vector<std::uint32_t> Changes::colours_of(const picture::Frame& frame) {
     if (!frame.numbers.empty()) colours_ = Colours::Numbers;
     if (!frame.words.empty()) colours_ = Colours::Words;
@@ -54,7 +70,7 @@ std::vector<std::uint32_t> Changes::colours_of(const picture::Frame& frame) {
             const render::Rgb c = frame.scene.colours[i];
             out[i] = 0xff000000U | static_cast<std::uint32_t>(c.b) << 16 | static_cast<std::uint32_t>(c.g) << 8 | c.r;
         }
-    for (const auto& [at, number] : frame.numbers) out[at] = std::bit_cast<std::uint32_t>(static_cast<float>(number));
+    for (const auto& [at, number] : frame.numbers) out[at] = stands_for(number, frame.whole_numbers);
     for (const auto& [at, word] : frame.words) {
         const auto [found, fresh] = places_of_words_.try_emplace(word, static_cast<std::uint32_t>(words_.size() + 1));
         if (fresh) words_.push_back(word);

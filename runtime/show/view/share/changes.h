@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "runtime/show/picture/frame.h"
@@ -22,8 +23,9 @@ using FactsOfCatoms = std::map<std::uint64_t, std::string>;
 
 class Changes {
   public:
-    // What stands for a catom's colour: red, green, blue and 255; its number as a float, NaN: none; or the place of its word, from 1;
-    // 0: none. In frames before the first value NaN stands for none, whatever values are.
+    // What stands for a catom's colour: red, green, blue and 255; its number as a float; or the place of its word, from 1; 0: none. A
+    // number that is no float is NaN with its place in numbers(), from 1, as payload; no payload: none. In frames before the first value
+    // NaN stands for none, whatever values are.
     enum class Colours { Own, Numbers, Words };
 
     // The record of the next frame. `key`: with all of it.
@@ -32,6 +34,8 @@ class Changes {
     // As of the first frame in which some catom has a value; those before have none.
     Colours colours() const { return colours_; }
     const std::vector<std::string>& words() const { return words_; }
+    // Those that no float is, as they came; of very many that differ, the others are the nearest float.
+    const std::vector<render::Number>& numbers() const { return numbers_; }
 
   private:
     struct State {
@@ -46,11 +50,14 @@ class Changes {
         }
     };
     std::vector<std::uint32_t> colours_of(const picture::Frame& frame);
+    std::uint32_t stands_for(render::Number number, bool whole);
 
     State before_;
     Colours colours_ = Colours::Own;
     std::vector<std::string> words_;
     std::map<std::string, std::uint32_t> places_of_words_;
+    std::vector<render::Number> numbers_;
+    std::unordered_map<render::Number, std::uint32_t> places_of_numbers_;
 };
 
 }  // namespace meld::view

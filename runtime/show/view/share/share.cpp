@@ -15,6 +15,7 @@
 #include "runtime/base/files/output_file.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/transport/collective_result.h"
+#include "runtime/show/picture/palette.h"
 #include "runtime/show/view/page/page.h"
 #include "runtime/show/view/scene/block.h"
 #include "runtime/show/view/share/changes.h"
@@ -78,22 +79,32 @@ class Values {
         }
         for (const auto& [at, word] : frame.words) words_.insert(word);
     }
-    std::optional<render::Legend> legend(const picture::Look& look) const {
-        picture::Frame all{.coloured_by = title_, .whole_numbers = whole_};
-        std::set<double> numbers = few_;
-        if (!numbers.empty()) numbers.insert({low_, high_});
-        for (const double number : numbers) all.numbers.emplace_back(all.numbers.size(), number);
+    struct Meaning {
+        std::optional<render::Legend> legend = {};
+        std::string colours = {};  // Of the numbers asked for, as "rrggbb" each.
+    };
+    Meaning meaning(const picture::Look& look, const std::vector<render::Number>& numbers) const {
+        picture::Frame all{.coloured_by = title_, .whole_numbers = whole_}, asked;
+        std::set<render::Number> known = few_;
+        if (!known.empty()) known.insert({low_, high_});
+        for (const render::Number number : known) all.numbers.emplace_back(all.numbers.size(), number);
         for (const std::string& word : words_) all.words.emplace_back(all.words.size(), word);
-        all.scene.colours.resize(std::max(all.numbers.size(), all.words.size()));
-        return picture::colour({&all, 1}, look);
+        picture::Palette palette(look);
+        palette.include(all);
+        Meaning out{.legend = palette.settle()};
+        for (const render::Number number : numbers) asked.numbers.emplace_back(asked.numbers.size(), number);
+        asked.scene.colours.resize(numbers.size());
+        palette.apply(asked);
+        for (const render::Rgb c : asked.scene.colours) out.colours += fmt::format("{:02x}{:02x}{:02x}", c.r, c.g, c.b);
+        return out;
     }
 
   private:
     static constexpr std::size_t kMany = 64;  // More than are kinds.
     std::string title_;
     bool whole_ = true;
-    double low_ = std::numeric_limits<double>::infinity(), high_ = -low_;
-    std::set<double> few_;
+    render::Number low_ = std::numeric_limits<render::Number>::infinity(), high_ = -low_;
+    std::set<render::Number> few_;
     std::set<std::string> words_;
 };
 
@@ -118,6 +129,7 @@ class Page {
         if (changes_.colours() == Changes::Colours::Numbers) colours = "numbers";
         if (changes_.colours() == Changes::Colours::Words) colours = "words";
         const picture::Look& look = options_.look;
+        Values::Meaning meaning = values_.meaning(look, changes_.numbers());
         ordered_json head = {{"version", 1},
                              {"title", options_.title},
                              {"lattice", lattice},
@@ -129,7 +141,8 @@ class Page {
                              {"pieces", pieces_},
                              {"colours", std::move(colours)},
                              {"words", changes_.words()},
-                             {"legend", legend_json(values_.legend(look))},
+                             {"legend", legend_json(meaning.legend)},
+                             {"exact", std::move(meaning.colours)},
                              {"facts", options_.facts},
                              {"look",
                               {{"colour", look.colour},
