@@ -49,7 +49,10 @@ def __getattr__(name: str) -> Any:
     home, there = _RENAMED.get(name, (_HOMES.get(name, ""), name))
     if not home:
         raise AttributeError(f"module 'claymeld' has no attribute {name!r}")
-    found = getattr(importlib.import_module(f"{__name__}.{home}"), there)
+    from .tool.packages import needed_for
+
+    with needed_for(f"claymeld.{name}"):
+        found = getattr(importlib.import_module(f"{__name__}.{home}"), there)
     globals()[name] = found
     return found
 

@@ -8,6 +8,8 @@ import numpy
 import pandas
 from numpy.typing import NDArray
 
+from .tool.packages import needed_for
+
 GREY = (0.69, 0.69, 0.69, 1.0)
 # Kinds of values that a legend still tells apart.
 MOST_KINDS = 20
@@ -68,7 +70,8 @@ def plot(recording: Plotted, tick: Optional[int] = None, colour: Any = None, *, 
     -------
     matplotlib.axes.Axes
     """
-    import matplotlib.pyplot
+    with needed_for("plot()"):
+        import matplotlib.pyplot
 
     step = recording.step_of(tick, method)
     tick = int(recording.ticks[step])
@@ -214,6 +217,9 @@ def _draw_space(ax: Any, places: NDArray[numpy.float64], seen: NDArray[numpy.boo
 def plot_metrics(recording: Plotted, columns: Optional[Sequence[str]] = None, ax: Any = None, **options: Any) -> Any:
     """Columns of metrics() over the ticks (None: all that change), in matplotlib's axes, which are returned; `options` go to
     pandas.DataFrame.plot."""
+    with needed_for("plot_metrics()"):
+        import matplotlib  # noqa: F401  pandas plots with it, and says less of it.
+
     metrics = recording.metrics().drop(columns="digest")
     if columns is None:
         columns = [name for name in metrics if metrics[name].nunique() > 1] or ["catoms"]

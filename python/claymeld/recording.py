@@ -20,6 +20,7 @@ from .data.scratch import Scratch
 from .data.tables import NUMBERS, facts as read_facts
 from .data.values import value
 from .tool.calls import Path, call
+from .tool.packages import needed_for
 
 # A tick; or several: a slice of ticks, both ends included, a list of ticks, or "all" that are recorded.
 Ticks = Union[int, slice, Sequence[int], str, None]
@@ -327,7 +328,8 @@ class Recording:
         networkx.DiGraph or networkx.MultiDiGraph
             Of all catoms, by number. If the tick is recorded, each has "pos", in diameters (x, y, z).
         """
-        import networkx
+        with needed_for("graph()"):
+            import networkx
 
         if "(" in facts:
             frame = self.query(facts, tick)

@@ -13,6 +13,7 @@ from .data.scratch import Scratch
 from .data.sources import World, literal, program_path, world_path
 from .tool.calls import Child, Done, Path, find, wants_progress
 from .tool.errors import Interrupted, MeldWarning, PropertyFailed, error
+from .tool.packages import needed_for
 
 if TYPE_CHECKING:
     import pandas
@@ -61,7 +62,8 @@ class Run:
             path = self._outputs.record
             if path is None or not os.path.exists(path):
                 raise ValueError("there is no recording of this run: it was run with record=False, or failed before its first step")
-            from .recording import Recording  # Not before it is used: it takes pandas and h5py.
+            with needed_for("a recording"):
+                from .recording import Recording  # Not before it is used: it takes pandas and h5py.
 
             self._recording = Recording(path, meldsim=self.command[0])
             self._recording._scratch = self._scratch
@@ -79,7 +81,8 @@ class Run:
         """
         path = self._outputs.facts
         if path is not None and os.path.exists(path):
-            from .data.tables import facts
+            with needed_for("facts()"):
+                from .data.tables import facts
 
             return facts(path, predicate)
         return self.recording.facts(predicate) if predicate is not None else self.recording.all_facts()

@@ -2,15 +2,17 @@
 
     package_test.py --meldsim PATH [unittest options]
 """
+import ast
 import pathlib
 import re
 import shutil
 import sys
+import tomllib
 import zipfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import Case, main  # noqa: E402
+from frame import OPEN_MPI, TOOLS, Case, main  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -41,6 +43,29 @@ class Package(Case):
         libraries = "[name for name in ('numpy', 'pandas', 'h5py', 'matplotlib', 'networkx') if name in sys.modules]"
         out = self.python("-c", f"import sys, claymeld; print({libraries}); claymeld.open; print({libraries})")
         self.assertEqual(out, "[]\n['numpy', 'pandas', 'h5py']\n")
+
+    def test_what_is_not_installed_is_named_with_its_cure(self):
+        project = tomllib.loads((ROOT / "python/pyproject.toml").read_text())["project"]
+        extras = {"": project["dependencies"], **project["optional-dependencies"]}
+        wanted = {re.match(r"\w+", need)[0]: extra for extra, needs in extras.items() for need in needs}
+        out = self.python("-c", "from claymeld.tool.packages import EXTRAS; print(EXTRAS)")
+        self.assertEqual(ast.literal_eval(out), wanted)
+        self.write("w.toml", 'lattice = "square"\n[body]\nshape = "box(2, 1, 1)"\n')
+        run = "import claymeld\nrun = claymeld.run('type p(node).\\np(A) :- id(A, 0).\\n', 'w.toml')\n"
+        uses = {"plot()": "run.recording.plot()", "plot_metrics()": "run.recording.plot_metrics()", "graph()": "run.recording.graph()",
+                "a recording": "run.recording", "facts()": "run.facts()", "claymeld.open": "claymeld.open", "claymeld.Why": "claymeld.Why",
+                "claymeld.facts": "claymeld.facts", "claymeld.sweep": "claymeld.sweep"}
+        takes = {"matplotlib": ["plot()", "plot_metrics()"], "networkx": ["graph()"]}
+        always = ["a recording", "facts()", "claymeld.open", "claymeld.facts"]
+        for package, extra in wanted.items():
+            for use in takes.get(package, always):
+                code = f"{run}import sys\n" if use.endswith(")") or use == "a recording" else "import claymeld, sys\n"
+                done = self.run_tool(sys.executable, "-B", "-c", f"import sys\nsys.modules['{package}'] = None\n{code}{uses[use]}\n",
+                                     environment={**OPEN_MPI, "CLAYMELD_MELDSIM": TOOLS.meldsim}, cwd=self.folder)
+                self.assertEqual(done.returncode, 1, done.stdout)
+                whole = f"claymeld[{extra}]" if extra else "claymeld"
+                self.assertIn(f"MissingPackage: {use} needs {package}, which is not installed. Install it by `pip install '{whole}'`",
+                              done.stderr)
 
     def test_everything_it_names_is_there(self):
         out = self.python("-c", "import claymeld\nfor name in claymeld.__all__: assert getattr(claymeld, name).__doc__, name\n"

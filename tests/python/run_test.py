@@ -14,7 +14,9 @@ import tomllib
 import unittest
 import warnings
 
+import networkx
 import numpy
+import pandas
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
@@ -113,8 +115,32 @@ type p(node, int, string, float, list int, bool). p(A, limit + @arg1, name, shif
         self.assertEqual(tomllib.loads(toml(world)), world)
         world = {"a": numpy.arange(2), "p": pathlib.Path("x"), "t": (1, 2)}
         self.assertEqual(tomllib.loads(toml(world)), {"a": [0, 1], "p": "x", "t": [1, 2]})
-        with self.assertRaisesRegex(claymeld.WorldError, "the world's facts.source is None"):
-            toml({"facts": {"source": None}})
+        for world, says in (({"facts": {"source": None}}, "the world's facts.source is None, and a world has no value like it"),
+                            ({"facts": {"p": [{"args": [1, None]}]}}, r"the world's facts.p\[0\].args\[1\] is None"),
+                            ({"record": {0: 1}}, "the world's record has the key 0 of type int, and the keys of a world are text. Write '0'"),
+                            ({("a", "b"): 1}, r"the world has the key \('a', 'b'\) of type tuple"),
+                            ({"event": [{"give": {3: "all"}}]}, r"the world's event\[0\].give has the key 3"),
+                            ({"links": networkx.path_graph(3)}, "the world's links is a graph, a Graph. Write `links = G.edges`"),
+                            ({"seed": 1j}, "the world's seed is 1j")):
+            with self.assertRaisesRegex(claymeld.WorldError, says):
+                toml(world)
+
+    def test_worlds_of_other_packages(self):
+        graph = networkx.DiGraph([(0, 1), (1, 2), (2, 0)])
+        pairs = [[0, 1], [1, 2], [2, 0]]
+        for edges in (graph.edges, graph.edges(), graph.edges(data=False), list(graph.edges), graph.edges.keys(), set(graph.edges),
+                      numpy.array(graph.edges), numpy.array(graph.edges, dtype=object), pandas.DataFrame(pairs).to_numpy(),
+                      (pair for pair in pairs), networkx.MultiDiGraph(graph).edges()):
+            self.assertEqual(tomllib.loads(toml({"links": edges})), {"links": pairs}, edges)
+        for number in (numpy.int8(3), numpy.uint64(3), numpy.array(3), numpy.float64(3.0), numpy.float32(3.0), numpy.longlong(3)):
+            self.assertEqual(tomllib.loads(toml({"a": number, "b": [number], "c": {"d": number}, "e": [{"f": number}]})),
+                             {"a": 3, "b": [3], "c": {"d": 3}, "e": [{"f": 3}]}, repr(number))
+        mixed = {"a": numpy.bool_(True), "s": numpy.str_("x"), "r": range(3), "k": {"x": 1}.keys(), "v": pandas.Series([1, 2])}
+        self.assertEqual(tomllib.loads(toml(mixed)), {"a": True, "s": "x", "r": [0, 1, 2], "k": ["x"], "v": [1, 2]})
+        self.assertEqual(tomllib.loads(toml({numpy.str_("lattice"): "graph"})), {"lattice": "graph"})
+        run = claymeld.run("type far(node, node).\nfar(A, B) :- neighbor(A, B).\n",
+                           {"lattice": "graph", "links": networkx.cycle_graph(5).edges, "seed": numpy.int64(2)})
+        self.assertEqual(len(run.facts("far")), 10)
 
 
 class Endings(Runs):

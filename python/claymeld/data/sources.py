@@ -8,7 +8,8 @@ import os
 import pathlib
 import re
 import tomllib
-from typing import Any, Mapping, Optional, Sequence, Union
+from collections.abc import Set
+from typing import Any, Iterable, Mapping, Optional, Sequence, Union
 
 from ..tool.calls import Path
 from ..tool.errors import WorldError
@@ -132,25 +133,58 @@ def _absolute(world: dict[str, Any], home: str) -> bool:
 
 
 def toml(world: Mapping[str, Any]) -> str:
-    """A world as TOML.
+    """A world as TOML. Numbers and arrays of numpy, edges of networkx and whatever else can be gone through become numbers and arrays.
 
     Raises
     ------
     WorldError
-        A value that TOML does not have, such as None.
+        A value that TOML does not have, such as None, or a key that is no text.
     """
-    lines = [f"{_key(key)} = {_toml(value, key)}" for key, value in world.items() if not _is_table(value)]
-    for key, value in world.items():
+    plain = _table(world, "")
+    lines = [f"{_key(key)} = {_toml(value)}" for key, value in plain.items() if not _is_table(value)]
+    for key, value in plain.items():
         if _is_table(value):
-            for table in [value] if isinstance(value, Mapping) else value:
-                lines += ["", f"[{_key(key)}]" if isinstance(value, Mapping) else f"[[{_key(key)}]]"]
-                lines += [f"{_key(name)} = {_toml(item, f'{key}.{name}')}" for name, item in table.items()]
+            for table in [value] if isinstance(value, dict) else value:
+                lines += ["", f"[{_key(key)}]" if isinstance(value, dict) else f"[[{_key(key)}]]"]
+                lines += [f"{_key(name)} = {_toml(item)}" for name, item in table.items()]
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
+def _table(value: Mapping[Any, Any], place: str) -> dict[str, Any]:
+    for key in value:
+        if not isinstance(key, str):
+            where = f"the world's {place}" if place else "the world"
+            raise WorldError(f"{where} has the key {key!r} of type {type(key).__name__}, and the keys of a world are text. "
+                             f"Write {str(key)!r}, or a list", 2)
+    return {str(key): _plain(item, f"{place}.{key}" if place else str(key)) for key, item in value.items()}
+
+
+def _plain(value: Any, place: str) -> Any:
+    """A value as bool, int, float, str, list and dict, which TOML has."""
+    if isinstance(value, (bool, int, float, str)) and type(value).__module__ != "numpy":
+        return value
+    if hasattr(value, "tolist"):  # numpy, pandas
+        listed = value.tolist()
+        # What numpy has no other form for, as a time, comes back as it was.
+        if not hasattr(listed, "tolist"):
+            return _plain(listed, place)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "nodes") and hasattr(value, "edges"):
+        raise WorldError(f"the world's {place} is a graph, a {type(value).__name__}. Write `links = G.edges`", 2)
+    # The edges of networkx are a set of pairs as well as a mapping.
+    if isinstance(value, Mapping) and not isinstance(value, Set):
+        return _table(value, place)
+    if isinstance(value, (set, frozenset)):
+        # In an order that is the same in each run.
+        value = sorted(value, key=repr)
+    if isinstance(value, Iterable) and not isinstance(value, (bytes, bytearray)):
+        return [_plain(item, f"{place}[{number}]") for number, item in enumerate(value)]
+    raise WorldError(f"the world's {place} is {value!r}, and a world has no value like it, a {type(value).__name__}", 2)
+
+
 def _is_table(value: Any) -> bool:
-    return isinstance(value, Mapping) or (isinstance(value, (list, tuple)) and len(value) > 0
-                                          and all(isinstance(item, Mapping) for item in value))
+    return isinstance(value, dict) or (isinstance(value, list) and len(value) > 0 and all(isinstance(item, dict) for item in value))
 
 
 def _key(key: str) -> str:
@@ -162,17 +196,15 @@ def _string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _toml(value: Any, place: str) -> str:
-    if hasattr(value, "tolist"):  # numpy
-        value = value.tolist()
+def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, (int, float)):
-        return repr(value)
-    if isinstance(value, (str, os.PathLike)):
-        return _string(os.fspath(value))
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(_toml(item, place) for item in value)}]"
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(name)} = {_toml(item, f'{place}.{name}')}" for name, item in value.items()) + " }"
-    raise WorldError(f"the world's {place} is {value!r}, and a world has no value like it, a {type(value).__name__}", 2)
+    if isinstance(value, int):
+        return int.__repr__(value)
+    if isinstance(value, float):
+        return float.__repr__(value)
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return "{ " + ", ".join(f"{_key(name)} = {_toml(item)}" for name, item in value.items()) + " }"
