@@ -38,6 +38,7 @@ class Strangers(Viewing):
                      "/index.html", "/ws"):
             status, headers, body = get(self.at, path)
             self.assertEqual(status, 403, path)
+            self.assertIn(b"Open the link that this one has printed", body)
             self.assertNotIn(token.encode(), body)
             self.assertEqual(headers["cache-control"], "no-store")
         for token in ("", "0" * 32, token[:-1]):
@@ -45,10 +46,24 @@ class Strangers(Viewing):
                 Page(self.link, token=token)
 
     def test_no_other_name_or_page_leads_here(self):
-        for host in ("example.org", f"example.org:{self.at}", "127.0.0.1", f"127.0.0.1:{self.at + 1}",
-                     f"127.0.0.1.example.org:{self.at}", ""):
-            self.assertIn(get(self.at, self.query, host=host or " ")[0], (400, 403), host)
-        self.assertEqual(get(self.at, self.query, host=f"localhost:{self.at}")[0], 200)
+        for host in ("example.org", f"example.org:{self.at}", f"127.0.0.1.example.org:{self.at}", "localhost.example.org", "localhost:",
+                     "localhost:8080x", "localhost:1234567", "localhost:80@example.org", "127.0.0.1; ws://example.org",
+                     "example.org:127.0.0.1", "127.0.0.2", "localhosts", "0.0.0.0", "[::]", "[::1", ""):
+            status, _, body = get(self.at, self.query, host=host or " ")
+            self.assertIn(status, (400, 403), host)
+            if status == 403:
+                self.assertIn(f"ssh -L 8080:127.0.0.1:{self.at} HOST", body.decode())
+                self.assertNotIn(self.query.split("=")[1], body.decode())
+        # Through ssh the page may come from any port here.
+        for host in (f"localhost:{self.at}", f"localhost:{self.at + 1}", "localhost:9999", "localhost", "127.0.0.1:9999", "127.0.0.1",
+                     "[::1]:9999"):
+            status, headers, _ = get(self.at, self.query, host=host)
+            self.assertEqual(status, 200, host)
+            self.assertIn(f"connect-src 'self' ws://{host};", headers["content-security-policy"])
+            with Page(self.link, host=host) as page:
+                self.assertTrue(page.ask("hello")[0]["ok"])
+            with self.assertRaisesRegex(Closed, "403"):
+                Page(self.link, host=host, origin="http://localhost:1")
         for origin in ("http://example.org", "null", f"https://127.0.0.1:{self.at}", f"http://127.0.0.1:{self.at + 1}", ""):
             with self.assertRaisesRegex(Closed, "403"):
                 Page(self.link, origin=origin)

@@ -222,6 +222,82 @@ class Pages(Viewing):
         self.wait(lambda: np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max() < 60)
         self.assertLess(np.abs(self.cell(self.pixels(), WIDTH - 1, HEIGHT - 1) - YELLOW).max(), 60)
 
+    def test_a_wrong_body_stops_nothing(self):
+        self.open(self.view("plate.meld"))
+        for field in ("colour", "only", "labels"):
+            self.enter(f"look-{field}", "dsit(A, D)")
+            self.wait(lambda: "dsit" in self.text(f"look-{field}-mistake"))
+        frames = (("command", "step"), ("command", "to 6"), ("tick", 2), ("command", "run"))
+        for how, what in frames:
+            if how == "tick":
+                self.to(what)
+            else:
+                self.command(what)
+            tick = self.run_js("return viewer.words.tick")
+            self.assertEqual(self.text("tick"), f"tick {tick}")
+            self.assertIn("dsit", self.text("look-colour-mistake"))
+        self.assertGreater(tick, 6)
+        self.assertEqual(self.run_js("return viewer.stage.frame.count"), WIDTH * HEIGHT)
+        # One is cured after the other.
+        self.enter("look-only", "dist(A, 2)")
+        self.wait(lambda: not self.text("look-only-mistake"))
+        self.assertIn("dsit", self.text("look-colour-mistake"))
+        self.assertEqual(self.run_js("return viewer.words.shown"), 3)
+
+    def lose(self, restored):
+        self.run_js("""window.lent = window.lent || viewer.stage.renderer.getContext().getExtension("WEBGL_lose_context");
+            window.lent[arguments[0]]();""", "restoreContext" if restored else "loseContext")
+        self.wait(lambda: self.run_js("return viewer.stage.drawsItself") == restored)
+        said = " ".join(e.text for e in self.browser.find_elements(By.CLASS_NAME, "lost"))
+        self.assertEqual("lost its graphics" in said, not restored, said)
+
+    def test_graphics_are_lost_and_come_back(self):
+        for served in (True, False):
+            if served:
+                self.open(self.view("plate.meld"))
+                self.enter("look-colour", "dist(A, D)")
+                self.command("run")
+                self.wait(lambda: self.text("legend"))
+            else:
+                self.share("--colour", "dist(A, D)")
+                self.to(self.run_js("return viewer.info.last"))
+            # Twice, since what is made anew must hear of it too.
+            for restored in (False, True, False, True):
+                self.lose(restored)
+                self.wait(lambda: np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max() < 60)
+                self.assertLess(np.abs(self.cell(self.pixels(), WIDTH - 1, HEIGHT - 1) - YELLOW).max(), 60)
+                self.click(0)
+                self.assertEqual(self.text("catom"), "Catom @0")
+                self.run_js("viewer.select([])")
+
+    def test_pages_of_any_size_hold_all_that_there_is(self):
+        self.addCleanup(self.browser.set_window_size, 1100, 720)
+        # Drawn by the server: what draws without a graphics card takes long for millions of pixels.
+        self.open(self.view("plate.meld") + "#images")
+        sizes = {}
+        for width, height in ((420, 900), (700, 700), (1100, 720), (1920, 1080), (3840, 2160)):
+            self.browser.set_window_size(width, height)
+            self.wait(lambda: self.run_js("return innerWidth") == width)
+            self.wait(lambda: self.run_js("return viewer.stage.view.width === document.getElementById('stage').clientWidth"))
+            outside, sizes[width] = self.run_js("""
+                const beyond = [], all = "header, header *, main, footer, footer *, aside, aside *, #stage";
+                for (const element of document.querySelectorAll(all)) {
+                    const {left, right, top, bottom, width} = element.getBoundingClientRect();
+                    const high = !element.closest("aside") && (top < -1 || bottom > innerHeight + 1);
+                    if (width && (left < -1 || right > innerWidth + 1 || high)) beyond.push(element.id || element.tagName);
+                }
+                const of = (id) => document.getElementById(id).getBoundingClientRect();
+                return [beyond, {text: parseFloat(getComputedStyle(document.getElementById("find")).fontSize), stage: of("stage").width,
+                    tall: of("stage").height, look: of("look").width, page: document.documentElement.scrollWidth}];""")
+            self.assertEqual(outside, [], width)
+            self.assertLessEqual(sizes[width]["page"], width)
+            # The picture has room, and the panels have their share of the page.
+            self.assertGreater(sizes[width]["stage"], width * 0.4, width)
+            self.assertGreater(sizes[width]["tall"], 100, width)
+            self.assertGreater(sizes[width]["look"], width * 0.09, width)
+        self.assertEqual(sizes[1100]["text"], sizes[700]["text"])
+        self.assertGreater(sizes[3840]["text"], 1.5 * sizes[1100]["text"])
+
     def test_the_program_is_read_again_and_a_long_run_ends(self):
         self.open(self.view("forever.meld"))
         program = self.read("forever.meld").decode()

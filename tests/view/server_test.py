@@ -12,7 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from frame import main, square  # noqa: E402
+from frame import OPEN_MPI, main, square  # noqa: E402
 from viewing import CORNER, Viewing  # noqa: E402
 from websocket import get  # noqa: E402
 
@@ -76,13 +76,35 @@ class Requests(Viewing):
         # Those that are shown, the others, and what is wrong.
         self.assertEqual(page.ask("frame", look={"only": "dist(A, 2)"})[0]["shown"], 3)
         self.assertEqual(page.ask("frame", look={"hide": "dist(A, 2)"})[0]["shown"], 33)
-        for look, message in (({"colour": "dist(A"}, "colour: "), ({"colour": 7}, '"colour" is no string'), ({"colours": "x"}, '"colours"'),
+        for look, message in (({"colour": 7}, '"colour" is no string'), ({"colours": "x"}, '"colours"'),
                               ({"map": "pink"}, '"pink"'), ({"range": [3, 1]}, "range"), ("x", "no object")):
             said, block = page.ask("frame", look=look)
             self.assertFalse(said["ok"])
             self.assertIsNone(block)
             self.assertIn(message, said["error"]["message"])
         self.assertEqual(page.ask("command", line="where")[0]["tick"], 4)
+
+    def test_frames_come_without_bodies_that_are_wrong(self):
+        for options in ([], ["-n", "2"]):
+            page = self.page(self.view("corner.meld", *options, environment=OPEN_MPI))
+            whole, plain = page.ask("frame", tick=4)
+            self.assertEqual(whole["mistakes"], [])
+            # A mistake in the body; and what is right in Meld, and no colour, line or label.
+            for body, lacks in (("dsit(A, D)", "did you mean `dist`?"), ("1 = 1", "no variable is ")):
+                for name in ("colour", "only", "hide", "links", "arrows", "labels"):
+                    said, block = page.ask("frame", look={name: body})
+                    self.assertTrue(said["ok"], said)
+                    self.assertEqual((said["tick"], said["shown"], block), (4, 36, plain), f"{name} {options}")
+                    (mistake,) = said["mistakes"]
+                    self.assertTrue(mistake["message"].startswith(f"{name}: "), mistake)
+                    self.assertIn(lacks, mistake["message"])
+                    if not options:
+                        said, png = page.ask("image", look={name: body}, size=[60, 40], camera={})
+                        self.assertEqual((said["mistakes"], png[1:4]), ([mistake], b"PNG"))
+            # The others count, and the run goes on.
+            said, _ = page.ask("frame", tick=6, look={"only": "dist(A, 2)", "colour": "dsit(A, D)", "labels": "dsit(A, D)"})
+            self.assertEqual((said["tick"], said["shown"], len(said["mistakes"])), (6, 3, 2))
+            self.interrupt()
 
     def test_what_is_hidden_is_left_out_of_large_frames(self):
         self.write("cube.toml", '[[body]]\nshape = "box(8, 8, 8)"\n[facts]\nsource = "id == 0"\n')

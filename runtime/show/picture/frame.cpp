@@ -81,6 +81,8 @@ class Looker {
     };
     enum class Wants { Catoms, Lines, Values };
     Result<Said> ask(const std::string& body, const char* option, Wants wants);
+    // The same; nothing if there is a mistake in it that the look skips. All processes find the same.
+    Result<std::optional<Said>> ask_if_right(const std::string& body, const char* option, Wants wants);
     Result<void> choose();
     void keep_exposed(std::vector<bool>& shown) const;
     Result<void> colour();
@@ -133,14 +135,25 @@ Result<Looker::Said> Looker::ask(const std::string& body, const char* option, Wa
     return said;
 }
 
+Result<std::optional<Looker::Said>> Looker::ask_if_right(const std::string& body, const char* option, Wants wants) {
+    Result<Said> said = ask(body, option, wants);
+    if (said) return std::move(*said);
+    // Whoever ends a question wants no picture either.
+    if (!look_.skips_mistakes || said.error().code == ExitCode::Interrupted) return tl::unexpected<Error>(said.error());
+    stage_.frame.mistakes.push_back(said.error());
+    return std::nullopt;
+}
+
 // Finds out which catoms are shown, and puts them into the scene.
 Result<void> Looker::choose() {
     std::vector<bool> shown(drawn_.ids.size(), look_.only.empty());
     for (const auto& [body, option, shows] : {std::tuple(&look_.only, "--only", true), std::tuple(&look_.hide, "--hide", false)}) {
         if (body->empty()) continue;
-        const Result<Said> said = ask(*body, option, Wants::Catoms);
-        if (!said) return tl::unexpected<Error>(said.error());
-        for (std::size_t row = 0; row < said->table.rows(); ++row)
+        const Result<std::optional<Said>> asked = ask_if_right(*body, option, Wants::Catoms);
+        if (!asked) return tl::unexpected<Error>(asked.error());
+        const std::optional<Said>& said = *asked;
+        if (!said && shows) shown.assign(shown.size(), true);
+        for (std::size_t row = 0; said && row < said->table.rows(); ++row)
             if (const auto at = drawn_.find(said->table.cell(row, said->catom).catom)) shown[*at] = shows;
     }
     if (look_.exposed) keep_exposed(shown);
@@ -168,9 +181,10 @@ void Looker::keep_exposed(std::vector<bool>& shown) const {
 
 Result<void> Looker::colour() {
     if (look_.colour.empty()) return {};
-    const Result<Said> said = ask(look_.colour, "--colour", Wants::Catoms);
-    if (!said) return tl::unexpected<Error>(said.error());
-    if (!speaks_) return {};
+    const Result<std::optional<Said>> asked = ask_if_right(look_.colour, "--colour", Wants::Catoms);
+    if (!asked) return tl::unexpected<Error>(asked.error());
+    const std::optional<Said>& said = *asked;
+    if (!said || !speaks_) return {};
     const Table& table = said->table;
     const Kind kind = said->value ? table.columns()[*said->value].type.kind : Kind::Error;
     stage_.frame.coloured_by = said->value ? table.columns()[*said->value].name : look_.colour;
@@ -197,9 +211,10 @@ Result<void> Looker::colour() {
 
 Result<void> Looker::join(const std::string& body, const char* option, bool arrow) {
     if (body.empty()) return {};
-    const Result<Said> said = ask(body, option, Wants::Lines);
-    if (!said) return tl::unexpected<Error>(said.error());
-    if (!speaks_) return {};
+    const Result<std::optional<Said>> asked = ask_if_right(body, option, Wants::Lines);
+    if (!asked) return tl::unexpected<Error>(asked.error());
+    const std::optional<Said>& said = *asked;
+    if (!said || !speaks_) return {};
     render::Scene& scene = stage_.frame.scene;
     const bool to_catom = said->table.columns()[*said->end].type.kind == Kind::Node;
     for (std::size_t row = 0; row < said->table.rows(); ++row) {
@@ -222,9 +237,10 @@ Result<void> Looker::join(const std::string& body, const char* option, bool arro
 
 Result<void> Looker::name() {
     if (look_.labels.empty()) return {};
-    const Result<Said> said = ask(look_.labels, "--labels", Wants::Values);
-    if (!said) return tl::unexpected<Error>(said.error());
-    if (!speaks_) return {};
+    const Result<std::optional<Said>> asked = ask_if_right(look_.labels, "--labels", Wants::Values);
+    if (!asked) return tl::unexpected<Error>(asked.error());
+    const std::optional<Said>& said = *asked;
+    if (!said || !speaks_) return {};
     for (std::size_t row = 0; row < said->table.rows(); ++row)
         if (const auto at = place(*said, row, said->catom))
             stage_.frame.scene.notes.push_back({stage_.frame.scene.places[*at], said->table.text(row, *said->value)});

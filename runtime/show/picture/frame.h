@@ -51,6 +51,7 @@ struct Look {
     std::optional<render::Form> form = {};                // Otherwise that of the lattice.
     std::optional<float> size = {};                       // Of catoms, as a part of their diameters; otherwise so that lines are seen.
     bool ground = false;                                  // A floor below what is shown, for shadows.
+    bool skips_mistakes = false;                          // A body that is wrong is left out: Frame::mistakes.
 };
 
 // The word for catoms for which a body holds that has no value.
@@ -68,13 +69,14 @@ struct Frame {
     std::vector<std::pair<std::size_t, std::string>> words = {};
     bool whole_numbers = true;
     std::vector<std::uint64_t> missing = {};  // Catoms that callouts name and that are not there.
+    std::vector<Error> mistakes = {};         // In bodies that were left out; each begins with the name of its option.
 };
 
 // How catoms on such a lattice look.
 render::Form form_of(world::LatticeKind lattice);
 
-// The run as it is between two ticks, on process 0; an empty frame on the others. Every process calls it. Errors: mistakes in a body; a
-// variable that is to be a catom is none.
+// The run as it is between two ticks, on process 0; an empty frame on the others. Every process calls it. Errors: mistakes in a body,
+// unless the look skips them; a variable that is to be a catom is none.
 Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look);
 
 // The same of what is drawn alone, without a run: nothing is asked, so bodies in the look mean nothing. The world is no graph.

@@ -20,6 +20,10 @@ const Json& nothing() {
 
 }  // namespace
 
+Json as_json(const Error& error) {
+    return {{"message", error.problem}, {"hint", error.suggestion}, {"code", static_cast<int>(error.code)}};
+}
+
 Fields::Fields(const Json& object, std::string what) : object_(object), what_(std::move(what)) {
     if (!object_.is_object()) error_ = Error{fmt::format("{} is no JSON object", what_)};
 }

@@ -14,6 +14,9 @@ namespace meld::view {
 
 using Json = nlohmann::ordered_json;
 
+// `message`, `hint` and `code`, as pages are told what is wrong.
+Json as_json(const Error& error);
+
 class Fields {
   public:
     // `what` names the object in messages. The object outlives this.

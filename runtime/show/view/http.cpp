@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <exception>
@@ -40,6 +41,18 @@ constexpr std::string_view kHeaders =
 
 std::string_view text_or_none(const char* text) { return text == nullptr ? std::string_view() : std::string_view(text); }
 
+// Whether a request names this machine, with whatever port: one that leads here through ssh may have any number. A page of somebody else
+// whose name leads here (DNS rebinding) names that.
+bool names_loopback(std::string_view host) {
+    for (const std::string_view name : {"127.0.0.1", "localhost", "[::1]"}) {
+        if (!host.starts_with(name)) continue;
+        const std::string_view port = host.substr(name.size());
+        const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+        return port.empty() || (port.size() > 1 && port.size() <= 6 && port[0] == ':' && std::ranges::all_of(port.substr(1), digit));
+    }
+    return false;
+}
+
 // Threads made while it lives leave signals to the thread that made them.
 class WithoutSignals {
   public:
@@ -70,36 +83,57 @@ struct Server::Page {
 struct Server::Calls {
     static Server& server(const mg_connection* connection) { return *static_cast<Server*>(mg_get_user_data(mg_get_context(connection))); }
 
-    static void refuse(mg_connection* connection, Server& server, int status, const char* reason) {
-        const std::string body = fmt::format("{} {}\n", status, reason);
+    // How the request names this server; its own name if that is not ours.
+    static std::string host_of(const mg_connection* connection, const Server& server) {
+        const std::string_view host = text_or_none(mg_get_header(connection, "Host"));
+        return names_loopback(host) ? std::string(host) : server.host_;
+    }
+
+    // `cure` is for people; it may be empty.
+    static void refuse(mg_connection* connection, Server& server, int status, const char* reason, const std::string& cure = {}) {
+        const std::string body = fmt::format("{} {}\n{}{}", status, reason, cure, cure.empty() ? "" : "\n");
         mg_printf(connection, "HTTP/1.1 %d %s\r\n%sContent-Type: text/plain\r\nContent-Length: %d\r\nConnection: close\r\n\r\n%s", status,
                   reason, fmt::format(fmt::runtime(kHeaders), server.host_).c_str(), static_cast<int>(body.size()), body.c_str());
     }
 
-    // What is wrong with a request, before anything is looked for: its status.
-    static int wrong_with(const mg_connection* connection, const Server& server, bool socket) {
+    // What is wrong with a request, before anything is looked for.
+    struct Wrong {
+        int status = 0;  // 0: nothing.
+        const char* reason = "";
+        std::string cure = {};
+    };
+    static Wrong wrong_with(const mg_connection* connection, const Server& server, bool socket) {
         const mg_request_info& request = *mg_get_request_info(connection);
         const std::string_view host = text_or_none(mg_get_header(connection, "Host"));
         const std::string_view origin = text_or_none(mg_get_header(connection, "Origin"));
-        if (host != server.host_ && host != server.local_host_) return 403;
+        const auto forbidden = [](std::string cure) { return Wrong{403, "Forbidden", std::move(cure)}; };
+        if (!names_loopback(host))
+            return forbidden(
+                fmt::format("The viewer answers only where it is called localhost or 127.0.0.1, with any port. From another "
+                            "machine, lead a port here by `ssh -L 8080:127.0.0.1:{} HOST`, and open the link that the viewer has "
+                            "printed with localhost:8080 in the place of {}.",
+                            server.port_, server.host_));
         // Every browser says where a WebSocket was opened from. Of the page itself many say nothing.
-        if ((socket || !origin.empty()) && origin != fmt::format("http://{}", host)) return 403;
+        if ((socket || !origin.empty()) && origin != fmt::format("http://{}", host))
+            return forbidden("The page of another server may not ask this one.");
         const std::string_view query = text_or_none(request.query_string);
         constexpr std::string_view kName = "token=";
-        if (!query.starts_with(kName) || !same_secret(server.token_, query.substr(kName.size()))) return 403;
-        if (text_or_none(request.request_method) != "GET") return 405;
+        if (!query.starts_with(kName) || !same_secret(server.token_, query.substr(kName.size())))
+            return forbidden("The link has no secret, or that of a viewer that has ended. Open the link that this one has printed.");
+        if (text_or_none(request.request_method) != "GET") return {405, "Method Not Allowed"};
         // As it was written: what a path leads back to is no other way to write it.
         const std::string_view path = text_or_none(request.local_uri_raw);
-        return path == (socket ? kWebSocket : "/") ? 0 : 404;
+        if (path == (socket ? kWebSocket : "/")) return {};
+        return {404, "Not Found"};
     }
 
     static int begin(mg_connection* connection) {
         try {
             Server& it = server(connection);
             const bool socket = mg_get_header(connection, "Upgrade") != nullptr;
-            if (const int status = wrong_with(connection, it, socket); status != 0) {
-                refuse(connection, it, status, status == 403 ? "Forbidden" : status == 404 ? "Not Found" : "Method Not Allowed");
-                return status;
+            if (const Wrong wrong = wrong_with(connection, it, socket); wrong.status != 0) {
+                refuse(connection, it, wrong.status, wrong.reason, wrong.cure);
+                return wrong.status;
             }
             if (socket) {
                 bool full = false;
@@ -113,7 +147,7 @@ struct Server::Calls {
             }
             mg_printf(connection,
                       "HTTP/1.1 200 OK\r\n%sContent-Type: text/html; charset=utf-8\r\nContent-Length: %zu\r\nConnection: close\r\n\r\n",
-                      fmt::format(fmt::runtime(kHeaders), it.host_).c_str(), it.options_.page.size());
+                      fmt::format(fmt::runtime(kHeaders), host_of(connection, it)).c_str(), it.options_.page.size());
             mg_write(connection, it.options_.page.data(), it.options_.page.size());
             return 200;
         } catch (const std::exception&) {
@@ -279,7 +313,6 @@ Result<void> Server::listen() {
     if (mg_get_server_ports(context_, 1, &found) < 1) return fail("the server has no port", "", ExitCode::OurBug);
     port_ = found.port;
     host_ = fmt::format("127.0.0.1:{}", port_);
-    local_host_ = fmt::format("localhost:{}", port_);
     mg_set_websocket_handler(context_, kWebSocket, Calls::connect, Calls::ready, Calls::data, Calls::close, nullptr);
     return {};
 }

@@ -75,7 +75,7 @@ class Server {
     std::optional<Arrived> take();
 
     ServerOptions options_;
-    std::string token_, host_, local_host_;
+    std::string token_, host_;
     int port_ = 0;
     mg_context* context_ = nullptr;
 

@@ -24,10 +24,6 @@ constexpr milliseconds kBetweenLooks{400};
 // and how far a run is, is told so often.
 constexpr milliseconds kBetweenProgress{100};
 
-Json as_json(const Error& error) {
-    return {{"message", error.problem}, {"hint", error.suggestion}, {"code", static_cast<int>(error.code)}};
-}
-
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace

@@ -61,6 +61,13 @@ Error as_page_says_it(Error error) {
     return error;
 }
 
+// What is wrong with bodies that were left out of a frame.
+Json mistakes_of(const picture::Frame& frame) {
+    Json out = Json::array();
+    for (const Error& mistake : frame.mistakes) out.push_back(as_json(as_page_says_it(mistake)));
+    return out;
+}
+
 }  // namespace
 
 Viewer::Viewer(timeline::Timeline& timeline, world::World& world, ViewerOptions options)
@@ -190,9 +197,11 @@ Result<Reply> Viewer::frame(const Json& request) {
     std::int64_t most = kMostSent;
     fields.read("tick", tick, 0, kMostTick);
     fields.read("most", most, 1, kMostPerFrame);
-    const Result<picture::Look> look = look_of(fields.object("look"));
+    Result<picture::Look> look = look_of(fields.object("look"));
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     if (!look) return tl::unexpected<Error>(look.error());
+    // The run is where it is, whatever somebody writes into a field.
+    look->skips_mistakes = true;
     if (auto there = go_to(tick); !there) return tl::unexpected<Error>(there.error());
     Result<picture::Frame> seen = picture::look_at(timeline_.simulation().subdomain(), options_.drawing(), *look);
     if (!seen) return tl::unexpected<Error>(as_page_says_it(seen.error()));
@@ -201,6 +210,7 @@ Result<Reply> Viewer::frame(const Json& request) {
     const std::optional<render::Legend> legend = picture::colour(std::span(&*seen, 1), *look);
     reply.words = frame_words(*seen, legend);
     const Thinned thinned = thin(*seen, static_cast<std::size_t>(most));
+    reply.words["mistakes"] = mistakes_of(*seen);
     reply.words["sent"] = seen->ids.size();
     reply.words["coarse"] = thinned.coarse;
     reply.binary = frame_block(*seen, thinned.covers);
@@ -213,19 +223,22 @@ Result<Reply> Viewer::image(const Json& request) {
     std::vector<double> size;
     fields.read("tick", tick, 0, kMostTick);
     fields.read("size", size, 2, kLeastPixels, kMostPixels);
-    const Result<picture::Look> look = look_of(fields.object("look"));
+    Result<picture::Look> look = look_of(fields.object("look"));
     const sim::Subdomain& subdomain = timeline_.simulation().subdomain();
     const Result<picture::SheetOptions> sheet =
         sheet_of(fields.object("camera"), size, !subdomain.world.is_free() && subdomain.lattice.flat());
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     if (!look) return tl::unexpected<Error>(look.error());
     if (!sheet) return tl::unexpected<Error>(sheet.error());
+    // The run is where it is, whatever somebody writes into a field.
+    look->skips_mistakes = true;
     if (auto there = go_to(tick); !there) return tl::unexpected<Error>(there.error());
     Result<picture::Frame> seen = picture::look_at(timeline_.simulation().subdomain(), options_.drawing(), *look);
     if (!seen) return tl::unexpected<Error>(as_page_says_it(seen.error()));
     Reply reply;
     if (!speaks()) return reply;
     reply.words = frame_words(*seen, picture::colour(std::span(&*seen, 1), *look));
+    reply.words["mistakes"] = mistakes_of(*seen);
     Workers workers(static_cast<int>(std::clamp(sysconf(_SC_NPROCESSORS_ONLN), 1L, 64L)));
     Result<render::Image> picture = picture::paint_sheet(std::span(&*seen, 1), *look, *sheet, workers);
     if (!picture) return tl::unexpected<Error>(picture.error());

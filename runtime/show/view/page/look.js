@@ -129,15 +129,15 @@ export class LookPanel {
         return out;
     }
 
-    // The error of the field that was changed last, or of the one that the message names; none: all are right.
-    mistaken(error, name) {
-        const named = error && BODIES.map(([body]) => body).find((body) => error.message.startsWith(`${body}: `));
+    // Errors stand at the field that their message names, or at that which was changed last. Returns those that have no place here.
+    mistaken(errors, name) {
+        const fieldOf = ({message}) => BODIES.map(([body]) => body).find((body) => message.startsWith(`${body}: `)) || name;
         for (const [body, {input, mistake}] of Object.entries(this.fields)) {
-            const mine = error && body === (named || name);
+            const mine = errors.find((error) => fieldOf(error) === body);
             input.classList.toggle("wrong", Boolean(mine));
-            mistake.replaceChildren(...(mine ? [mistakeOf({...error, message: error.message.replace(`${body}: `, "")})] : []));
+            mistake.replaceChildren(...(mine ? [mistakeOf({...mine, message: mine.message.replace(`${body}: `, "")})] : []));
         }
-        return Boolean(named || name);
+        return errors.filter((error) => !this.fields[fieldOf(error)]);
     }
 
     // Where the cut is in these bounds; null: nowhere.

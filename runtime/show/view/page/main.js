@@ -44,6 +44,7 @@ class Viewer {
         this.panel = new Panel(byId("panel"), source, info, {choose: (id) => this.choose(id), did: () => this.refresh()});
         const last = Math.max(...this.sides.map((side) => side.info.last ?? side.info.tick ?? 0));
         this.transport = new Transport(byId("transport"), {...info, last, live: source.live}, this.moves());
+        for (const side of this.sides) side.stage.changed = () => this.refresh();
         for (const side of this.sides)
             listen(side.stage, side.box, {picked: (id, more, at) => this.editing ? this.world.picked(side.stage, id, more, at)
                 : this.selectIn(side, id === null ? [] : [id], more),
@@ -105,11 +106,13 @@ class Viewer {
         }
         if (this.editing) return;
         this.busy = true;
-        let wrong = null;
+        const mistakes = [];
         for (const side of this.sides) {
             try {
                 const {words, frame} = await side.source.frame(this.look.look(), tick);
                 side.complain(null);
+                // Bodies that were left out: the frame is there without them.
+                mistakes.push(...words.mistakes || []);
                 side.show(words, frame, this.look.moves);
                 if (side === this.active) {
                     const bounds = boundsOf(frame), away = side.stage.drawnAway;
@@ -117,11 +120,11 @@ class Viewer {
                 }
             } catch (error) {
                 if (!error.message || error instanceof Error) console.error(error);
-                wrong = wrong || error;
-                if (!this.look.mistaken(error, field)) side.complain(error);
+                if (this.look.mistaken([error], field).length) side.complain(error);
+                else mistakes.push(error);
             }
         }
-        if (!wrong) this.look.mistaken(null);
+        this.look.mistaken(mistakes, field);
         if (this.words) this.showWords();
         this.busy = false;
         if (this.asked) {

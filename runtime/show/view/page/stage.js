@@ -5,6 +5,7 @@ import {boundsOf, emptyFrame, placeOf} from "./block.js";
 import {View} from "./camera.js";
 import {Catoms, met} from "./catoms.js";
 import {coverOf} from "./cover.js";
+import {h} from "./dom.js";
 import {Labels} from "./labels.js";
 import {Obstacles} from "./obstacles.js";
 import {Sketch} from "./sketch.js";
@@ -12,6 +13,7 @@ import {Strokes} from "./strokes.js";
 
 const FAST = 60;   // Milliseconds that a picture may take while something moves.
 const SLOW = 600;  // With more it is drawn with fewer pixels also when nothing moves.
+const MOST_PIXELS = 16e6;  // Of a picture with more pixels than are shown.
 
 // Of a frame from which others have left out what is hidden.
 const known = (frame, kept) => ({drawn: kept, cover: Float32Array.from({length: 4 * kept.length},
@@ -38,6 +40,7 @@ export class Stage {
         this.scale = 1;  // Of the canvas's own pixels while it moves.
         this.well = 0;  // How long the last good picture took.
         this.wanted = false;
+        this.changed = () => {};  // Called when something else draws from now on, which wants other frames.
         this.start();
         new ResizeObserver(() => this.resize()).observe(element);
         this.resize();
@@ -46,10 +49,54 @@ export class Stage {
     start() {
         const context = location.hash === "#images" ? null
             : this.canvas.getContext("webgl2", {antialias: false, alpha: false, preserveDrawingBuffer: true});
-        this.drawsItself = context !== null;
-        if (!context && !this.paint) this.sketch = new Sketch(this.canvas);
-        this.element.classList.toggle("images", !context && !this.sketch);
-        if (!context) return;
+        if (!context) {
+            this.drawOtherwise(this.canvas);
+            return;
+        }
+        this.canvas.addEventListener("webglcontextlost", (event) => {
+            // Otherwise it does not come back.
+            event.preventDefault();
+            this.lose();
+        });
+        this.canvas.addEventListener("webglcontextrestored", () => this.restore(context));
+        this.build(context);
+    }
+
+    // Without WebGL: a server's pictures, or a sketch on this canvas.
+    drawOtherwise(canvas) {
+        this.drawsItself = false;
+        if (!this.paint) this.sketch = new Sketch(canvas);
+        this.element.classList.toggle("images", !this.sketch);
+    }
+
+    // The browser has taken its graphics away: a driver was restarted, or the machine has slept.
+    lose() {
+        if (!this.drawsItself) return;
+        this.renderer.dispose();
+        // A canvas has one kind of context for ever.
+        this.spare = this.paint ? null : h("canvas");
+        if (this.spare) this.canvas.after(this.spare);
+        this.drawOtherwise(this.spare);
+        this.lost = h("div", {class: "lost", role: "status"}, "The browser has lost its graphics. Until they are back, ",
+            this.paint ? "the server draws the picture." : "the picture is plainer.");
+        this.element.append(this.lost);
+        this.changed();
+        this.draw();
+    }
+
+    restore(context) {
+        if (this.drawsItself) return;
+        for (const gone of [this.spare, this.lost]) if (gone) gone.remove();
+        this.spare = this.lost = this.sketch = null;
+        this.element.classList.remove("images");
+        this.build(context);
+        this.ratio = 0;
+        this.arrange();
+        this.changed();
+    }
+
+    build(context) {
+        this.drawsItself = true;
         this.renderer = new WebGLRenderer({canvas: this.canvas, context});
         this.renderer.sortObjects = true;
         this.scene = new Scene();
@@ -183,7 +230,8 @@ export class Stage {
     drawWell() {
         const most = window.devicePixelRatio || 1;
         // As good as the last good one was fast.
-        if (this.drawsItself) this.well = this.render(this.well < SLOW && most < 2 ? 2 * most : most);
+        const fits = 4 * most * most * this.view.width * this.view.pixels < MOST_PIXELS;
+        if (this.drawsItself) this.well = this.render(this.well < SLOW && most < 2 && fits ? 2 * most : most);
         this.labels.place(this, this.drawnAway, true);
         this.element.dataset.pictures = Number(this.element.dataset.pictures || 0) + 1;
     }

@@ -109,7 +109,7 @@ export class Transport {
             pen.globalAlpha = 1;
             pen.stroke();
             pen.fillStyle = ink("--faint");
-            pen.font = "11px system-ui, sans-serif";
+            pen.font = `${parseFloat(getComputedStyle(document.documentElement).fontSize) * 0.85}px system-ui, sans-serif`;
             pen.fillText(steep ? `${number(most)}, logarithmic` : number(most), 10, 10);
             const at = known.ticks.indexOf(this.now);
             if (at >= 0) pen.fillText(number(values[at]), Math.min(x(this.now) + 5, width - 50), 22);
