@@ -143,6 +143,8 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         front::parse_program(out.files, *file, prelude_files, out.report, {.library_paths = options.library_paths, .programs = *programs});
     parsed.worlds = options.worlds;
     parsed.acyclic = options.acyclic;
+    parsed.lattice = options.lattice;
+    parsed.ports = options.ports;
     parsed.links_c = !options.link.empty();
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);

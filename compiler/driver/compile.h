@@ -24,6 +24,8 @@ struct CompileOptions {
     std::vector<std::string> programs = {};  // Files with other programs of the same ensemble.
     check::Worlds worlds = check::Worlds::Any;
     bool acyclic = false;  // The facts of `link` lead in no circle.
+    // Of the world, for a warning: its lattice, and whose numbers ports have there. Empty: unknown.
+    std::string lattice = {}, ports = {};
     plan::PlanOptions plan = {};
     std::vector<std::string> link = {};  // C and C++ files with the program's extern functions.
 };

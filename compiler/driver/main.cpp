@@ -169,6 +169,10 @@ int run_program(int argc, char** argv) {
         sub->add_flag("--graph", options.graph, "For worlds that are graphs, where linear facts also reach nodes that no link leads to");
         sub->add_flag("--acyclic", options.compile.acyclic,
                       "The links of the graph lead in no circle: no warning of values that grow from link to link");
+        sub->add_option("--lattice", options.compile.lattice, "The lattice of the world, for a warning about the numbers of ports")
+            ->type_name("NAME");
+        sub->add_option("--ports", options.compile.ports, "Whose numbers its ports have, as the world says: no warning about them")
+            ->type_name("ROBOT");
         sub->add_option("--with", options.compile.programs, "Another program that some catoms of the same ensemble run; repeatable")
             ->type_name("FILE")
             ->take_all()

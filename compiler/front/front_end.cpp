@@ -69,12 +69,13 @@ check::Program check_program(const source::FileSet& files, std::uint32_t file, s
     const check::Worlds worlds = parsed.worlds;
     const bool links_c = parsed.links_c;
     const lint::Graph graph = parsed.acyclic ? lint::Graph::Acyclic : lint::Graph::Any;
+    const std::string lattice = std::move(parsed.lattice), ports = std::move(parsed.ports);
     syntax::Tree tree = std::move(parsed.prelude);
     tree.append(std::move(parsed.program));
     check::separate_modules(tree, prelude_files, report);
     const std::vector<diagnostics::Diagnostic> unused_names = lint::find_unused_names(files, tree, file);
     check::Program program = check::check(files, tree, prelude_files, report, worlds, links_c);
-    lint::lint(program, file, unused_names, report, graph);
+    lint::lint(program, file, unused_names, {.lattice = lattice, .ports = ports, .graph = graph}, report);
     program.name = std::filesystem::path(files.file(file).path()).stem().string();
     add_sources(files, file, others, includes, program);
     return program;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "compiler/check/program/program.h"
@@ -20,8 +21,9 @@ struct ParsedProgram {
     syntax::Tree program;
     std::vector<std::uint32_t> others = {};  // ParseOptions::programs
     check::Worlds worlds = check::Worlds::Any;
-    bool links_c = false;  // Program::links_c
-    bool acyclic = false;  // As for lint().
+    std::string lattice = {}, ports = {};  // lint::Place
+    bool links_c = false;                  // Program::links_c
+    bool acyclic = false;                  // lint::Place::graph
 };
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options);

@@ -23,7 +23,7 @@ std::optional<check::Program> front_end(std::string text) {
     check::separate_modules(tree, prelude + 1, report);
     const std::vector<diagnostics::Diagnostic> unused_names = lint::find_unused_names(files, tree, file);
     check::Program program = check::check(files, tree, prelude + 1, report);
-    lint::lint(program, file, unused_names, report);
+    lint::lint(program, file, unused_names, {}, report);
     diagnostics::render_text(files, report.sorted(), diagnostics::Colour::Always);
     diagnostics::render_json(files, report.sorted());
     if (report.has_errors()) return std::nullopt;

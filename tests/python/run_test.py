@@ -117,7 +117,8 @@ type p(node, int, string, float, list int, bool). p(A, limit + @arg1, name, shif
         self.assertEqual(tomllib.loads(toml(world)), {"a": [0, 1], "p": "x", "t": [1, 2]})
         for world, says in (({"facts": {"source": None}}, "the world's facts.source is None, and a world has no value like it"),
                             ({"facts": {"p": [{"args": [1, None]}]}}, r"the world's facts.p\[0\].args\[1\] is None"),
-                            ({"record": {0: 1}}, "the world's record has the key 0 of type int, and the keys of a world are text. Write '0'"),
+                            ({"record": {0: 1}}, "the world's record has the key 0 of type int, and the keys of a world are text. "
+                                                 "Write '0'"),
                             ({("a", "b"): 1}, r"the world has the key \('a', 'b'\) of type tuple"),
                             ({"event": [{"give": {3: "all"}}]}, r"the world's event\[0\].give has the key 3"),
                             ({"links": networkx.path_graph(3)}, "the world's links is a graph, a Graph. Write `links = G.edges`"),

@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "pictures")
 
 import numpy as np  # noqa: E402
 
-from frame import Case, main  # noqa: E402
+from frame import OPEN_MPI, Case, main  # noqa: E402
 from png import read_png  # noqa: E402
 
 FACES = ((0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6))
@@ -28,6 +28,29 @@ CONFIGURATION = """<?xml version="1.0" standalone="no" ?>
     <blocksLine line="2" plane="1" values="0110"/>
     <blockBox boxOrigin="3,3,3" boxSize="2,9,1"/>
   </blockList>
+</world>
+"""
+
+
+GRIDLESS = CONFIGURATION.replace(' gridSize="6,6,6"', "")
+TARGETED = """<!-- What it is,
+ in two lines -->
+<?xml version="1.0" standalone="no" ?>
+<world gridSize="4,4,2" windowSize="800,600">
+  <blockList blockSize="40,40,40" color="0,255,0">
+    <block position="1,1,0" leader="true" master="true"/>
+    <block position="2,1,0" leader="1" mobile="false"/>
+    <block position="3,1,0" leader="false"/>
+    <block position="3,2,1"/>
+  </blockList>
+  <capabilities><capability/></capabilities>
+  <targetGrid>
+    <targetLine plane="0" line=" 1" values="01100001"/>
+    <targetLine plane="1" line="1" values="01110"/>
+    <targetLine line="9" values="1"/>
+  </targetGrid>
+  <targetGrid/>
+  <goal position="1,1,1"/>
 </world>
 """
 
@@ -238,11 +261,45 @@ class Models(Case):
         self.write("h.xml", f"<world><blockList>{blocks}</blockList></world>")
         self.call("meldsim", "world", "--import", "h.xml", "--lattice", "hex", "-o", "hex.toml")
         self.assertEqual(re.findall(r"\[(\d+, \d+, 0)\]", self.read("hex.toml").decode()), ["3, 0, 0", "3, 1, 0", "1, 2, 0"])
+        # Everything else is named: what is beside the world, elements, attributes; marks can be facts.
+        self.write("t.xml", TARGETED)
+        out = self.call("meldsim", "world", "--import", "t.xml", "--lattice", "cubic", "-o", "t.toml")[0]
+        self.assertEqual(out, "t.toml: 4 catoms of t.xml, and a target of 5 cells; left out: windowSize, blockSize, colours, leader, "
+                              "master, mobile, <capabilities>, targets after the first, <goal>, 2 cells of the target outside of the "
+                              "grid\n")
+        text = self.read("t.toml").decode()
+        self.assertIn('# leader = ["cell == (1, 1, 0)", "cell == (2, 1, 0)"]\n# master = ["cell == (1, 1, 0)"]\n', text)
+        self.assertIn('ports = "blinky-visiblesim"\n', text)
+        self.assertIn("target: 5 listed cells\n", self.call("meldsim", "world", "t.toml")[0])
+        self.write("t.meld", "type in(node, int, int, int).\nin(A, X, Y, Z) :- target(A), cell(A, X, Y, Z).\n"
+                   "type above(node).\nabove(A) :- target(A, 5).\n")
+        for options in ([], ["-n", 2]):
+            facts = self.call("meldsim", "run", "t.meld", "--world", "t.toml", "--quiet", "--facts-out", "-", *options,
+                              environment=OPEN_MPI)[0]
+            self.assertEqual(sorted(line.partition("(")[0] + line.partition(",")[2] for line in facts.splitlines()),
+                             [*["above"] * 3, "in 1, 1, 0).", "in 2, 1, 0)."])
+        # Newer configurations have targets of other kinds, and a root around the world.
+        for target, says in (('<target format="csg"><csg content="cube(3)"/></target>', "a target of the format csg"),
+                             ('<target format="grid"><cell position="0,0,0"/><mesh/></target>', "<mesh>")):
+            self.write("n.xml", f'<!-- n.xml -->\n<?xml version="1.0"?>\n<vs><visuals/><world><blockList><block position="1,0,0"/>'
+                                f'</blockList><targetList>{target}</targetList></world></vs>')
+            out = self.call("meldsim", "world", "--import", "n.xml", "--lattice", "fcc", "-o", "n.toml")[0]
+            self.assertTrue(out.endswith(f"; left out: {says}, <visuals>\n"), out)
+            self.assertEqual("[target]" in self.read("n.toml").decode(), "grid" in target)
         for text, lattice, says in ((CONFIGURATION, "hex", "c.xml:6: a module is not in the plane of the hex lattice"),
                                     (CONFIGURATION, "", "not name its lattice. Write --lattice with one of square, hex, "),
                                     ("<world", "fcc", "c.xml:1: this is not XML"), ("<a/>", "fcc", "there is no world in it"),
                                     (CONFIGURATION.replace("0,0,0", "0,zero"), "fcc", 'c.xml:5: position = "0,zero" of a block'),
-                                    (CONFIGURATION.replace("0,0,0", "1,2,1"), "fcc", "c.xml makes no world: "),
+                                    (CONFIGURATION.replace("0,0,0", "1,2,1"), "fcc",
+                                     "c.xml:6: a module at 1,2,1 stands where that of line 5 is. take one of the two out"),
+                                    (CONFIGURATION.replace("0,0,0", "0,6,0"), "fcc", "c.xml:5: a module at 0,6,0 lies outside of "),
+                                    (CONFIGURATION.replace("0,0,0", "-1,0,0"), "fcc", "c.xml:5: a module at -1,0,0 lies outside of "),
+                                    ("<!-- c.xml\n -->\n\n" + CONFIGURATION.replace("0,0,0", "0,zero"), "fcc",
+                                     'c.xml:8: position = "0,zero"'),
+                                    ("<!-- <?xml ?>", "fcc", "c.xml:1: this is not XML"),
+                                    (GRIDLESS.replace("0,0,0", "0,0,1048576"), "fcc", "is not a cell"),
+                                    (GRIDLESS.replace('plane="1"', 'plane="2000000"'), "fcc",
+                                     "c.xml:6: a module is too far out: coordinates lie between -1048576 and 1048575"),
                                     (CONFIGURATION.replace("block ", "csg "), "fcc", "VisibleSim computes from a csg are not imported")):
             self.write("c.xml", text)
             option = ["--lattice", lattice] if lattice else []

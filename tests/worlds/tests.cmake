@@ -10,3 +10,7 @@ set_tests_properties(worlds_graphs PROPERTIES TIMEOUT 120 PROCESSORS 2)
 add_test(NAME worlds_programs COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/programs_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(worlds_programs PROPERTIES TIMEOUT 120 PROCESSORS 2)
+# Ports with the numbers of other robots.
+add_test(NAME worlds_ports COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/ports_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(worlds_ports PROPERTIES TIMEOUT 180 PROCESSORS 2)

@@ -180,15 +180,18 @@ Result<void> import_world(const WorldOptions& options) {
     if (!xml) return tl::unexpected<Error>(xml.error());
     const Result<model::ImportedWorld> made = model::import_visiblesim(*xml, options.import, options.lattice);
     if (!made) return tl::unexpected<Error>(made.error());
-    if (const auto fine = world::parse_world(made->text, options.output); !fine)
+    // Places in what was not written yet say nothing to anybody.
+    if (const auto fine = world::parse_world(made->text, fmt::format("the world made of {}", options.import)); !fine)
         return fail(fmt::format("{} makes no world: {}", options.import, fine.error().problem), fine.error().suggestion);
     Result<OutputFile> file = OutputFile::open(options.output, Appears::Whole);
     if (!file) return tl::unexpected<Error>(file.error());
     file->write(made->text);
     if (auto written = file->commit(); !written) return written;
     const std::string left = made->left_out.empty() ? "" : fmt::format("; left out: {}", fmt::join(made->left_out, ", "));
-    return print(options.output == "-" ? stderr : stdout, fmt::format("{}: {} catom{} of {}{}\n", visible(options.output), made->cells,
-                                                                      made->cells == 1 ? "" : "s", visible(options.import), visible(left)));
+    const std::string target = made->target_cells == 0 ? "" : fmt::format(", and a target of {} cells", made->target_cells);
+    return print(options.output == "-" ? stderr : stdout,
+                 fmt::format("{}: {} catom{} of {}{}{}\n", visible(options.output), made->cells, made->cells == 1 ? "" : "s",
+                             visible(options.import), target, visible(left)));
 }
 
 }  // namespace

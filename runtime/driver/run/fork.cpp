@@ -11,6 +11,7 @@
 #include "runtime/base/files/output_paths.h"
 #include "runtime/base/terminal/log.h"
 #include "runtime/driver/run/run.h"
+#include "runtime/driver/run/run_configuration.h"
 #include "runtime/driver/setup/command_line.h"
 #include "runtime/driver/setup/inputs.h"
 #include "runtime/driver/setup/print_error.h"
@@ -74,6 +75,7 @@ RunOptions merge(RunOptions before, const RunOptions& given, const Paths& here) 
     }
     if (!given.optimisation) out.optimisation = before.optimisation;
     if (given.seed < 0) out.seed = before.seed;
+    out.ports = first_given(given.ports, before.ports);
     out.strict = given.strict || before.strict;
     for (const OutputOption& output : kOutputs) out.*output.path = here(given.*output.path);
     out.checkpoint = here(given.checkpoint);
@@ -104,7 +106,7 @@ const std::set<std::string, std::less<>> kMayChange = {"event", "limits", "recor
 std::string part_name(const std::string& part) {
     if (part == "files") return "a file that the world names";
     if (part == "event" || part == "body") return fmt::format("[[{}]] of the world", part);
-    const bool key = part == "lattice" || part == "radius" || part == "held" || part == "seed";
+    const bool key = part == "lattice" || part == "radius" || part == "held" || part == "seed" || part == "ports";
     return key ? part + " of the world" : fmt::format("[{}] of the world", part);
 }
 
@@ -130,6 +132,9 @@ Result<void> compare(const sim::RunIdentity& was, const sim::RunIdentity& is, Fo
         if (before.name == "the version of Claymeld")
             return cannot(out.folder, fmt::format("it was made by version {}, and this is {}", before.shown, now.shown),
                           "Go on with that version, or start a new run");
+        if (before.name == kPortsClaim)
+            return cannot(out.folder, fmt::format("the ports had the numbers of '{}', and now those of '{}'", before.shown, now.shown),
+                          "Give the same --ports, or none");
         if (before.name == "--extension")
             return cannot(out.folder, "the extensions are not those that it was started with, and only they can read what they have kept",
                           "Give the same ones, with the same content");

@@ -312,6 +312,7 @@ Result<record::Provenance> provenance(const RunOptions& options, const ModuleInf
                          .set = world.set,
                          .limits = options.limits,
                          .seed = world.seed,
+                         .ports = std::string(world.ports_name()),
                          .strict = options.strict};
     for (u32 i = 0; i < module.source_count; ++i) p.program.push_back({module.sources[i].path, module.sources[i].text});
     if (options.program.ends_with(".so"))
@@ -344,6 +345,7 @@ Result<world::World> recorded_world(const std::string& path) {
     if (const auto done = world::set_seed(*world, p->seed); !done) return tl::unexpected<Error>(done.error());
     for (const std::string& limit : p->limits)
         if (const auto done = world::set_limit(*world, limit); !done) return tl::unexpected<Error>(done.error());
+    if (const auto done = world::set_ports(*world, p->ports); !done) return tl::unexpected<Error>(done.error());
     world->set = p->set;
     return world;
 }

@@ -66,6 +66,7 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
                               {.name = "the world", .shown = world.path, .hash = world.source_hash},
                               claim("the parameters", fmt::format("{}", fmt::join(parameters, ", "))),
                               claim("the seed", std::to_string(world.seed)),
+                              claim(kPortsClaim, std::string(world.ports_name())),
                               files("--extension", options.extensions),
                               option("--ticks", options.ticks < 0 ? "" : std::to_string(options.ticks)),
                               // Who has a time limit asks the others whether it has passed.

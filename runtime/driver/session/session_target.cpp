@@ -128,6 +128,7 @@ Result<void> carries_its_own(const RunOptions& options, const std::string& what,
         if (!options.events.empty()) return "--events";
         if (!options.library_paths.empty()) return "--library";
         if (options.seed >= 0) return "--seed";
+        if (!options.ports.empty()) return "--ports";
         if (!options.set.empty()) return "--set";
         if (!options.limits.empty()) return "--limit";
         if (!options.given.empty()) return "--arg";

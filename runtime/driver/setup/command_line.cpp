@@ -31,6 +31,7 @@ std::vector<std::string> command_line(const RunOptions& run) {
     add_all("--events", run.events);
     if (run.optimisation) words.push_back(fmt::format("-O{}", *run.optimisation));
     if (run.seed >= 0) add("--seed", std::to_string(run.seed));
+    add("--ports", run.ports);
     for (const OutputOption& output : kOutputs) add(output.name, run.*output.path);
     for (const BodiesOption& watch : kWatches) add_all(watch.name, run.*watch.bodies);
     add("--checkpoint", run.checkpoint);

@@ -59,6 +59,19 @@ const char* flag_of(Form form) {
     return nullptr;
 }
 
+// The lattice and whose numbers its ports have: a program may name the sides of another robot's modules.
+world::PortKeys ports_of(const RunOptions& options) {
+    world::PortKeys keys;
+    if (!options.replay.empty()) {
+        if (const Result<world::World> world = recorded_world(options.replay))
+            keys = {std::string(world->lattice_name()), std::string(world->ports_name())};
+    } else {
+        keys = world::port_keys(world_path(options));
+    }
+    if (!options.ports.empty()) keys.ports = options.ports;
+    return keys;
+}
+
 // The other programs of the ensemble.
 std::vector<std::string> other_programs(const RunOptions& options) {
     if (!options.replay.empty()) return options.programs;
@@ -105,6 +118,8 @@ Result<std::string> compile_in(Form form, const RunOptions& options, std::string
     if (const char* flag = flag_of(form)) arguments.push_back(flag);
     if (const std::string world = world_path(options); form == Form::Graph && !world.empty() && world::says_acyclic(world))
         arguments.push_back("--acyclic");
+    const world::PortKeys ports = ports_of(options);
+    arguments.insert(arguments.end(), {"--lattice", ports.lattice.c_str(), "--ports", ports.ports.c_str()});
     if (options.measured()) arguments.push_back(options.stats ? "--counters" : "--places");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);

@@ -114,6 +114,9 @@ Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* m
             return tl::unexpected<Error>(done.error());
     for (const std::string& limit : options.limits)
         if (const auto done = world::set_limit(*world, limit); !done) return tl::unexpected<Error>(done.error());
+    if (!options.ports.empty())
+        if (const auto done = world::set_ports(*world, options.ports); !done)
+            return fail("--ports: " + done.error().problem, done.error().suggestion);
     if (options.given.size() > 9)
         return fail(fmt::format("there are {} --arg, and a program has no more than nine: @arg1 to @arg9", options.given.size()));
     for (std::size_t i = 0; i < options.given.size(); ++i) world->set[fmt::format("arg{}", i + 1)] = options.given[i];

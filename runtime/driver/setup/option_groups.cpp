@@ -22,6 +22,11 @@ void add_inputs(CLI::App& command, RunOptions& run, const char* world) {
     command.add_option("--seed", run.seed, "The seed of all random numbers")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
+    command
+        .add_option("--ports", run.ports,
+                    "Number the sides of catoms as this robot does, for whose modules the program was written: blinky, "
+                    "blinky-visiblesim, smartblocks, catoms2d, catoms3d; or lattice")
+        ->type_name("ROBOT");
     command.add_flag("--by-links", run.by_links, "Find neighbours in a table of links, as graphs do; results do not change");
     command.add_flag("--strict", run.strict, "End at the first arithmetic error in a view, even if the facts may still change");
 }

@@ -145,6 +145,7 @@ struct RunOptions {
     int processes = 1;
     int threads = 1;
     std::int64_t seed = -1;
+    std::string ports = {};                    // Whose numbers ports have; empty: as the world says.
     std::vector<std::string> set = {};         // name=value
     std::vector<std::string> limits = {};      // name=value, after those of the world.
     std::vector<std::string> link = {};        // C files with extern functions.

@@ -57,6 +57,7 @@ std::string to_json(const Provenance& p) {
                  {"set", map_json(p.set)},
                  {"limits", p.limits},
                  {"seed", p.seed},
+                 {"ports", p.ports},
                  {"strict", p.strict}};
     return json.dump();
 }
@@ -82,6 +83,8 @@ Result<Provenance> provenance_from_json(const std::string& text) {
         p.set = map_of(json.at("set"));
         if (json.contains("limits")) p.limits = json.at("limits").get<std::vector<std::string>>();
         p.seed = whole_number<std::uint64_t>(json.at("seed"));
+        // Recordings of earlier versions do not have it.
+        p.ports = json.value("ports", std::string(kLatticePorts));
         p.strict = json.at("strict").get<bool>();
         if (p.programs == 0 || p.programs > p.program.size()) return damaged();
         return p;

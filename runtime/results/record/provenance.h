@@ -37,6 +37,7 @@ struct Provenance {
     std::map<std::string, std::string> set;  // Values of constants and of @arg1 and so on, in all.
     std::vector<std::string> limits = {};    // As --limit has them.
     std::uint64_t seed = 0;
+    std::string ports;  // Whose numbers ports have.
     bool strict = false;
 };
 

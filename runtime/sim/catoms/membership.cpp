@@ -27,7 +27,7 @@ bool reads_positions(const ModuleInfo& module) {
 Cell nearest_cell(const world::Vec3& position) { return world::nearest_cell(position); }
 
 Membership::Membership(const ModuleInfo& module, const world::World& world, const world::Target& target, const comm::Communicator& comm)
-    : ensemble(world::Lattice(world.lattice), target),
+    : ensemble(world.cells_and_ports(), target),
       rank_(comm.process()),
       ranks_(comm.processes()),
       senses_positions_(reads_positions(module)) {

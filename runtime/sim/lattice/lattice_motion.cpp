@@ -16,7 +16,7 @@
 
 namespace meld::sim {
 
-LatticeMotion::LatticeMotion(const world::World& world) : world_(world) {}
+LatticeMotion::LatticeMotion(const world::World& world) : world_(world), lattice_(world.lattice) {}
 
 Result<void> LatticeMotion::resume(Subdomain& subdomain) {
     // A predicate of the program's own with the same name has another kind or type.

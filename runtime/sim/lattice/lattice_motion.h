@@ -122,6 +122,7 @@ class LatticeMotion : public SimModule {
     void account(const Subdomain& subdomain, Catom catom, int sign);
 
     const world::World& world_;
+    const world::Lattice lattice_;  // With its own numbers of ports, which decide between equal ways and requests.
     Known known_;
     std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
     std::vector<ByteWriter> packets_;                                 // By destination.

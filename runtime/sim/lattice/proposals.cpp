@@ -113,7 +113,7 @@ LatticeMotion::Objection LatticeMotion::propose(Subdomain& subdomain, const eval
         if (held_[action.catom] < 1) return Refusal::NoUnit;
         const Cell to = subdomain.lattice.neighbour(p.from, static_cast<int>(port));
         if (full(subdomain, to)) return Refusal::Occupied;
-        p.direction = static_cast<std::int32_t>(port);
+        p.direction = subdomain.lattice.own_number(static_cast<int>(port));
         p.to = to;
         claims.push_back(subdomain.ensemble.key(to));
         return std::nullopt;
@@ -156,7 +156,7 @@ LatticeMotion::Objection LatticeMotion::propose_give(const Subdomain& subdomain,
         const auto other = static_cast<Catom>(beside);
         if (subdomain.ensemble.id(other) != action.arguments[0].catom) continue;
         if (held_[other] + amount > world_.motion.capacity) return Refusal::NoRoom;
-        p.direction = port;
+        p.direction = subdomain.lattice.own_number(port);
         p.receiver = other;
         p.to = subdomain.ensemble.cell(other);
         if (p.kind == ActionKind::Destroy) claims.push_back(kBody | subdomain.ensemble.key_of(action.catom));
@@ -178,7 +178,7 @@ LatticeMotion::Objection LatticeMotion::propose_move(Subdomain& subdomain, const
     const Cell here = subdomain.ensemble.cell(action.catom);
     const Cell P = subdomain.lattice.neighbour(here, static_cast<int>(pivot)) - here;
     const Cell D = subdomain.lattice.neighbour(here, static_cast<int>(towards)) - here;
-    p.direction = static_cast<std::int32_t>(pivot * ports + towards);
+    p.direction = subdomain.lattice.own_number(static_cast<int>(pivot)) * ports + subdomain.lattice.own_number(static_cast<int>(towards));
     const auto key = [&](Cell offset) { return subdomain.ensemble.key(here + offset); };
     if (!full(subdomain, here + P)) return Refusal::NoSupport;
     claims.push_back(kBody | key({}));
@@ -212,8 +212,9 @@ LatticeMotion::Objection LatticeMotion::propose_around(Subdomain& subdomain, con
         if (!pivot || subdomain.ensemble.id(*pivot) != around) continue;
         // A catom that is far away is not known here, and there is no path to it either.
         if (around == beside || beside == p.id || !last) return Refusal::NoPath;
-        const auto way =
-            way_around(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.from, port, subdomain.ensemble.cell(*last));
+        const auto way = way_around(
+            lattice_, [&](Cell c) { return full(subdomain, c); }, p.from, subdomain.lattice.own_number(port),
+            subdomain.ensemble.cell(*last));
         if (!way) return Refusal::NoPath;
         p.to = way->to;
         p.direction = way->direction;

@@ -53,6 +53,20 @@ const toml::table& table_at(TomlReader& reader, const toml::table& top, std::str
     return kNone;
 }
 
+std::string no_such_ports(std::string_view name) { return fmt::format("there is no robot '{}' whose ports are known", name); }
+
+// Why the ports of this world cannot have the numbers that they have; empty: they can.
+Error misplaced_ports(const World& world) {
+    if (!world.ports) return {};
+    const PortNumbers& ports = *world.ports;
+    const std::string those = fmt::format("ports = \"{}\" numbers the sides of {}", ports.name, ports.robot);
+    if (world.is_graph()) return {those + ", and the nodes of a graph have none", "take it out"};
+    if (world.is_free()) return {those + ", and a port of a body is only the number of a link", "take it out"};
+    if (world.lattice_name() == ports.lattice) return {};
+    return {fmt::format("{}, which stand on the {} lattice, and this one is {}", those, ports.lattice, world.lattice_name()),
+            fmt::format("write lattice = \"{}\", or take ports out", ports.lattice)};
+}
+
 void read_top(TomlReader& reader, const Section& top, World& world) {
     std::string name(Lattice(world.lattice).name());
     top.read("lattice", name);
@@ -66,6 +80,10 @@ void read_top(TomlReader& reader, const Section& top, World& world) {
         known.push_back(kGraph);
         reader.wrong(top.find("lattice")->source(), fmt::format("there is no lattice '{}'", name), did_you_mean(name, known));
     }
+    std::string ports(kLatticePorts);
+    top.read("ports", ports);
+    world.ports = port_numbers_of(ports);
+    if (!world.ports && ports != kLatticePorts) top.wrong("ports", no_such_ports(ports), did_you_mean(ports, port_numbers_names()));
     top.read_positive("radius", world.radius);
     top.read_count("seed", world.seed);
     top.read_count("held", world.held, 0);
@@ -156,6 +174,13 @@ void warn_of_free_cells(const std::string& place, std::span<const Cell> cells, c
                                          free->z, count == 1 ? " is" : fmt::format(" and {} more are", count - 1)));
 }
 
+// Balls that hold the middle of their cell and of no other.
+Shape around_each(const std::vector<Cell>& cells, const Lattice& lattice, const std::string& text) {
+    std::vector<Shape> balls;
+    for (const Cell cell : cells) balls.push_back(make_shape(Moved{make_shape(Ball{0.25}, ""), lattice.position(cell)}, ""));
+    return make_shape(Union{std::move(balls)}, text);
+}
+
 // No catoms stand on the cells that [without] lists, whatever the bodies are.
 void read_without(TomlReader& reader, const Section& top, const Lattice& lattice, World& world) {
     const toml::node* node = top.find("without");
@@ -171,11 +196,8 @@ void read_without(TomlReader& reader, const Section& top, const Lattice& lattice
     warn_of_free_cells(reader.place(without.find("cells")->source()), *cells, lattice, world);
     std::erase_if(world.cells, [&](Cell cell) { return std::binary_search(cells->begin(), cells->end(), cell, before); });
     if (cells->empty() || !world.body.root()) return;
-    // Balls that hold the middle of their cell and of no other.
-    std::vector<Shape> holes;
-    for (const Cell cell : *cells) holes.push_back(make_shape(Moved{make_shape(Ball{0.25}, ""), lattice.position(cell)}, ""));
     const std::string text = fmt::format("minus({}, {} cells)", world.body.text(), cells->size());
-    world.body = make_shape(Difference{world.body, {make_shape(Union{std::move(holes)}, "")}}, text);
+    world.body = make_shape(Difference{world.body, {around_each(*cells, lattice, "")}}, text);
 }
 
 void read_bodies(TomlReader& reader, const Section& top, World& world) {
@@ -200,11 +222,30 @@ void read_bodies(TomlReader& reader, const Section& top, World& world) {
     read_without(reader, top, lattice, world);
 }
 
+// [target] cells = [[0, 0, 0], ...] or "cells.csv": the target as a list.
+void read_listed_target(TomlReader& reader, const Section& target, World& world) {
+    const Lattice lattice(world.lattice);
+    CellList listed(lattice);
+    read_cells(reader, target, "[target]", listed);
+    const Result<std::vector<Cell>> cells = listed.sorted();
+    if (!cells) return reader.wrong(cells.error());
+    if (cells->empty() && !reader.error()) return target.wrong("cells", "[target] cells lists no cell", "take [target] out");
+    world.target = around_each(*cells, lattice, fmt::format("{} listed cell{}", cells->size(), cells->size() == 1 ? "" : "s"));
+}
+
 void read_target(TomlReader& reader, const toml::table& table, World& world) {
     const Section target(reader, table, "[target]", {"shape", "cells", "fit"});
-    world.target = target.read_shape("shape");
     const toml::node* cells = target.find("cells");
-    if (!table.empty() && !target.has("shape")) return reader.wrong(table.source(), "[target] has no shape");
+    if (cells && (cells->is_array() || (cells->is_string() && **cells->as_string() != "mass"))) {
+        for (const char* other : {"shape", "fit"})
+            if (target.has(other))
+                return target.wrong("cells", fmt::format("[target] cells lists the target, so it has no {}", other),
+                                    "take one of the two out");
+        return read_listed_target(reader, target, world);
+    }
+    world.target = target.read_shape("shape");
+    if (!table.empty() && !target.has("shape"))
+        return reader.wrong(table.source(), "[target] has neither shape nor a list of cells", "add cells = [[0, 0, 0]]");
     if (target.has("fit")) {
         std::string fit;
         target.read_choice("fit", fit, {"mass"});
@@ -313,6 +354,8 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
                      fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
     }
     check_free(reader, top, world);
+    if (const Error misplaced = misplaced_ports(world); !misplaced.problem.empty())
+        top.wrong("ports", misplaced.problem, misplaced.suggestion);
     if (world.is_graph() && world.motion.kind != "none")
         reader.wrong(top.find("motion")->source(), "nodes of a graph do not move", "take [motion] out");
     const toml::node* network = top.find("network");
@@ -353,9 +396,9 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     world.by_links = by_links(table);
-    const Section top(reader, table, "", {"lattice", "graph",   "links",  "nodes", "directed",   "acyclic", "radius",  "seed",
-                                          "held",    "body",    "target", "facts", "event",      "set",     "motion",  "record",
-                                          "limits",  "network", "clock",  "time",  "components", "faults",  "program", "without"});
+    const Section top(reader, table, "", {"lattice", "ports", "acyclic", "graph",      "links",  "nodes",   "directed", "radius", "seed",
+                                          "held",    "body",  "target",  "facts",      "event",  "set",     "motion",   "record", "limits",
+                                          "network", "clock", "time",    "components", "faults", "program", "without"});
     read_top(reader, top, world);
     // Before a graph, which is made where it is read.
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
@@ -430,6 +473,11 @@ toml::table keys_of(const std::string& path) {
 
 }  // namespace
 
+PortKeys port_keys(const std::string& path) {
+    const toml::table top = keys_of(path);
+    return {top["lattice"].value_or(std::string(Lattice(World().lattice).name())), top["ports"].value_or(std::string())};
+}
+
 bool asks_for_links(const std::string& path) { return by_links(keys_of(path)); }
 
 bool asks_for_graph(const std::string& path) { return is_graph(keys_of(path)); }
@@ -439,6 +487,15 @@ bool says_acyclic(const std::string& path) { return keys_of(path)["acyclic"].val
 std::vector<std::string> programs_named(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     return program_files(keys_of(path), [&](const std::string& file) { return (folder / file).string(); });
+}
+
+Result<void> set_ports(World& world, std::string_view name) {
+    const PortNumbers* const ports = port_numbers_of(name);
+    if (!ports && name != kLatticePorts) return fail(no_such_ports(name), did_you_mean(name, port_numbers_names()));
+    world.ports = ports;
+    Error misplaced = misplaced_ports(world);
+    if (misplaced.problem.empty()) return {};
+    return tl::unexpected<Error>(std::move(misplaced));
 }
 
 Result<World> read_world(const std::string& path) {

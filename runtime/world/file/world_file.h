@@ -75,6 +75,8 @@ struct Limits {
 struct World {
     std::string path;
     LatticeKind lattice = LatticeKind::Cubic;
+    // Whose numbers ports have; null: the lattice's own.
+    const PortNumbers* ports = nullptr;
     // lattice = "graph": nodes and links instead of cells. Then `lattice` means nothing, and `body`, `cells` and `placed` are empty.
     std::shared_ptr<const graph::Graph> graph;
     std::string generator;  // If the graph is generated: "ring(1000)".
@@ -124,6 +126,9 @@ struct World {
     bool is_free() const { return motion.kind == "bodies"; }
     // Whether catoms are the nodes of a graph, whose neighbours are those that they have a link with.
     bool is_graph() const { return graph != nullptr; }
+    // The cells, with ports as the program numbers them. Where ports do not matter, Lattice(lattice) is the same.
+    Lattice cells_and_ports() const { return Lattice(lattice, ports); }
+    std::string_view ports_name() const { return ports != nullptr ? ports->name : kLatticePorts; }
     // "graph", or the name of the lattice.
     std::string_view lattice_name() const { return is_graph() ? "graph" : Lattice(lattice).name(); }
     // Whether what catoms read of their neighbours lies apart from these, as what has arrived: where messages take time, or catoms pause.
@@ -152,6 +157,17 @@ struct GrowthLimits {
 };
 GrowthLimits fact_limits(const Limits& limits, std::uint64_t memory_bytes);
 GrowthLimits derivation_limits(const Limits& limits);
+
+// Gives the ports of the world the numbers of this robot, or "lattice" for their own. Errors: there is no such robot; its modules stand on
+// another lattice; a graph and bodies have no sides.
+Result<void> set_ports(World& world, std::string_view name);
+
+// The lattice of a file, and whose numbers its ports have: the defaults if it has mistakes, or is a pipe.
+struct PortKeys {
+    std::string lattice;
+    std::string ports;  // "": the file does not say.
+};
+PortKeys port_keys(const std::string& path);
 
 // World::by_links of a file; false if that has mistakes, or is a pipe, which can be read only once. Cost: its text is parsed, but no file
 // that it names is read.

@@ -74,7 +74,14 @@ std::int32_t clamped(double value) {
 
 }  // namespace
 
-Lattice::Lattice(LatticeKind kind) : kind_(kind), ports_(ports_of(kind).count), opposite_(ports_of(kind).opposite) {
+Lattice::Lattice(LatticeKind kind, const PortNumbers* numbers) : kind_(kind), ports_(ports_of(kind).count) {
+    MELD_EXPECT(numbers == nullptr || numbers->lattice == name(), "the ports of {}", numbers->name);
+    for (int port = 0; port < ports_; ++port)
+        own_[static_cast<std::size_t>(port)] = numbers == nullptr ? port : numbers->sides[static_cast<std::size_t>(port)].port;
+    for (int port = 0; port < ports_; ++port) {
+        const int opposite = ports_of(kind).opposite[static_cast<std::size_t>(own_number(port))];
+        opposite_[static_cast<std::size_t>(port)] = static_cast<int>(std::ranges::find(own_, opposite) - own_.begin());
+    }
     brick_bits_ = flat() ? std::array<std::int32_t, 3>{5, 4, 0} : std::array<std::int32_t, 3>{3, 3, 3};
     step_.resize(static_cast<std::size_t>(ports_) * kBrickCells);
     for (int port = 0; port < ports_; ++port) {
@@ -106,7 +113,7 @@ std::string_view Lattice::name() const { return kNames[static_cast<std::size_t>(
 
 Cell Lattice::neighbour(Cell cell, int port) const {
     MELD_EXPECT(port >= 0 && port < ports_, "port {} of {}", port, ports_);
-    const Cell offset = ports_of(kind_).offset[static_cast<std::size_t>(port)];
+    const Cell offset = ports_of(kind_).offset[static_cast<std::size_t>(own_number(port))];
     const std::int32_t shift = kind_ == LatticeKind::Fcc && offset.z != 0 ? cell.z & 1 : 0;
     return {cell.x + offset.x + shift, cell.y + offset.y + shift, cell.z + offset.z};
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/module/abi/geometry_abi.h"
+#include "runtime/module/abi/port_numbers.h"
 
 namespace meld::world {
 
@@ -33,7 +34,8 @@ inline constexpr std::int32_t kCellLimit = 1 << 20;
 
 class Lattice {
   public:
-    explicit Lattice(LatticeKind kind);
+    // `numbers`: those of a robot on this lattice, whose program runs here; null: our own. Ports differ in their numbers only.
+    explicit Lattice(LatticeKind kind, const PortNumbers* numbers = nullptr);
     static std::optional<LatticeKind> kind_named(std::string_view name);  // "square", "hex", "cubic", "fcc"
     static std::vector<std::string_view> kind_names();
     std::string_view name() const;
@@ -46,6 +48,8 @@ class Lattice {
     // east (axial coordinates); cubic: +x -x +y -y +z -z; fcc: the 4 of the layer (E N W S), 4 above and 4
     // below (each NE NW SW SE).
     int ports() const { return ports_; }
+    // The number that a port has on the lattice itself, whatever its robot calls it.
+    int own_number(int port) const { return own_[static_cast<std::size_t>(port)]; }
     Cell neighbour(Cell cell, int port) const;
     int opposite(int port) const { return opposite_[static_cast<std::size_t>(port)]; }
     // The centre of a cell, in catom diameters.
@@ -79,6 +83,7 @@ class Lattice {
   private:
     LatticeKind kind_;
     int ports_ = 0;
+    std::array<int, kMaxPorts> own_{};
     std::array<int, kMaxPorts> opposite_{};
     std::array<std::int32_t, 3> brick_bits_{};
     std::vector<u16> step_;

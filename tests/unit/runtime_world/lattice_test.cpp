@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <set>
+#include <sstream>
+#include <string>
 
 namespace meld::world {
 namespace {
@@ -109,6 +112,53 @@ TEST_P(EachLattice, IsFoundByItsName) {
 INSTANTIATE_TEST_SUITE_P(Lattices, EachLattice,
                          testing::Values(LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc),
                          [](const auto& kind) { return std::string(Lattice(kind.param).name()); });
+
+// "bottom" leads down, whatever its number.
+bool leads(std::string_view word, const Vec3& step) {
+    const std::pair<std::string_view, std::pair<std::size_t, int>> ways[] = {{"east", {0, 1}},   {"right", {0, 1}}, {"west", {0, -1}},
+                                                                             {"left", {0, -1}},  {"north", {1, 1}}, {"back", {1, 1}},
+                                                                             {"south", {1, -1}}, {"front", {1, -1}}};
+    for (const auto& [name, way] : ways)
+        if (word == name) return step[way.first] * way.second > 0.1;
+    const bool flat = std::abs(step[2]) < 0.1;
+    if (word == "side") return flat;
+    // In the plane, up is north.
+    return (word == "top" || word == "up" ? 1 : -1) * (flat ? step[1] : step[2]) > 0.1;
+}
+
+TEST(PortNumbers, LeadWhereTheirWordsSay) {
+    std::vector<PortNumbers> all(lattice_port_numbers().begin(), lattice_port_numbers().end());
+    all.insert(all.end(), robot_port_numbers().begin(), robot_port_numbers().end());
+    for (const PortNumbers& numbers : all) {
+        const LatticeKind kind = Lattice::kind_named(numbers.lattice).value();
+        const bool own = numbers.name == kLatticePorts;
+        const Lattice plain(kind), lattice(kind, own ? nullptr : &numbers);
+        ASSERT_EQ(numbers.count, plain.ports()) << numbers.name;
+        std::set<int> used;
+        for (int port = 0; port < lattice.ports(); ++port) {
+            const Side& side = numbers.sides[static_cast<std::size_t>(port)];
+            EXPECT_TRUE(used.insert(side.port).second) << numbers.name << " " << port;
+            if (own) EXPECT_EQ(side.port, port);
+            EXPECT_EQ(lattice.own_number(port), side.port);
+            for (const Cell cell : {Cell{}, Cell{3, -2, 0}, Cell{0, 0, 1}, Cell{1, 1, -1}}) {
+                if (lattice.flat() && cell.z != 0) continue;
+                EXPECT_EQ(lattice.neighbour(cell, port), plain.neighbour(cell, side.port));
+                EXPECT_EQ(lattice.neighbour(lattice.neighbour(cell, port), lattice.opposite(port)), cell);
+                const Vec3 from = lattice.position(cell), to = lattice.position(lattice.neighbour(cell, port));
+                std::string words(side.words);
+                std::ranges::replace(words, '-', ' ');
+                std::istringstream in(words);
+                for (std::string word; in >> word;)
+                    EXPECT_TRUE(leads(word, {to[0] - from[0], to[1] - from[1], to[2] - from[2]}))
+                        << numbers.name << " " << port << " " << word;
+            }
+            EXPECT_EQ(lattice.step_table()[static_cast<std::size_t>(port) * kBrickCells],
+                      plain.step_table()[static_cast<std::size_t>(side.port) * kBrickCells]);
+        }
+        EXPECT_EQ(port_numbers_of(numbers.name) == nullptr, own);
+    }
+    EXPECT_EQ(port_numbers_of("blinky")->table(), "0 bottom, 1 north, 2 east, 3 west, 4 south, 5 top");
+}
 
 TEST(FccLattice, HasLayersOfTwelveNeighbours) {
     const Lattice fcc(LatticeKind::Fcc);

@@ -132,7 +132,24 @@ TEST(WorldFile, RefusesWrongTypesAndRanges) {
     EXPECT_EQ(error_of(kBody + "[time]\ntick = -1"), "w.toml:4:8: [time] tick = -1 is not a number above zero");
     EXPECT_EQ(error_of(kBody + "[time]\ntick = \"1 mile\"").substr(0, 63),
               "w.toml:4:8: [time] tick: '1 mile' has the unknown suffix 'mile'");
-    EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"), "w.toml:3:1: [target] has no shape");
+    EXPECT_EQ(error_of(kBody + "[target]\ncells = 3"),
+              "w.toml:3:1: [target] has neither shape nor a list of cells. add cells = [[0, 0, 0]]");
+    EXPECT_EQ(error_of(kBody + "[target]\ncells = []"), "w.toml:4:9: [target] cells lists no cell. take [target] out");
+    EXPECT_EQ(error_of(kBody + "[target]\nshape = \"box(1,1,1)\"\ncells = [[0,0,0]]"),
+              "w.toml:5:9: [target] cells lists the target, so it has no shape. take one of the two out");
+    EXPECT_EQ(error_of(kBody + "[target]\ncells = [[0,0,0],[0,0,0]]"),
+              "w.toml:4:18: cell (0, 0, 0) is listed twice, first in w.toml:4:10. take one of them out");
+    EXPECT_EQ(error_of("ports = \"blinki\"\n" + kBody),
+              "w.toml:1:9: there is no robot 'blinki' whose ports are known. did you mean 'blinky'?");
+    EXPECT_EQ(
+        error_of("ports = \"smartblocks\"\n" + kBody),
+        "w.toml:1:9: ports = \"smartblocks\" numbers the sides of SmartBlocks, which stand on the square lattice, and this one is cubic. "
+        "write lattice = \"square\", or take ports out");
+    EXPECT_EQ(error_of("ports = \"blinky\"\n" + kBody + "[motion]\nkind = \"bodies\"\n"),
+              "w.toml:1:9: ports = \"blinky\" numbers the sides of Blinky Blocks, and a port of a body is only the number of a link. "
+              "take it out");
+    EXPECT_EQ(error_of("ports = \"blinky\"\nlattice = \"graph\"\ngraph = \"ring(5)\"\n"),
+              "w.toml:1:9: ports = \"blinky\" numbers the sides of Blinky Blocks, and the nodes of a graph have none. take it out");
     EXPECT_EQ(error_of(kBody + "[target]\nshape = \"sphere(3)\"\nfit = \"mas\""),
               "w.toml:5:7: [target] fit = \"mas\" does not exist. did you mean 'mass'?");
     EXPECT_EQ(error_of(kBody + "[target]\nshape = \"sphere(3)\"\nfit = \"mass\"\ncells = 3"),
