@@ -19,6 +19,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     resolve_values(tree, program, report);
     check_aggregate_parameters(program, report);
     resolve_rules(files, tree, program, report);
+    refuse_hidden_senses(program, report);
     drop_repeated_atoms(program);
     refuse_random_views(program, report);
     find_sites(program, report);

@@ -39,6 +39,8 @@ void resolve_values(const syntax::Tree& tree, Program& program, diagnostics::Rep
 void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Program& program, diagnostics::Reporter& report);
 // Bodies of views: an atom that stands there twice is dropped once.
 void drop_repeated_atoms(Program& program);
+// A predicate in the place of a sensed one that rules read and none derives.
+void refuse_hidden_senses(Program& program, diagnostics::Reporter& report);
 // Random functions may be used only in linear rules.
 void refuse_random_views(Program& program, diagnostics::Reporter& report);
 // Range restriction: every variable of a head, negation or test has a value.

@@ -130,7 +130,8 @@ void RuleEmitter::linear(bool marks) {
     if (scope_.rule.select == Select::Random)
         w_.open("if (chosen-- == 0) {");
     else if (scope_.rule.select != Select::None)
-        w_.open(fmt::format("if ({} == chosen) {{", scope_.value(scope_.rule.selected)));
+        w_.open(fmt::format("if ({}) {{",
+                            equal(scope_.rule.variables[scope_.rule.selected].type, scope_.value(scope_.rule.selected), "chosen")));
     w_.raw("if (s.e->trap != Trap::None) return false;");
     about_to_fire();
     consume();
@@ -195,7 +196,10 @@ void RuleEmitter::choose() {
     steps(rule_plan_.steps);
     if (!random) {
         const std::string value = scope_.value(scope_.rule.selected);
-        w_.line("if (matches == 0 || {} {} chosen) chosen = {};", value, scope_.rule.select == Select::Ascending ? "<" : ">", value);
+        const char* sign = scope_.rule.select == Select::Ascending ? "<" : ">";
+        const std::string better =
+            type.compound() ? fmt::format("{} {} 0", compared(type, value, "chosen"), sign) : fmt::format("{} {} chosen", value, sign);
+        w_.line("if (matches == 0 || {}) chosen = {};", better, value);
     }
     w_.raw("++matches;");
     close_to(outside);

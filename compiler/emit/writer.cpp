@@ -53,11 +53,16 @@ std::string cpp_type(const Type& type) {
 std::string aggregate_object(Aggregate aggregate, const Type& value, const Type& result, const std::string& limit,
                              const std::string& name) {
     const AggregateInfo& about = info(aggregate);
-    const std::string type = value == Type::Error    ? "i64"
-                             : value == Type::Vec3   ? "Vector"
-                             : value == Type::String ? "Text"
-                                                     : cpp_type(value);
-    std::string arguments = about.has(AggregateInfo::kTyped) ? "kTypes, " + type_symbol(result.parts[0]) : "";
+    const bool sums = about.values == AggregateInfo::Values::Summable, appends = about.values == AggregateInfo::Values::Lists;
+    const std::string type = value == Type::Error               ? "i64"
+                             : value == Type::Vec3 && sums      ? "Vector"
+                             : value == Type::String && appends ? "Text"
+                                                                : cpp_type(value);
+    std::string arguments;
+    if (about.has(AggregateInfo::kTyped))
+        arguments = "kTypes, " + type_symbol(result.parts[0]);
+    else if (about.values == AggregateInfo::Values::Ordered && value.compound())
+        arguments = "kTypes, " + type_symbol(value);
     if (!limit.empty()) arguments += ", " + limit;
     return fmt::format("{}Of<{}> {}{{{}}}", about.kind, type, name, arguments);
 }

@@ -67,7 +67,10 @@ class Useless {
     }
     static std::string of_nothing(const Clause& c, const std::string& then) {
         if (c.aggregate == Aggregate::Custom && c.parameter.op != Op::Anonymous) return "so the aggregate always has its initial value";
-        const std::string_view value = info(c.aggregate).of_nothing;
+        const bool of_lists = c.aggregate == Aggregate::Sum && c.test.type.compound();
+        const std::string_view value = !of_lists                   ? info(c.aggregate).of_nothing
+                                       : c.test.type == Type::Vec3 ? "vec3(0, 0, 0)"
+                                                                   : "an empty list";
         if (value.empty()) return "so there is nothing to aggregate" + (then.empty() ? "" : ", " + then);
         if (c.aggregate == Aggregate::Collect) return "so the list is always empty";
         return fmt::format("so the {} is always {}", aggregate_name(c.aggregate), value);

@@ -273,7 +273,7 @@ expr:
   | expr LessEqual expr     { $$ = build.binary(BinaryOp::LessEqual, $1, $3, @$); }
   | expr Greater expr       { $$ = build.binary(BinaryOp::Greater, $1, $3, @$); }
   | expr GreaterEqual expr  { $$ = build.binary(BinaryOp::GreaterEqual, $1, $3, @$); }
-  | expr Cons expr          { $$ = build.expr(ListValue{list_of($1), $3}, @$); }
+  | expr Cons expr          { $$ = build.cons($1, $3, @$); }
   | expr Append expr        { $$ = build.binary(BinaryOp::Append, $1, $3, @$); }
   | expr Plus expr          { $$ = build.binary(BinaryOp::Add, $1, $3, @$); }
   | expr Minus expr         { $$ = build.binary(BinaryOp::Subtract, $1, $3, @$); }

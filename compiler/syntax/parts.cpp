@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "compiler/syntax/item_parser.h"
+#include "compiler/syntax/operators.h"
 #include "compiler/syntax/syntax_error.h"
 #include "runtime/base/assert.h"
 
@@ -153,9 +154,10 @@ ExprPtr Builder::negate(ExprPtr operand, Span span) {
 }
 
 ExprPtr Builder::binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const {
-    MELD_EXPECT(left != nullptr && right != nullptr, "an operator without an operand at {}", span.begin);
-    return expr(Binary{op, std::move(left), std::move(right)}, span);
+    return chained(op, std::move(left), std::move(right), span);
 }
+
+ExprPtr Builder::cons(ExprPtr first, ExprPtr rest, Span span) const { return chained_list(std::move(first), std::move(rest), span); }
 
 ExprPtr Builder::paren_or_tuple(std::vector<ExprPtr> fields, Span span) const {
     MELD_EXPECT(!fields.empty(), "brackets around nothing at {}", span.begin);

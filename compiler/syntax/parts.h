@@ -52,6 +52,7 @@ class Builder {
     ExprPtr call(Atom atom) const;
     ExprPtr negate(ExprPtr operand, Span span);
     ExprPtr binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const;
+    ExprPtr cons(ExprPtr first, ExprPtr rest, Span span) const;
     ExprPtr paren_or_tuple(std::vector<ExprPtr> fields, Span span) const;
     template <class Node>
     ExprPtr expr(Node node, Span span) const {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "compiler/syntax/operators.h"
 #include "compiler/syntax/parse.h"
 #include "compiler/syntax/printer.h"
 #include "compiler/syntax/tokens.h"
@@ -13,31 +14,6 @@
 namespace meld::syntax {
 
 namespace {
-
-// The levels of grammar.y, loosest first.
-enum class Level { Or, And, Not, Compare, Cons, Append, Add, Multiply, Negate, Power, Primary };
-
-// How `a op b op c` is read.
-enum class Groups { Left, Right, Neither };
-
-struct BinaryForm {
-    std::string_view spelling;
-    Level level;
-    Groups groups;
-
-    // The loosest expression that stands on each side without brackets.
-    Level left() const { return groups == Groups::Left ? level : tighter(); }
-    Level right() const { return groups == Groups::Right ? level : tighter(); }
-    Level tighter() const { return static_cast<Level>(static_cast<int>(level) + 1); }
-};
-
-const BinaryForm& form(BinaryOp op) {
-    static constexpr BinaryForm kForms[] = {
-#define MELD_BINARY(name, spelling, level, groups) {spelling, Level::level, Groups::groups},
-#include "compiler/syntax/operators.def"
-    };
-    return kForms[static_cast<std::size_t>(op)];
-}
 
 struct Printed {
     std::string text;
@@ -98,6 +74,16 @@ struct ExprPrinter {
         const BinaryForm& binary = form(node.op);
         return {fmt::format("{} {} {}", at_least(*node.left, binary.left()), binary.spelling, at_least(*node.right, binary.right())),
                 binary.level};
+    }
+    Printed operator()(const Chain& node) const {
+        const BinaryForm& of = form(node.ops.front());
+        const bool to_left = of.groups == Groups::Left;
+        std::string text = at_least(*node.operands.front(), to_left ? of.level : of.tighter());
+        for (std::size_t i = 0; i < node.ops.size(); ++i) {
+            const bool last = !to_left && i + 1 == node.ops.size();
+            text += fmt::format(" {} {}", form(node.ops[i]).spelling, at_least(*node.operands[i + 1], last ? of.level : of.tighter()));
+        }
+        return {std::move(text), of.level};
     }
     Printed operator()(const Conditional& node) const {
         return {fmt::format("if {} then {} else {} end", print(*node.condition), print(*node.then_value), print(*node.else_value))};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <set>
@@ -77,6 +78,11 @@ struct Binary {
     BinaryOp op;
     ExprPtr left, right;
 };  // X + 1, A <> B, P && Q
+// More operators of one level than make a tree (operators.h), in the order of the text: ops[i] stands between operands i and i + 1.
+struct Chain {
+    std::deque<ExprPtr> operands;
+    std::deque<BinaryOp> ops;
+};
 struct Conditional {
     ExprPtr condition, then_value, else_value;
 };  // if c then e else e end
@@ -97,7 +103,7 @@ struct TupleValue {
 
 struct Expr {
     std::variant<IntLiteral, FloatLiteral, BoolLiteral, StringLiteral, CatomLiteral, WorldSize, RunArgument, Variable, Anonymous, Call,
-                 Unary, Binary, Conditional, Let, ListValue, StructValue, TupleValue>
+                 Unary, Binary, Chain, Conditional, Let, ListValue, StructValue, TupleValue>
         node;
     Span span;
 };

@@ -21,3 +21,6 @@ add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMA
 add_test(NAME meld_fixes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/fixes_test.py --meldc $<TARGET_FILE:meldc>)
 add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py
   --meldc $<TARGET_FILE:meldc>)
+add_test(NAME meld_chains COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/chains_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(meld_chains PROPERTIES TIMEOUT 300 PROCESSORS 2)

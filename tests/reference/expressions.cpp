@@ -41,7 +41,7 @@ Result integers(Op op, I a, I b) {
         case Op::Divide:
             return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a / b);
         case Op::Modulo:
-            return b == 0 || (b == -1 && a == kLeast) ? Result() : value_of(a % b);
+            return b == 0 ? Result() : b == -1 ? value_of(I{0}) : value_of(a % b);
         default:
             return power(a, b);
     }
@@ -123,8 +123,10 @@ Result binary(Op op, const Value& a, const Value& b) {
     }
 }
 
-Value constant_of(const check::Constant& c) {
-    if (c.type == check::Type::String) return {c.text};
+Result constant_of(const Scene& scene, const check::Constant& c) {
+    if (c.computed.valid()) return call(scene, c.computed, {});
+    if (c.type == check::Type::String) return Value{c.text};
+    if (c.type.compound()) return evaluate(scene, c.value, {});
     return is_real(c.type) ? value_of(c.real) : value_of(c.integer);
 }
 
@@ -177,6 +179,26 @@ std::optional<Value> call(const Scene& scene, check::FunctionId function, const 
     return evaluate(scene, f.body, env);
 }
 
+std::optional<Value> added(const Value& a, const Value& b) {
+    if (!a.has_items()) return a.is_real() ? reals(Op::Add, a.real(), b.real()) : integers(Op::Add, a.integer(), b.integer());
+    Values sum;
+    for (std::size_t i = 0; i < std::min(a.items().size(), b.items().size()); ++i)
+        sum.push_back(value_of(a.items()[i].real() + b.items()[i].real()));
+    return value_of(std::move(sum));
+}
+
+namespace {
+
+// What a sum of nothing is. Nothing: sums of lists begin with the first one.
+Result sum_of_nothing(const check::Type& type, bool any) {
+    if (is_real(type)) return value_of(0.0);
+    if (!type.compound()) return value_of(I{0});
+    if (any) return std::nullopt;
+    return value_of(type == check::Type::Vec3 ? Values(3, value_of(0.0)) : Values());
+}
+
+}  // namespace
+
 double mean(const Values& values) {
     // With 113 bits the sum of a test's values is exact, and the quotient far finer than a double.
     __extension__ __float128 sum = 0;
@@ -205,12 +227,12 @@ Folded fold(const Scene& scene, const FoldRule& rule, const Values& values) {
         return {.value = value_of(std::any_of(values.begin(), values.end(), differs) ? !and_all : and_all)};
     }
     Result total = rule.parameter;
-    if (rule.aggregate == Aggregate::Sum) total = is_real(rule.type) ? value_of(0.0) : value_of(I{0});
+    if (rule.aggregate == Aggregate::Sum) total = sum_of_nothing(rule.type, !values.empty());
     for (const Value& v : values) {
-        if (rule.aggregate == Aggregate::Sum)
-            total = v.is_real() ? reals(Op::Add, total->real(), v.real()) : integers(Op::Add, total->integer(), v.integer());
-        else if (!total)
+        if (!total)
             total = v;
+        else if (rule.aggregate == Aggregate::Sum)
+            total = added(*total, v);
         else if (rule.aggregate == Aggregate::Min)
             total = std::min(*total, v);
         else if (rule.aggregate == Aggregate::Max)
@@ -241,7 +263,7 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
         case Op::String:
             return Value{term.text};
         case Op::Constant:
-            return constant_of(scene.program->constants[term.constant]);
+            return constant_of(scene, scene.program->constants[term.constant]);
         case Op::WorldSize:
             return value_of(scene.first_catoms);
         case Op::Now:
@@ -275,6 +297,12 @@ std::optional<Value> evaluate(const Scene& scene, const Term& term, const Enviro
     }
     switch (term.op) {
         case Op::List:
+            // A set is written as a list.
+            if (term.type.kind == check::Type::Kind::Set) {
+                std::sort(operands.begin(), operands.end());
+                operands.erase(std::unique(operands.begin(), operands.end()), operands.end());
+            }
+            return value_of(std::move(operands));
         case Op::Struct:
         case Op::Tuple:
             return value_of(std::move(operands));

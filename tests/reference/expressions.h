@@ -33,6 +33,8 @@ struct FoldRule {
     check::FunctionId function = {};      // Custom,
     std::optional<Value> parameter = {};  // and where it starts; of MinK and MaxK, how many values they keep.
 };
+// The sum of two values; lists of floats and vectors element by element, as long as both have one. Nothing: an overflow.
+std::optional<Value> added(const Value& a, const Value& b);
 // The mean of ints or floats, of which there are some.
 double mean(const Values& values);
 // The `limit` least values from the least on, or the greatest from the greatest on.

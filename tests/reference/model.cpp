@@ -17,26 +17,12 @@ constexpr int kMaxRounds = 600;
 // Derivations of a round.
 constexpr std::size_t kMaxDerivations = 1'000'000;
 
-// Lists of floats and vectors element by element, as long as both have one.
-Value added(const Value& a, const Value& b) {
-    Values sum;
-    for (std::size_t i = 0; i < std::min(a.items().size(), b.items().size()); ++i)
-        sum.push_back(value_of(a.items()[i].real() + b.items()[i].real()));
-    return value_of(std::move(sum));
-}
-
 bool add_up(const std::vector<Row>& group, std::size_t at, Value& out) {
     out = group[0][at];
     for (std::size_t i = 1; i < group.size(); ++i) {
-        if (out.has_items()) {
-            out = added(out, group[i][at]);
-        } else if (out.is_real()) {
-            out = value_of(out.real() + group[i][at].real());
-        } else {
-            std::int64_t sum = 0;
-            if (__builtin_add_overflow(out.integer(), group[i][at].integer(), &sum)) return false;
-            out = value_of(sum);
-        }
+        const std::optional<Value> sum = added(out, group[i][at]);
+        if (!sum) return false;
+        out = *sum;
     }
     return is_finite(out);
 }

@@ -33,3 +33,4 @@ foreach(mode "graphs" "graphs;failures;disturbed" "graphs;networks" "graphs;vari
 endforeach()
 
 meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp DEPENDS tests_reference)
+meld_test(test_reference_types SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)

@@ -84,9 +84,6 @@ class Bindings {
         if (!bound.contains(rule_.selected) && reported_.insert(rule_.selected).second)
             report_.add(Kind::UnboundVariable, v.span, fmt::format("`{}` has no value in this body", v.name)).help =
                 "choose by a variable of a fact of the body";
-        else if (rule_.select != Select::Random && v.type.compound())
-            report_.add(Kind::TypeMismatch, v.span, fmt::format("`{}` is {}, which has no least or greatest", v.name, type_name(v.type)))
-                .help = "choose by an int, a float or a node";
     }
 
     // `n-1` as a difference if `n` is a variable of the rule; otherwise empty.

@@ -47,6 +47,8 @@ class EachName {
         } else if (auto* binary = std::get_if<Binary>(&e.node)) {
             expr(binary->left);
             expr(binary->right);
+        } else if (auto* chain = std::get_if<Chain>(&e.node)) {
+            for (ExprPtr& operand : chain->operands) expr(operand);
         } else if (auto* conditional = std::get_if<Conditional>(&e.node)) {
             expr(conditional->condition);
             expr(conditional->then_value);

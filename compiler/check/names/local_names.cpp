@@ -24,6 +24,8 @@ void LocalNames::add(const syntax::Expr& e, Names& out) const {
         add(*binary->left, out);
         add(*binary->right, out);
     }
+    if (const auto* chain = std::get_if<syntax::Chain>(&e.node))
+        for (const syntax::ExprPtr& operand : chain->operands) add(*operand, out);
     if (const auto* choice = std::get_if<syntax::Conditional>(&e.node)) {
         add(*choice->condition, out);
         add(*choice->then_value, out);

@@ -102,7 +102,9 @@ Type Scope::infer(const syntax::Expr& e) const {
     if (std::holds_alternative<syntax::CatomLiteral>(e.node)) return Type::Node;
     if (const auto* c = std::get_if<syntax::Call>(&e.node)) return infer_call(*c);
     if (const auto* u = std::get_if<syntax::Unary>(&e.node)) return u->op == syntax::UnaryOp::Not ? Type::Bool : infer(*u->operand);
-    if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return infer_binary(*b);
+    if (const auto* b = std::get_if<syntax::Binary>(&e.node))
+        return b->op >= BinaryOp::Equal ? Type::Bool : inferred(b->op, infer(*b->left), infer(*b->right));
+    if (const auto* c = std::get_if<syntax::Chain>(&e.node)) return infer_chain(*c);
     if (const auto* c = std::get_if<syntax::Conditional>(&e.node))
         return join(infer(*c->then_value), infer(*c->else_value)).value_or(Type::Error);
     if (const auto* l = std::get_if<syntax::ListValue>(&e.node)) return infer_list(*l);
@@ -145,12 +147,17 @@ Type Scope::infer_let(const syntax::Let& l) const {
     return type;
 }
 
-Type Scope::infer_binary(const syntax::Binary& b) const {
-    if (b.op >= BinaryOp::Equal) return Type::Bool;
-    const Type l = infer(*b.left), r = infer(*b.right);
-    if (l == Type::Vec3 || r == Type::Vec3) return Type::Vec3;
-    if (b.op != BinaryOp::Append && (l == Type::Error || r == Type::Error)) return Type::Error;
-    return join(l, r).value_or(Type::Error);
+Type Scope::infer_chain(const syntax::Chain& c) const {
+    if (c.ops.front() >= BinaryOp::Equal) return Type::Bool;
+    Type type = infer(*c.operands.front());
+    for (std::size_t i = 0; i < c.ops.size(); ++i) type = inferred(c.ops[i], type, infer(*c.operands[i + 1]));
+    return type;
+}
+
+Type Scope::inferred(BinaryOp op, const Type& left, const Type& right) {
+    if (left == Type::Vec3 || right == Type::Vec3) return Type::Vec3;
+    if (op != BinaryOp::Append && (left == Type::Error || right == Type::Error)) return Type::Error;
+    return join(left, right).value_or(Type::Error);
 }
 
 // ---- terms
@@ -225,7 +232,7 @@ Term Scope::resolve(const syntax::Expr& e, const Type& wanted, const std::string
         Variable& v = rule_.variables[variable(*name, e.span)];
         v.type = refined(v.type, wanted);
     }
-    if (depth_ == kMaxNesting) {
+    if (depth_ >= kMaxNesting) {
         report_.add(Kind::NestingTooDeep, e.span, fmt::format("this is nested more than {} levels deep", kMaxNesting)).help =
             "give parts of it names with X = e";
         Term term;
@@ -280,6 +287,8 @@ Term Scope::untyped(const syntax::Expr& e, const Type& wanted) {
         return unary(*u, e.span);
     } else if (const auto* bin = std::get_if<syntax::Binary>(&e.node)) {
         return binary(*bin, e.span);
+    } else if (const auto* row = std::get_if<syntax::Chain>(&e.node)) {
+        return chain(*row, e.span);
     } else if (const auto* cond = std::get_if<syntax::Conditional>(&e.node)) {
         return conditional(*cond, e.span, wanted);
     } else if (const auto* l = std::get_if<syntax::ListValue>(&e.node)) {

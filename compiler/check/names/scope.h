@@ -70,7 +70,9 @@ class Scope {
     Type infer_call(const syntax::Call& call) const;
     Type infer_list(const syntax::ListValue& list) const;
     Type infer_let(const syntax::Let& let) const;
-    Type infer_binary(const syntax::Binary& b) const;
+    Type infer_chain(const syntax::Chain& c) const;
+    // What an operator gives for operands of these types.
+    static Type inferred(syntax::BinaryOp op, const Type& left, const Type& right);
 
     // Each returns the term of one kind of expression; `wanted` determines the type of empty lists and similar values.
     Term untyped(const syntax::Expr& e, const Type& wanted);
@@ -86,7 +88,22 @@ class Scope {
     void wrong_count(const std::string& name, std::size_t needs, std::size_t given, Span span, Span declared);
     Term unary(const syntax::Unary& u, Span span);
     Term binary(const syntax::Binary& b, Span span);
-    Term vector_product(const syntax::Binary& b, Span span, const Type& left, const Type& right);
+    // The left operand of an operator: its text, or in a chain what stands before the operator as a term.
+    struct Left {
+        const syntax::Expr* text = nullptr;
+        Term made = {};
+        Type type = Type::Error;
+        Span span = {};
+    };
+    Term left_operand(Left left, const Type& wanted, const std::string& where);
+    Term operation(Op op, Left left, const syntax::Expr& right, Span span);
+    Term vector_product(Op op, Left left, const syntax::Expr& right, const Type& right_type, Span span);
+    // The common type of what an operator joins; none if that has been reported.
+    std::optional<Type> common_type(Op op, const Left& left, const syntax::Expr& right, const Type& right_type, Span span);
+    // Operators in a row (chains.cpp).
+    Term chain(const syntax::Chain& c, Span span);
+    Term chain_from(Term so_far, const syntax::Chain& c, std::size_t begin, std::size_t end);
+    Term appended(const syntax::Chain& c, Span span);
     Term conditional(const syntax::Conditional& c, Span span, const Type& wanted);
     Term list(const syntax::ListValue& l, Span span, const Type& wanted);
     Term fields(const std::vector<syntax::ExprPtr>& values, Type::Kind kind, Span span, const Type& wanted);

@@ -186,9 +186,8 @@ std::optional<Term> Folder::whole(const Term& t, std::int64_t a, std::int64_t b)
         case Op::Modulo:
             if (b == 0) return fails(t, "division by zero");
             if (b == -1) {
-                // As in a run, which divides first.
-                overflow = __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
-                if (t.op == Op::Modulo) out.integer = 0;
+                // The least int has no quotient, but a remainder.
+                if (t.op == Op::Divide) overflow = __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
                 break;
             }
             out.integer = t.op == Op::Divide ? a / b : a % b;

@@ -72,6 +72,12 @@ struct Predicate {
     bool begins = false;         // It goes to a node that its rule makes: the only catom of the path.
     bool finds_its_way = false;  // The links that it still goes are found while it is under way; the path is only the present catom.
     Id<Predicate> given;         // The auxiliary that stores facts given from outside, if not this one.
+    // Declared by the program in the place of a sensed predicate of the prelude: where that is declared, and how a program would do so.
+    struct Hidden {
+        Span span;
+        std::string declaration;
+    };
+    std::optional<Hidden> hides = {};
 
     bool linear() const { return kind == PredicateKind::Linear; }
     // Whether every derivation counts, so that recursion through it is correct only along a tree.

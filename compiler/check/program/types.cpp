@@ -101,6 +101,8 @@ Type refined(const Type& type, const Type& other) {
     return out;
 }
 
+bool summable(const Type& type) { return type.numeric() || type == Type::Vec3 || type == Type::list_of(Type::Float); }
+
 bool ordered(const Type& type) {
     if (type.kind == Type::Kind::Set || type.kind == Type::Kind::Vec3) return false;
     return std::all_of(type.parts.begin(), type.parts.end(), ordered);

@@ -35,6 +35,10 @@ bool same(const Type& a, const Type& b);
 // `type` with its unknown parts taken from `other`, where the two fit.
 Type refined(const Type& type, const Type& other);
 
+// Whether `sum` is defined, and which types to sum instead.
+bool summable(const Type& type);
+inline constexpr const char* kSummable = "sum an int, a float, a vec3 or a list of floats";
+
 // Whether `<` is defined: not for sets and vectors, or types that contain them.
 bool ordered(const Type& type);
 

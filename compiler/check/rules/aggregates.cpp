@@ -140,8 +140,7 @@ class Aggregates {
         };
         switch (info(aggregate).values) {
             case AggregateInfo::Values::Summable:
-                misuse(type.numeric() || type == Type::Vec3 || type == Type::list_of(Type::Float),
-                       fmt::format("a sum of {} values has no meaning", name), "sum an int, a float, a vec3 or a list of floats");
+                misuse(summable(type), fmt::format("a sum of {} values has no meaning", name), kSummable);
                 break;
             case AggregateInfo::Values::Counted:
                 needs(type == Type::Int, "a count is an int", "count int");

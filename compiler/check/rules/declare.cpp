@@ -180,6 +180,7 @@ class Declarer {
         const bool other_words =
             (!same && (!same_types || p.linear())) || of_bodies(p.name) || (same && before.sensed && is_stated(d, p.arguments.size()));
         if (other_words && !p.sensed && p.kind != PredicateKind::Action) {
+            if (before.sensed) p.hides = {before.span, form(before)};
             before = std::move(p);
             return;
         }

@@ -3,6 +3,7 @@
 
 #include "compiler/check/names/scope.h"
 #include "compiler/check/program/operators.h"
+#include "compiler/syntax/operators.h"
 #include "compiler/syntax/parse.h"
 
 namespace meld::check {
@@ -41,7 +42,8 @@ namespace {
 
 // As the right operand of an operator.
 std::string right_operand(const syntax::Expr& e) {
-    return std::holds_alternative<syntax::Binary>(e.node) ? fmt::format("({})", syntax::print(e)) : syntax::print(e);
+    const bool operators = std::holds_alternative<syntax::Binary>(e.node) || std::holds_alternative<syntax::Chain>(e.node);
+    return operators ? fmt::format("({})", syntax::print(e)) : syntax::print(e);
 }
 
 // The call that converts a value to a string; empty if there is none.
@@ -51,41 +53,37 @@ std::string as_text(const syntax::Expr& e, const Type& type) {
 }
 
 // What joins a string and a value of another type.
-void suggest_joining(diagnostics::Diagnostic& d, const syntax::Binary& b, Span span, const Type& left, const Type& right) {
-    const std::string first = left == Type::String ? syntax::print(*b.left) : as_text(*b.left, left),
-                      second = right == Type::String ? right_operand(*b.right) : as_text(*b.right, right);
+void suggest_joining(diagnostics::Diagnostic& d, const syntax::Expr& l, const syntax::Expr& r, Span span, const Type& left,
+                     const Type& right) {
+    const std::string first = left == Type::String ? syntax::print(l) : as_text(l, left),
+                      second = right == Type::String ? right_operand(r) : as_text(r, right);
     if (first.empty() || second.empty()) return;
     std::string joined = fmt::format("{} ++ {}", first, second);
     d.help = fmt::format("write `{}`", joined);
     d.fixes = {diagnostics::write(span, std::move(joined))};
 }
 
+std::string where_of(Op op) { return fmt::format("`{}`", sign_of(op)); }
+
 }  // namespace
 
-Term Scope::binary(const syntax::Binary& b, Span span) {
-    const Op op = op_of(b.op);
-    const std::string where = fmt::format("`{}`", sign_of(op));
-    Term term;
-    term.span = span;
-    term.op = op;
-    if (op == Op::And || op == Op::Or) {
-        term.type = Type::Bool;
-        term.operands.push_back(resolve(*b.left, Type::Bool, where));
-        term.operands.push_back(resolve(*b.right, Type::Bool, where));
-        return term;
-    }
-    const Type l = infer(*b.left), r = infer(*b.right);
-    const bool scales = (op == Op::Multiply || op == Op::Divide) && (l == Type::Vec3) != (r == Type::Vec3);
-    if (scales) return vector_product(b, span, l, r);
+Term Scope::left_operand(Left left, const Type& wanted, const std::string& where) {
+    return left.text != nullptr ? resolve(*left.text, wanted, where) : convert(std::move(left.made), wanted, where);
+}
+
+std::optional<Type> Scope::common_type(Op op, const Left& left, const syntax::Expr& right, const Type& right_type, Span span) {
+    const std::string where = where_of(op);
+    const Type &l = left.type, &r = right_type;
     const std::optional<Type> common = join(l, r);
     if (!common) {
         auto& d = report_.add(
             Kind::TypeMismatch, span,
             fmt::format("{} cannot {} {} and {}", where, is_comparison(op) ? "compare" : "combine", type_name(l), type_name(r)));
-        d.labels.push_back({b.left->span, "this is " + type_name(l)});
-        d.labels.push_back({b.right->span, "this is " + type_name(r)});
-        if ((op == Op::Append || op == Op::Add) && (l == Type::String || r == Type::String)) suggest_joining(d, b, span, l, r);
-        return term;
+        d.labels.push_back({left.span, "this is " + type_name(l)});
+        d.labels.push_back({right.span, "this is " + type_name(r)});
+        if ((op == Op::Append || op == Op::Add) && (l == Type::String || r == Type::String) && left.text != nullptr)
+            suggest_joining(d, *left.text, right, span, l, r);
+        return std::nullopt;
     }
     const bool vectors = *common == Type::Vec3 && (op == Op::Add || op == Op::Subtract);
     if (op == Op::Append) {
@@ -100,34 +98,59 @@ Term Scope::binary(const syntax::Binary& b, Span span) {
             if (*common == Type::Node) d.help = "node2int(X) gives a catom's number";
             if (common->kind == Type::Kind::List || *common == Type::String) {
                 d.help = "`++` joins lists and strings";
-                if (op == Op::Add)
-                    d.fixes = {diagnostics::write(span, fmt::format("{} ++ {}", syntax::print(*b.left), right_operand(*b.right)))};
+                if (op == Op::Add && left.text != nullptr)
+                    d.fixes = {diagnostics::write(span, fmt::format("{} ++ {}", syntax::print(*left.text), right_operand(right)))};
             }
         }
     } else if (op != Op::Equal && op != Op::NotEqual && !ordered(*common)) {
         report_.add(Kind::TypeMismatch, span, fmt::format("{} needs values with an order, and {} has none", where, type_name(*common)));
     }
-    term.operands.push_back(resolve(*b.left, *common, where));
-    term.operands.push_back(resolve(*b.right, *common, where));
+    return common;
+}
+
+Term Scope::binary(const syntax::Binary& b, Span span) {
+    const Op op = op_of(b.op);
+    if (op != Op::And && op != Op::Or) return operation(op, {b.left.get(), {}, infer(*b.left), b.left->span}, *b.right, span);
+    Term term;
+    term.span = span;
+    term.op = op;
+    term.type = Type::Bool;
+    term.operands.push_back(resolve(*b.left, Type::Bool, where_of(op)));
+    term.operands.push_back(resolve(*b.right, Type::Bool, where_of(op)));
+    return term;
+}
+
+Term Scope::operation(Op op, Left left, const syntax::Expr& right, Span span) {
+    const Type r = infer(right);
+    if ((op == Op::Multiply || op == Op::Divide) && (left.type == Type::Vec3) != (r == Type::Vec3))
+        return vector_product(op, std::move(left), right, r, span);
+    Term term;
+    term.span = span;
+    term.op = op;
+    const std::optional<Type> common = common_type(op, left, right, r, span);
+    if (!common) return term;
+    term.operands.push_back(left_operand(std::move(left), *common, where_of(op)));
+    term.operands.push_back(resolve(right, *common, where_of(op)));
     term.type = is_comparison(op) ? Type::Bool : refined(*common, term.operands[0].type);
     return term;
 }
 
 // A vector times or by a number; the vector comes first in the term.
-Term Scope::vector_product(const syntax::Binary& b, Span span, const Type& left, const Type& right) {
+Term Scope::vector_product(Op op, Left left, const syntax::Expr& right, const Type& right_type, Span span) {
     Term term;
     term.span = span;
-    term.op = op_of(b.op);
+    term.op = op;
     term.type = Type::Vec3;
-    if (term.op == Op::Divide && right == Type::Vec3) {
-        auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("`/` cannot divide {} by a vector", type_name(left)));
+    if (term.op == Op::Divide && right_type == Type::Vec3) {
+        auto& d = report_.add(Kind::TypeMismatch, span, fmt::format("`/` cannot divide {} by a vector", type_name(left.type)));
         d.help = "divide by norm(...), or by one of its fields";
         return term;
     }
-    const syntax::Expr& vector = left == Type::Vec3 ? *b.left : *b.right;
-    const syntax::Expr& number = left == Type::Vec3 ? *b.right : *b.left;
-    term.operands.push_back(resolve(vector, Type::Vec3, "a product with a vector"));
-    term.operands.push_back(resolve(number, Type::Float, "a product with a vector"));
+    const std::string where = "a product with a vector";
+    const bool vector_first = left.type == Type::Vec3;
+    Term number = vector_first ? Term{} : left_operand(std::move(left), Type::Float, where);
+    term.operands.push_back(vector_first ? left_operand(std::move(left), Type::Vec3, where) : resolve(right, Type::Vec3, where));
+    term.operands.push_back(vector_first ? resolve(right, Type::Float, where) : std::move(number));
     return term;
 }
 
@@ -186,14 +209,23 @@ Term Scope::list(const syntax::ListValue& l, Span span, const Type& wanted) {
     if (holds_elements(wanted)) type.parts[0] = join(wanted.parts[0], type.parts[0]).value_or(wanted.parts[0]);
     term.type = type;
     const std::size_t errors = report_.error_count();
-    if (!l.rest) {
+    // Many elements before a rest are a list to which the rest is appended, instead of a term for each.
+    const bool joined = l.rest && l.elements.size() > syntax::kLongChain;
+    if (!l.rest || joined) {
         term.op = Op::List;
         for (std::size_t i = 0; i < l.elements.size(); ++i)
             term.operands.push_back(resolve(*l.elements[i], type.parts[0], fmt::format("element {} of the list", i + 1)));
         for (const Term& element : term.operands) term.type.parts[0] = refined(term.type.parts[0], element.type);
         // An element with an error has been reported; that is enough about the list.
         if (report_.error_count() > errors) term.type = Type::Error;
-        return term;
+        if (!joined || term.type == Type::Error) return term;
+        Term whole;
+        whole.op = Op::Append;
+        whole.span = span;
+        whole.type = type;
+        whole.operands.push_back(std::move(term));
+        whole.operands.push_back(resolve(*l.rest, type, "the rest of a list"));
+        return whole;
     }
     term = resolve(*l.rest, type, "the rest of a list");
     for (std::size_t i = l.elements.size(); i-- > 0;) {

@@ -39,6 +39,8 @@ bool Scope::mentions_variable(const syntax::Expr& e) const {
     if (const auto* c = std::get_if<syntax::Call>(&e.node)) return any(c->arguments);
     if (const auto* u = std::get_if<syntax::Unary>(&e.node)) return mentions_variable(*u->operand);
     if (const auto* b = std::get_if<syntax::Binary>(&e.node)) return mentions_variable(*b->left) || mentions_variable(*b->right);
+    if (const auto* c = std::get_if<syntax::Chain>(&e.node))
+        return std::any_of(c->operands.begin(), c->operands.end(), [this](const auto& operand) { return mentions_variable(*operand); });
     if (const auto* c = std::get_if<syntax::Conditional>(&e.node))
         return mentions_variable(*c->condition) || mentions_variable(*c->then_value) || mentions_variable(*c->else_value);
     if (const auto* l = std::get_if<syntax::Let>(&e.node)) return mentions_variable(*l->value) || mentions_variable(*l->body);

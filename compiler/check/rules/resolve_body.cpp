@@ -150,10 +150,11 @@ void Resolver::body_aggregate(const syntax::BodyAggregate& tree, Span span, std:
     {
         const Inside inside(*scope_, *locals_, &tree);
         c.inner = body(tree.clauses);
-        if (tree.value != nullptr && tree.op != "count")
-            c.test = scope_->resolve(*tree.value, Type::Error, fmt::format("`{}`", tree.op));
-        else if (tree.value != nullptr)
-            scope_->resolve(*tree.value, Type::Error, "`count`", true);
+        if (tree.value != nullptr && tree.op != "count") c.test = scope_->resolve(*tree.value, Type::Error, fmt::format("`{}`", tree.op));
+        // Which value is counted makes no difference.
+        const Term counted =
+            tree.value != nullptr && tree.op == "count" ? scope_->resolve(*tree.value, Type::Error, "`count`", true) : Term{};
+        warn_of_one_value(tree, tree.op == "count" ? counted : c.test, c.inner);
     }
     c.aggregate = aggregate(tree.op, c.test, span);
     if (c.aggregate != Aggregate::Custom || tree.parameter != nullptr)
@@ -186,13 +187,9 @@ Aggregate Resolver::aggregate(const std::string& op, const Term& value, Span spa
     if (aggregate == Aggregate::Custom || type == Type::Error) return aggregate;
     const std::string name = check::type_name(type);
     const auto misuse = [&](const std::string& what, const std::string& help) { report_.add(Kind::BadAggregate, span, what).help = help; };
-    const bool ordered = type.numeric() || type == Type::Node || type == Type::Bool;
     switch (info(aggregate).values) {
         case AggregateInfo::Values::Summable:
-            if (!type.numeric()) misuse(fmt::format("a sum of {} values has no meaning", name), "sum an int or a float");
-            break;
-        case AggregateInfo::Values::Ordered:
-            if (!ordered) misuse(fmt::format("{} values have no least or greatest", name), "compare an int, a float or a node");
+            if (!summable(type)) misuse(fmt::format("a sum of {} values has no meaning", name), kSummable);
             break;
         case AggregateInfo::Values::Reals:
             if (!type.numeric()) misuse(fmt::format("{} values have no average", name), "average an int or a float");

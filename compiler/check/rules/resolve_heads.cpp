@@ -40,6 +40,7 @@ void Resolver::head(const syntax::HeadItem& item, std::vector<Head>& out) {
         const Inside inside(*scope_, *locals_, c);
         Head h{.kind = Head::Kind::Comprehension, .span = item.span};
         h.body = body(c->body);
+        warn_of_one_value(c->variables, c, h.body, "comprehension");
         h.heads = heads(c->head);
         out.push_back(std::move(h));
     } else if (const auto* a = std::get_if<syntax::RuleAggregate>(&item.node)) {
@@ -181,6 +182,7 @@ void Resolver::rule_aggregate(const syntax::RuleAggregate& tree, Span span, std:
     {
         const Inside inside(*scope_, *locals_, &tree);
         h.body = body(tree.body);
+        warn_of_one_value(tree.variables, &tree, h.body, "aggregate");
         h.heads = heads(tree.each);
         for (const syntax::HeadAggregate& one : tree.aggregates) {
             HeadAggregate made;

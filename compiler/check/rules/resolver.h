@@ -64,6 +64,12 @@ class Resolver {
     // So that variables of an atom with an error do not count as unbound.
     void visit_anyway(const syntax::Atom& tree);
 
+    // ---- variables that are thought to vary and do not (resolve_outside.cpp)
+    void warn_of_one_value(const syntax::BodyAggregate& tree, const Term& value, const std::vector<Clause>& inner);
+    // The list of variables of a part with this body.
+    void warn_of_one_value(const std::vector<syntax::Name>& variables, const void* part, const std::vector<Clause>& body,
+                           std::string_view of);
+
     // ---- names of predicates (resolve_predicates.cpp)
     enum class Part { Body, Head };
     std::optional<PredicateId> find(const syntax::Atom& atom, Part part);

@@ -65,6 +65,8 @@ class Values {
             find_names(*b->left, of);
             find_names(*b->right, of);
         }
+        if (const auto* chain = std::get_if<syntax::Chain>(&e.node))
+            for (const auto& operand : chain->operands) find_names(*operand, of);
         if (const auto* c = std::get_if<syntax::Conditional>(&e.node)) {
             find_names(*c->condition, of);
             find_names(*c->then_value, of);

@@ -27,7 +27,7 @@ std::optional<std::int64_t> value_of(Op op, std::int64_t a, std::int64_t b) {
         case Op::Divide:
             return b == 0 || b == -1 ? std::nullopt : std::optional(a / b);
         case Op::Modulo:
-            return b == 0 || b == -1 ? std::nullopt : std::optional(a % b);
+            return b == 0 ? std::nullopt : std::optional(b == -1 ? 0 : a % b);
         case Op::Min:
             return std::min(a, b);
         case Op::Max:

@@ -84,6 +84,8 @@ std::unique_ptr<Accumulator> accumulator(const Program& program, Terms& terms, c
         case Aggregate::Count:
             return make(std::type_identity<i64>{}, CountOf<i64>{});
         case Aggregate::Sum:
+            if (value == Type::Vec3) return make(std::type_identity<ListRef>{}, SumOf<Vector>{});
+            if (value.compound()) return make(std::type_identity<ListRef>{}, SumOf<ListRef>{});
             return value == Type::Float ? make(std::type_identity<double>{}, SumOf<double>{})
                                         : make(std::type_identity<i64>{}, SumOf<i64>{});
         case Aggregate::Avg:
@@ -95,14 +97,14 @@ std::unique_ptr<Accumulator> accumulator(const Program& program, Terms& terms, c
         case Aggregate::Min:
             return by_type([&]<class V>(std::type_identity<V> tag) -> std::unique_ptr<Accumulator> {
                 if constexpr (std::is_same_v<V, ListRef>)
-                    return nullptr;
+                    return make(tag, MinOf<V>{terms.types.table(), number()});
                 else
                     return make(tag, MinOf<V>{});
             });
         case Aggregate::Max:
             return by_type([&]<class V>(std::type_identity<V> tag) -> std::unique_ptr<Accumulator> {
                 if constexpr (std::is_same_v<V, ListRef>)
-                    return nullptr;
+                    return make(tag, MaxOf<V>{terms.types.table(), number()});
                 else
                     return make(tag, MaxOf<V>{});
             });

@@ -2,7 +2,8 @@
 //
 // An aggregate takes the values one by one with add(), counts them in `count`, and returns the reduction with result(). start() takes the
 // first value of a group that has one, for aggregates that would otherwise have to begin with a zero; merge() takes the reduction of other
-// values. The parameter V is the type of a value, or one of the tags below for values that are lists. No standard library.
+// values. The parameter V is the type of a value; ListRef for all of more than one word, or one of the tags below where an aggregate works on
+// what is in them. No standard library.
 #pragma once
 
 #include "runtime/module/kernel/exact_mean.h"
@@ -32,13 +33,27 @@ struct SumOf {
     void add(Eval& e, u32 rule, V value) {
         if constexpr (__is_same(V, double))
             sum = checked_real(e, rule, sum + value);
-        else if constexpr (__is_same(V, i64))
-            sum = checked_add(e, rule, sum, value);
         else
-            sum = library::add_floats(e, rule, sum, value);
+            sum = checked_add(e, rule, sum, value);
         ++count;
     }
     V result(Eval&, u32) const { return sum; }
+};
+template <>
+struct SumOf<ListRef> {
+    u64 count = 0;
+    ListRef sum = nullptr;
+    void start(ListRef value) {
+        sum = value;
+        count = 1;
+    }
+    void add(Eval& e, u32 rule, ListRef value) {
+        if (count++ == 0)
+            sum = value;
+        else
+            sum = library::add_floats(e, rule, sum, value);
+    }
+    ListRef result(Eval&, u32) const { return sum; }
 };
 template <>
 struct SumOf<Vector> {
@@ -49,10 +64,13 @@ struct SumOf<Vector> {
         count = 1;
     }
     void add(Eval& e, u32 rule, ListRef value) {
-        sum = library::vector_add(e, rule, sum, value);
-        ++count;
+        if (count++ == 0)
+            sum = value;
+        else
+            sum = library::vector_add(e, rule, sum, value);
     }
-    ListRef result(Eval&, u32) const { return sum; }
+    // Of nothing: (0, 0, 0).
+    ListRef result(Eval& e, u32) const { return count == 0 ? make_list(e, Words<3>{}) : sum; }
 };
 
 // The mean of floats, exact except for its one rounding: the sum and the count are stored together.
@@ -84,6 +102,29 @@ struct MaxOf {
         if (count++ == 0 || value > greatest) greatest = value;
     }
     V result(Eval&, u32) const { return greatest; }
+};
+// Values of more than one word are compared by content; of equal ones the first is kept.
+template <>
+struct MinOf<ListRef> {
+    const TypeInfo* types;
+    u16 type;
+    u64 count = 0;
+    ListRef least = nullptr;
+    void add(Eval&, u32, ListRef value) {
+        if (count++ == 0 || compare_lists(types, type, value, least) < 0) least = value;
+    }
+    ListRef result(Eval&, u32) const { return least; }
+};
+template <>
+struct MaxOf<ListRef> {
+    const TypeInfo* types;
+    u16 type;
+    u64 count = 0;
+    ListRef greatest = nullptr;
+    void add(Eval&, u32, ListRef value) {
+        if (count++ == 0 || compare_lists(types, type, value, greatest) > 0) greatest = value;
+    }
+    ListRef result(Eval&, u32) const { return greatest; }
 };
 
 // Whether all values are true, and whether one is.

@@ -105,9 +105,10 @@ inline bool divisible(Eval& e, u32 rule, i64 a, i64 b) {
     }
     return true;
 }
-// Division truncates, and the remainder has the sign of the dividend, as in C and in all earlier Melds.
+// Division truncates, and the remainder has the sign of the dividend, as in C and in all earlier Melds. -1 divides every int without a
+// remainder, also where the quotient does not fit.
 inline i64 checked_divide(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a / b : 0; }
-inline i64 checked_modulo(Eval& e, u32 rule, i64 a, i64 b) { return divisible(e, rule, a, b) ? a % b : 0; }
+inline i64 checked_modulo(Eval& e, u32 rule, i64 a, i64 b) { return b == -1 || !divisible(e, rule, a, b) ? 0 : a % b; }
 inline double checked_divide(Eval& e, u32 rule, double a, double b) {
     if (b == 0) trap(e, Trap::DivisionByZero, rule, a, b);
     return a / b;
