@@ -8,6 +8,8 @@
 #include <limits>
 #include <span>
 
+#include "runtime/base/csv_row.h"
+
 namespace meld {
 
 namespace {
@@ -44,12 +46,6 @@ constexpr auto kTimes = std::to_array<Suffix>({
     {"h", 3600},
     {"d", 86400},
 });
-
-std::string_view trimmed(std::string_view text) {
-    const std::size_t begin = text.find_first_not_of(" \t");
-    if (begin == std::string_view::npos) return {};
-    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 // The parts of a written number. `digits` holds the value exactly if the number is whole and fits in 64 bits.
 struct Written {
