@@ -10,6 +10,7 @@ void lint(const check::Program& program, std::uint32_t program_file, const std::
     warn_of_recursion(program, report, place.graph);
     if (errors) return;
     warn_of_ports(program, place, report);
+    warn_of_arrival_order(program, report);
     warn_of_useless(program, program_file, report);
     for (const diagnostics::Diagnostic& d : unused_names) report.add(d);
 }

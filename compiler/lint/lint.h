@@ -38,6 +38,8 @@ void warn_of_single_use(const check::Program& program, diagnostics::Reporter& re
 void warn_of_recursion(const check::Program& program, diagnostics::Reporter& report, Graph graph);
 // Ports whose numbers and names are those of another robot's sides. Assumes that no error was reported.
 void warn_of_ports(const check::Program& program, const Place& place, diagnostics::Reporter& report);
+// Messages of one link whose order decides what happens, though they may arrive in one tick. Assumes that no error was reported.
+void warn_of_arrival_order(const check::Program& program, diagnostics::Reporter& report);
 // Rules that never fire, predicates that never hold or are never used, unused parameters. Assumes that no error was reported.
 void warn_of_useless(const check::Program& program, std::uint32_t program_file, diagnostics::Reporter& report);
 

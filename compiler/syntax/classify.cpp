@@ -127,6 +127,7 @@ class Classifier {
             closes_exists_ = true;
             return TokenKind::Exists;
         }
+        if (makes_values()) closes_exists_ = true;
         if (starts_sized_aggregate(word)) return TokenKind::SizedAggregate;
         return starts_aggregate() ? TokenKind::Aggregate : TokenKind::Name;
     }
@@ -189,6 +190,16 @@ class Classifier {
         const bool opens =
             value.kind == TokenKind::LeftParen || value.kind == TokenKind::StructOpen || value.kind == TokenKind::LeftBracket;
         return opens || (is_atom(value.kind) && !in_let_or_if(value.kind, value.text));
+    }
+
+    // create B, C. (...), another word for `exists`: the grammar refuses it, and what is in brackets is part of the rule.
+    bool makes_values() const {
+        std::size_t offset = 1;
+        for (; next(offset) == TokenKind::Variable; offset += 2)
+            if (next(offset + 1) != TokenKind::Comma)
+                return next(offset + 1) == TokenKind::Period && next(offset + 2) == TokenKind::LeftParen &&
+                       !token(offset + 2).first_on_line;
+        return false;
     }
 
     // A full stop or an include ends an item; a declaration keyword starts one that has no keywords inside.

@@ -39,6 +39,14 @@ bool is_aggregate_before(const Stop& stop) {
            std::find(std::begin(kAggregateWords), std::end(kAggregateWords), before.text) != std::end(kAggregateWords);
 }
 
+// create B, C. (...)
+bool is_before_new_values(const Stop& stop) {
+    if (stop.at == stop.begin || stop.tokens[stop.at - 1].kind != TokenKind::Name) return false;
+    std::size_t i = stop.at;
+    while (stop.tokens[i].kind == TokenKind::Variable && stop.tokens[i + 1].kind == TokenKind::Comma) i += 2;
+    return stop.tokens[i].kind == TokenKind::Variable && stop.tokens[i + 1].kind == TokenKind::ExistsPeriod;
+}
+
 Cure cure_of_semicolon(const Stop& stop) {
     if (!stop.next_starts_item) return {"where `;` means or, write one rule for each alternative, or `||` within a condition"};
     Cure cure{"rules and declarations end with a full stop: `.`"};
@@ -85,6 +93,8 @@ Cure cure_of_other_language(const Stop& stop) {
         case TokenKind::LeftBracket:
             return behind(TokenKind::Variable) ? Cure{"`lnth(L, 0)` is the first element of a list L"} : Cure{};
         case TokenKind::Variable:
+            if (is_before_new_values(stop))
+                return {"new values are made by `exists B, C. (...)`", write(stop.tokens[stop.at - 1].span, "exists")};
             if (!is_aggregate_before(stop)) return {};
             return {
                 "an aggregate is declared with its predicate, `type total(node, sum int).`, or is a clause of a\n"

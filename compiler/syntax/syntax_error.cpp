@@ -238,7 +238,9 @@ void report_syntax_error(const Stop& stop, diagnostics::Reporter& report) {
         diagnostic.labels.push_back({bracket.span, fmt::format("this {} is not closed", description(bracket.kind))});
         const Span last = stop.tokens[stop.at - 1].span;
         diagnostic.fixes = {diagnostics::insert({last.file, last.end, last.end}, std::string(closing_of(bracket.kind)))};
-    } else if (has(stop.expected, TokenKind::Comma) && starts_operand(token.kind)) {
+    } else if (has(stop.expected, TokenKind::Comma) && starts_operand(token.kind) &&
+               (open || stop.tokens[stop.at - 1].kind != TokenKind::Name)) {
+        // A name alone is a constant, and no part of a rule.
         diagnostic.help = fmt::format("is a `,` missing before {}?", found(token));
         const Span last = stop.tokens[stop.at - 1].span;
         diagnostic.fixes = {diagnostics::insert({last.file, last.end, last.end}, ",")};

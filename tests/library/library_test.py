@@ -192,6 +192,13 @@ def khop(case):
     case.expect("khop-seen", collections.Counter(catom for catom, _, _ in near).items())
 
 
+def fifo(case):
+    """What was sent over each link has come in this order, and nothing was behind the end."""
+    case.expect("whole", [(catom, other, list(range(9, 0, -1))) for catom in case.links for other in case.links[catom]])
+    case.expect("fifo-packet", [])
+    case.expect("fifo-got", [])
+
+
 def one_fact(predicate):
     return lambda first, last: f'{predicate} = ["cell == {first}"]'
 
@@ -215,6 +222,7 @@ LIBRARIES = {
     "colouring_late": (colouring_late, one_fact("out"), ["--ticks", "120"]),
     "terminated": (terminated, lambda first, last: f'root = ["cell == {first}"]\nagain = ["cell == {last}"]', ["--ticks", "400"]),
     "flood": (flood, one_fact("go"), []),
+    "fifo": (fifo, lambda first, last: '[network]\nkind = "latency"\nleast = 1\nmost = 4', []),
     "khop": (khop, lambda first, last: "", ["--set", "khop-reach=3"]),
 }
 

@@ -19,6 +19,8 @@ add_test(NAME meld_every_pass_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CU
 add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --constructs ${CMAKE_CURRENT_LIST_DIR}/constructs.toml ${CMAKE_SOURCE_DIR})
 add_test(NAME meld_fixes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/fixes_test.py --meldc $<TARGET_FILE:meldc>)
+add_test(NAME meld_cures COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/cures_test.py --meldc $<TARGET_FILE:meldc>
+  --meldsim $<TARGET_FILE:meldsim>)
 add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py
   --meldc $<TARGET_FILE:meldc>)
 add_test(NAME meld_chains COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/chains_test.py

@@ -32,5 +32,6 @@ foreach(mode "graphs" "graphs;failures;disturbed" "graphs;networks" "graphs;vari
   set_tests_properties(random_campaign_${name} PROPERTIES TIMEOUT 1200 PROCESSORS 2 LABELS campaign)
 endforeach()
 
-meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp DEPENDS tests_reference)
+meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp ${CMAKE_CURRENT_LIST_DIR}/fixed_catoms_test.cpp
+          DEPENDS tests_reference)
 meld_test(test_reference_types SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)

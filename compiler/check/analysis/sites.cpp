@@ -34,16 +34,20 @@ class Sites {
     using Graph = std::map<VariableId, std::set<VariableId>>;
 
     const std::string& name(VariableId v) const { return rule_.variables[v].name; }
-    // A variable that stands for a catom that the rule names, @3, or leaves open.
-    std::string shown(VariableId v) const {
-        if (!name(v).starts_with("_")) return "`" + name(v) + "`";
+    // As the program writes it: a variable's name, or the catom that a variable without one stands for, @3; empty: it is left open.
+    std::string written(VariableId v) const {
+        if (!name(v).starts_with("_")) return name(v);
         for (const Clause& c : rule_.body) {
             if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
             for (const std::size_t side : {0u, 1u})
                 if (c.test.operands[side].is_variable() && c.test.operands[side].variable == v && !c.test.operands[1 - side].is_variable())
-                    return "`" + print(program_, rule_, c.test.operands[1 - side]) + "`";
+                    return print(program_, rule_, c.test.operands[1 - side]);
         }
-        return "this catom";
+        return "";
+    }
+    std::string shown(VariableId v) const {
+        const std::string text = written(v);
+        return text.empty() ? "this catom" : "`" + text + "`";
     }
 
     // Only positive facts lead to catoms, not those that are negated or aggregated.
@@ -104,11 +108,12 @@ class Sites {
                               fmt::format("no route from {} to {}: nothing in the body connects them", shown(rule_.site), shown(at)));
         d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
         if (blame_pointer(body, at, d)) return;
-        if (name(at).starts_with("_") || name(rule_.site).starts_with("_")) {
+        const std::string from = written(rule_.site), to = written(at);
+        if (from.empty() || to.empty()) {
             d.help = "join the catoms by `neighbor`";
             return;
         }
-        const std::string added = link(name(rule_.site), name(at));
+        const std::string added = link(from, to);
         d.help = fmt::format("add `{}`, or another route between them", added);
         suggest_link(added, clause, around, d);
     }
@@ -145,10 +150,25 @@ class Sites {
         return false;
     }
 
-    // A link that the program knows: the first of its own routes, or `neighbor`.
+    // Whether facts of one predicate follow from those of others.
+    bool follows_from(PredicateId p, std::set<PredicateId> others) const {
+        for (std::size_t before = 0; before < others.size();) {
+            before = others.size();
+            for (const Rule& rule : program_.rules) {
+                bool reads = false;
+                each_atom(rule.body, [&](const Atom& a, bool) { reads = reads || others.contains(a.predicate); });
+                if (reads) others.insert(rule.derives.begin(), rule.derives.end());
+            }
+        }
+        return others.contains(p);
+    }
+
+    // A link that the program knows: the first of its own routes that there are without this rule, or `neighbor`.
     std::string link(std::string_view from, std::string_view to) const {
-        for (const Predicate& p : program_.predicates) {
-            if (!p.route || p.prelude || p.auxiliary || p.linear()) continue;
+        const std::set<PredicateId> made(rule_.derives.begin(), rule_.derives.end());
+        for (const PredicateId id : program_.predicates.ids()) {
+            const Predicate& p = program_.predicates[id];
+            if (!p.route || p.prelude || p.auxiliary || p.linear() || follows_from(id, made)) continue;
             // One that names a third catom may lead to that one as well.
             if (std::any_of(p.arguments.begin() + 2, p.arguments.end(), [](const Argument& a) { return a.type == Type::Node; })) continue;
             std::string text = fmt::format("{}({}, {}", p.name, from, to);
@@ -227,25 +247,13 @@ class Sites {
     void linear() {
         const Atom* first = nullptr;
         bool two = false;
-        const auto consumed = [&](const Atom& a, bool) {
+        const auto consumed = [&](const Atom& a, bool negated) {
             if (!program_.predicates[a.predicate].linear()) return;
             if (first == nullptr) {
                 first = &a;
             } else if (first->arguments[0].variable != a.arguments[0].variable && !two) {
                 two = true;
-                auto& d = report_.add(Kind::LinearElsewhere, a.span,
-                                      fmt::format("linear facts of two catoms, {} and {}, cannot be consumed in one step",
-                                                  shown(first->arguments[0].variable), shown(a.arguments[0].variable)));
-                d.labels = {{first->span, fmt::format("this one is at {}", shown(first->arguments[0].variable))}};
-                d.help = "first send one of them over the link: `p(B, X), neighbor(B, A) -o p-here(A, B, X).`, then consume both at A";
-                const auto split = split_linear(program_, rule_, first->arguments[0].variable, a.arguments[0].variable);
-                if (!split || rule_.select != Select::None) return;
-                d.help = fmt::format("first send what is at {} over the link, then consume it at {}:\n`{}`\n`{}`\n`{}`",
-                                     shown(a.arguments[0].variable), shown(first->arguments[0].variable), split->declaration, split->send,
-                                     split->consume);
-                const std::string last = split->consume.substr(0, split->consume.size() - 1);
-                d.fixes = {diagnostics::write(rule_.span, fmt::format("{}\n{}\n{}", split->declaration, split->send, last))};
-                d.fixes.front().title = "Write it in two steps";
+                linear_elsewhere(*first, a, negated);
             }
         };
         each_atom(rule_.body, consumed);
@@ -258,6 +266,31 @@ class Sites {
         check_body(rule_.body, {});
         around_ = {&rule_.body};
         check_heads(rule_.heads, graph);
+    }
+
+    void linear_elsewhere(const Atom& first, const Atom& a, bool negated) {
+        const VariableId here = first.arguments[0].variable, there = a.arguments[0].variable;
+        auto& d =
+            report_.add(Kind::LinearElsewhere, a.span,
+                        fmt::format("linear facts of two catoms, {} and {}, cannot be consumed in one step", shown(here), shown(there)));
+        d.labels = {{first.span, fmt::format("this one is at {}", shown(here))}};
+        const std::string& name = program_.predicates[a.predicate].name;
+        if (negated || a.read_only) {
+            d.help = fmt::format("a neighbour sees only persistent facts: keep one at {} while `{}` is there, and read that", shown(there),
+                                 name);
+            return;
+        }
+        const std::string from = written(there), to = written(here);
+        d.help =
+            fmt::format("first send `{0}` to {1} by a rule of its own, which ends `-o {0}-here({2}, {3}, ...)`, and consume that there",
+                        name, shown(here), to.empty() ? "A" : to, from.empty() ? "B" : from);
+        const auto split = split_linear(program_, rule_, here, there);
+        if (!split || rule_.select != Select::None) return;
+        d.help = fmt::format("first send what is at `{}` over the link, then consume it at `{}`:\n`{}`\n`{}`\n`{}`", split->sent,
+                             split->kept, split->declaration, split->send, split->consume);
+        const std::string last = split->consume.substr(0, split->consume.size() - 1);
+        d.fixes = {diagnostics::write(rule_.span, fmt::format("{}\n{}\n{}", split->declaration, split->send, last))};
+        d.fixes.front().title = "Write it in two steps";
     }
 
     void check_heads(const std::vector<Head>& heads, const Graph& around) {
@@ -314,11 +347,12 @@ class Sites {
     }
 
     void head_needs_link(VariableId from, VariableId to, const Clause& before, diagnostics::Diagnostic& d) const {
-        if (name(from).starts_with("_") || name(to).starts_with("_")) {
+        const std::string here = written(from), there = written(to);
+        if (here.empty() || there.empty()) {
             d.help = "a head must be at a catom of the body or its neighbour";
             return;
         }
-        const std::string added = link(name(from), name(to));
+        const std::string added = link(here, there);
         d.help = fmt::format("add `{}`", added);
         suggest_link(added, before, nullptr, d);
     }

@@ -71,6 +71,7 @@ void LaterFixes::declare(const Unknown& unknown) const {
     for (const auto& [message, name] : unknown.messages) {
         const std::string text =
             fmt::format("type {}{}({}).", unknown.linear ? "linear " : "", diagnostics::name_at(files_, name), arguments);
+        if (message->help.starts_with(kDeclareIt)) message->help = fmt::format("{}`{}`", kDeclareIt, text);
         message->fixes.push_back({.title = fmt::format("Declare `{}`", text), .edits = {declaration(name, text)}});
     }
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/check/names/scope.h"
@@ -19,6 +20,9 @@ inline std::string without_stop(std::string text) {
     if (text.ends_with('.')) text.pop_back();
     return text;
 }
+
+// How the help of an unknown predicate begins; finish() completes it.
+inline constexpr std::string_view kDeclareIt = "declare it: ";
 
 class LaterFixes {
   public:

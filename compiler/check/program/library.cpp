@@ -121,6 +121,21 @@ bool is_older(std::string_view name) {
     return std::ranges::find(kNames, name) != std::end(kNames);
 }
 
+const MachineState* machine_state(std::string_view word) {
+    static constexpr std::string_view kWork =
+        "leave it out: results do not depend on how much a catom has done. Rules can count: `counter(A, N), p(A) -o counter(A, N + 1).`";
+    static constexpr std::string_view kOrder = "leave it out: results do not depend on which catom is evaluated first";
+    static constexpr std::string_view kNever = "it never holds, since no catom changes processors: leave out a rule that waits for it";
+    static constexpr MachineState kStates[] = {{"facts-consumed", kWork},   {"facts-proved", kWork},    {"facts-derived", kWork},
+                                               {"queue-size", kWork},       {"priority", kOrder},       {"default-priority", kOrder},
+                                               {"cpu-id", kOrder},          {"cpu-static", kOrder},     {"just-moved", kNever, true},
+                                               {"is-moving", kNever, true}, {"is-static", kNever, true}};
+    std::string plain(word);
+    std::ranges::replace(plain, '_', '-');
+    const auto found = std::ranges::find(kStates, std::string_view(plain), &MachineState::word);
+    return found == std::end(kStates) ? nullptr : &*found;
+}
+
 bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& bindings) {
     if (argument == Type::Error) return true;
     if (parameter.variable != 0) {

@@ -41,6 +41,15 @@ const LibraryFunction* library_function(const std::string& name, std::size_t arg
 bool is_older(std::string_view name);
 inline constexpr const char* kUseOlder = "write `use \"older\".` before it";
 
+// What the machine of Linear Meld told programs about itself, by a fact or a function: facts_consumed, just-moved. Nothing here is like it.
+struct MachineState {
+    std::string_view word;  // With hyphens; programs also write it with underscores.
+    std::string_view cure;
+    bool never = false;  // It holds for no catom.
+};
+// Null: the word is none of these.
+const MachineState* machine_state(std::string_view word);
+
 // What the letters of a parameter stand for if its argument has this type. False if it does not fit.
 bool match(const LibraryType& parameter, const Type& argument, LibraryBindings& bindings);
 // The type with its letters replaced; one that is not bound is unknown.

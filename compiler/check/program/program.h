@@ -335,5 +335,20 @@ void rewrite_variables(Clause& clause, const Change& change) {
     change(clause.variable);
     change(clause.position);
 }
+template <class Change>
+void rewrite_variables(Head& head, const Change& change) {
+    for (Term& argument : head.atom.arguments) rewrite_variables(argument, change);
+    rewrite_variables(head.delay, change);
+    rewrite_variables(head.term, change);
+    for (Clause& clause : head.body) rewrite_variables(clause, change);
+    for (Head& inner : head.heads) rewrite_variables(inner, change);
+    for (Head& inner : head.others) rewrite_variables(inner, change);
+    for (HeadAggregate& one : head.aggregates) {
+        rewrite_variables(one.parameter, change);
+        change(one.each);
+        change(one.result);
+    }
+    change(head.variable);
+}
 
 }  // namespace meld::check

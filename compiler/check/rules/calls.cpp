@@ -93,6 +93,11 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
             .help = kUseOlder;
         return term;
     }
+    if (const MachineState* state = machine_state(name)) {
+        report_.add(Kind::UnknownFunction, span, fmt::format("`{}` tells of the machine of Linear Meld, and there is none here", name))
+            .help = state->cure;
+        return term;
+    }
     std::vector<std::string> known;
     for (const LibraryFunction& f : library()) known.push_back(f.name);
     for (const auto& [own, id] : names_.functions) known.push_back(own);

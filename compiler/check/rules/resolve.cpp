@@ -25,6 +25,8 @@ void Resolver::rule(const syntax::Rule& tree) {
     errors_before_ = report_.error_count();
     refused_ = false;
     places_.clear();
+    fixed_.clear();
+    fixed_inside_.clear();
     hinted_.clear();
     tree_ = &tree;
     Rule rule;
@@ -53,6 +55,7 @@ void Resolver::rule(const syntax::Rule& tree) {
                       : tree.selector->order == Order::Descending ? Select::Descending
                                                                   : Select::Ascending;
     }
+    unify_fixed_catoms(rule);
     note_lower_case();
     finish(tree, rule);
 }
@@ -92,9 +95,17 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
         each_atom(rule.body, [&](const Atom& a, bool) {
             if (program_.predicates[a.predicate].linear()) d.labels.push_back({a.span, "this is linear"});
         });
-        d.help = "write the rule with -o: `" + consuming(tree) + "`";
-        // A fact that is only read, or asked for its absence, would not be consumed there either.
-        if (consumes) d.fixes = {diagnostics::write(tree.span, without_stop(consuming(tree)))};
+        // A fact that is only read, or asked for its absence, would not be consumed by a rule with -o either.
+        if (!consumes && !read->read_only) {
+            d.help = fmt::format("a view can ask only for persistent facts: keep one while `{}` is there, and ask for that",
+                                 program_.predicates[read->predicate].name);
+            return;
+        }
+        std::string text = consuming(tree);
+        if (const std::string sign = "$" + (read == nullptr ? "" : program_.predicates[read->predicate].name) + "("; !consumes)
+            for (std::size_t at = text.find(sign); at != std::string::npos; at = text.find(sign)) text.erase(at, 1);
+        d.help = "write the rule with -o: `" + text + "`";
+        d.fixes = {diagnostics::write(tree.span, without_stop(text))};
         return;
     }
     if (tree.selector && !consumes) {

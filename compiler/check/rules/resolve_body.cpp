@@ -293,7 +293,7 @@ void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>
         return;
     }
     if (named.empty()) {
-        unknown_predicate(tree.predicate, std::nullopt);
+        unknown_predicate(tree.predicate, std::nullopt, Part::Body);
         return;
     }
     if (named.size() > 1) {
@@ -352,6 +352,12 @@ Clause Resolver::test(Term term) {
     return c;
 }
 
+static std::vector<VariableId> variables_of(const Term& term) {
+    std::vector<VariableId> all;
+    each_variable(term, [&](VariableId v) { all.push_back(v); });
+    return all;
+}
+
 Term Resolver::location(const syntax::Expr& e, std::vector<Clause>* tests) {
     if (scope_->variable_name(e) != nullptr) return scope_->resolve(e, Type::Node, "the place of a fact");
     Term term;
@@ -362,16 +368,25 @@ Term Resolver::location(const syntax::Expr& e, std::vector<Clause>* tests) {
         term.variable = scope_->fresh("_", Type::Node, e.span);
         return term;
     }
-    // Several uses of one fixed catom in a rule are one place.
+    // Several uses of one computed catom in a rule are one place, unless a part of the rule means other variables by its names.
     const bool lasting = !scope_->inside_part();
     const std::string key = syntax::print(e);
-    if (const auto known = places_.find(key); known != places_.end()) {
-        term.variable = known->second;
+    const auto known = places_.find(key);
+    if (lasting && known != places_.end()) {
+        term.variable = known->second.variable;
         return term;
     }
     Term value = scope_->resolve(e, Type::Node, "the place of a fact");
+    if (known != places_.end() && variables_of(value) == variables_of(known->second.value)) {
+        term.variable = known->second.variable;
+        return term;
+    }
+    if (is_fixed(value)) {
+        term.variable = variable_of_fixed(std::move(value), lasting && tests != nullptr ? *tests : fixed_inside_);
+        return term;
+    }
     term.variable = scope_->fresh("_at", Type::Node, e.span);
-    if (lasting) places_[key] = term.variable;
+    if (lasting) places_[key] = {value, term.variable};
     if (tests != nullptr) tests->push_back(equality(term, std::move(value), e.span));
     return term;
 }

@@ -42,7 +42,7 @@ std::optional<PredicateId> Resolver::find(const syntax::Atom& atom, Part part) {
         if (part == Part::Body) suggest_more_arguments(atom, d);
         return std::nullopt;
     }
-    const Unknown unknown = unknown_predicate(atom.name, atom.arguments.size());
+    const Unknown unknown = unknown_predicate(atom.name, atom.arguments.size(), part);
     std::vector<Type> types;
     for (const auto& argument : atom.arguments) types.push_back(scope_->infer(*argument));
     if (unknown.may_be_declared) later_.add_use(unknown.message, atom.name, types, consumed(atom, part));
@@ -72,19 +72,53 @@ void Resolver::suggest_more_arguments(const syntax::Atom& atom, diagnostics::Dia
     d.fixes = {diagnostics::insert({atom.span.file, atom.span.end - 1, atom.span.end - 1}, std::move(missing))};
 }
 
-Resolver::Unknown Resolver::unknown_predicate(const syntax::Name& name, std::optional<std::size_t> arguments) {
-    auto& d = report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text));
+// What to write for words of other machines and libraries, which nobody means to declare.
+bool Resolver::cure_of_another_machine(const syntax::Name& name, std::optional<std::size_t> arguments, Part part,
+                                       diagnostics::Diagnostic& d) const {
     if (name.text == "stable") d.help = "in a body, write `stable(p(A), 5)`: p(A) has held for 5 ticks";
-    if (name.text == "terminate") d.help = "to end the run, write `stop-program(...)`";
+    if (name.text == "terminate") {
+        d.help = "to end the run, write `stop-program(A)`";
+        if (arguments == 1u) d.fixes = {diagnostics::write(name.span, "stop-program")};
+    }
     if (is_older(name.text)) d.help = kUseOlder;
-    if (!d.help.empty()) return {d, false};
-    // The program's own names come before those that it did not declare.
-    std::vector<std::string> own, of_the_runtime;
-    for (const auto& [key, id] : names_.predicates) (program_.predicates[id].prelude ? of_the_runtime : own).push_back(key.first);
-    std::string near = diagnostics::nearest_name(name.text, own);
-    if (near.empty()) near = diagnostics::nearest_name(name.text, of_the_runtime);
+    if (part == Part::Head && name.text == "setPosition")
+        d.help =
+            "a catom does not say where it is. On a lattice it moves to a cell by `moveTo(A, X, Y, Z)`, where it is a body by forces and\n"
+            "torques: `force(A, X, Y, Z)`";
+    if (const MachineState* state = machine_state(name.text); state != nullptr && part == Part::Body) {
+        d.message = fmt::format("`{}` tells of the machine of Linear Meld, and there is none here", name.text);
+        d.help = state->cure;
+        const bool awaited = std::ranges::any_of(tree_->body, [&](const syntax::Clause& c) {
+            const auto* fact = std::get_if<syntax::Atom>(&c.node);
+            return fact != nullptr && fact->name.span.begin == name.span.begin;
+        });
+        if (state->never && awaited) d.fixes = {diagnostics::leave_out(tree_->span, "the rule", Fit::Item)};
+    }
+    return !d.help.empty();
+}
+
+// A predicate of nearly this name that can stand there. The program's own come before those that it did not declare, and those with as many
+// arguments before others; nobody derives what is sensed, or reads an action.
+std::string Resolver::nearest_predicate(const std::string& name, std::optional<std::size_t> arguments, Part part) const {
+    for (const bool alike : {true, false})
+        for (const bool own : {true, false}) {
+            std::vector<std::string> known;
+            for (const auto& [key, id] : names_.predicates) {
+                const Predicate& p = program_.predicates[id];
+                const bool fits = part == Part::Head ? !p.sensed : p.kind != PredicateKind::Action;
+                if (fits && p.prelude != own && (!alike || !arguments || key.second == *arguments)) known.push_back(key.first);
+            }
+            if (std::string near = diagnostics::nearest_name(name, known); !near.empty()) return near;
+        }
+    return "";
+}
+
+Resolver::Unknown Resolver::unknown_predicate(const syntax::Name& name, std::optional<std::size_t> arguments, Part part) {
+    auto& d = report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text));
+    if (cure_of_another_machine(name, arguments, part, d)) return {d, false};
+    const std::string near = nearest_predicate(name.text, arguments, part);
     if (near.empty())
-        d.help = fmt::format("declare it: `type {}(node{}).`", name.text, arguments.value_or(2) > 1 ? ", ..." : "");
+        d.help = fmt::format("{}`type {}(node{}).`", kDeclareIt, name.text, arguments.value_or(2) > 1 ? ", ..." : "");
     else if (!arguments || names_.predicates.contains({near, *arguments}))
         d.did_you_mean(near, name.span, Fit::Name);
     else

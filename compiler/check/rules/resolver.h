@@ -61,6 +61,24 @@ class Resolver {
     Term variable_term(VariableId id, Span span) const;
     // The catom of an atom is always a variable: another expression there becomes a fresh one and a test.
     Term location(const syntax::Expr& e, std::vector<Clause>* tests);
+
+    // ---- catoms that the rule names (fixed_catoms.cpp)
+
+    // The value of an expression that says where facts are, and the variable that stands for it.
+    struct Place {
+        Term value;
+        VariableId variable;
+    };
+    // Whether the catom is known without the facts of the rule: @3, or a constant. It is one variable everywhere in the rule.
+    static bool is_fixed(const Term& value);
+    // Its place, or null.
+    const Place* fixed_place(const Term& value) const;
+    // Its variable, made on first use, with its test among these.
+    VariableId variable_of_fixed(Term value, std::vector<Clause>& tests);
+    void unify_fixed_catoms(Rule& rule);
+    void name_far_ends(Rule& rule);
+    void use_given_names(Rule& rule);
+
     // So that variables of an atom with an error do not count as unbound.
     void visit_anyway(const syntax::Atom& tree);
 
@@ -77,7 +95,10 @@ class Resolver {
         diagnostics::Diagnostic& message;
         bool may_be_declared;  // `stable` and `terminate` mean something else.
     };
-    Unknown unknown_predicate(const syntax::Name& name, std::optional<std::size_t> arguments);
+    Unknown unknown_predicate(const syntax::Name& name, std::optional<std::size_t> arguments, Part part);
+    bool cure_of_another_machine(const syntax::Name& name, std::optional<std::size_t> arguments, Part part,
+                                 diagnostics::Diagnostic& d) const;
+    std::string nearest_predicate(const std::string& name, std::optional<std::size_t> arguments, Part part) const;
     // Whether the rule must consume this fact of its body, because it consumes nothing else that is known.
     LaterFixes::Consumed consumed(const syntax::Atom& atom, Part part) const;
     void suggest_more_arguments(const syntax::Atom& atom, diagnostics::Diagnostic& d) const;
@@ -125,10 +146,12 @@ class Resolver {
     const LocalNames* locals_ = nullptr;
     Rule* rule_ = nullptr;
     const syntax::Rule* tree_ = nullptr;
-    std::set<VariableId> hinted_;               // Variables in hints that are left out.
-    std::map<std::string, int> rules_named_;    // So far, by head and line.
-    int rules_once_ = 0;                        // So far.
-    std::map<std::string, VariableId> places_;  // Fixed catoms of this rule, as written.
+    std::set<VariableId> hinted_;             // Variables in hints that are left out.
+    std::map<std::string, int> rules_named_;  // So far, by head and line.
+    int rules_once_ = 0;                      // So far.
+    std::map<std::string, Place> places_;     // Computed catoms of this rule, as written.
+    std::vector<Place> fixed_;                // Fixed ones.
+    std::vector<Clause> fixed_inside_;        // The tests of those that only a part of the rule names.
     bool dialect_linear_ = false;
     // Some head or fact of the program is a persistent `!p(...)`, which nobody writes for a negation.
     bool persistent_marked_ = false;
