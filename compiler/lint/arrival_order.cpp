@@ -1,9 +1,9 @@
 // Two kinds of messages of one link whose order decides what happens, though those that arrive in one tick have none:
 //     marker(A, B), open(A, B, S) -o under-way(A, B, S).
 //     payment(A, B, X), open(A, B, S) -o open(A, B, S + X).
-// A message is a linear fact that rules send to another catom with the sender in an argument. One kind changes for good what is known of the
-// link, a fact with both catoms in it; a rule that takes the other kind depends on it. Rules that take messages by a number, which a fact of
-// the link tells them, have their order.
+// A message is a linear fact that rules send to another catom with the sender in an argument. One kind changes for good what is known of
+// the link, a fact with both catoms in it; a rule that takes the other kind depends on it. Rules that take messages by a number, which a
+// fact of the link tells them, have their order.
 #include <algorithm>
 #include <map>
 #include <optional>

@@ -57,6 +57,8 @@ def try_row(row, options, folder):
             raise AssertionError(f"after the cure there is still: {found[0]['code']} {found[0]['message']}\n{text}")
         if not found:
             break
+    if "without" in row and row["without"] in text:
+        raise AssertionError(f"the cured program still has {row['without']}\n{text}")
     done = subprocess.run([options.meldsim, "run", path.name, "--world", "row.toml", "--ticks", "200", "--quiet", "--facts-out", "-"],
                           cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
     facts = done.stdout.split("\n")

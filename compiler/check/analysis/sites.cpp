@@ -281,6 +281,13 @@ class Sites {
             return;
         }
         const std::string from = written(there), to = written(here);
+        if (first.predicate == a.predicate && !from.starts_with('@') && !to.starts_with('@')) {
+            d.help = fmt::format(
+                "two neighbours that both send their `{}` would miss each other: let a persistent fact say which of them gives\n"
+                "its own away, and send that one first",
+                name);
+            return;
+        }
         d.help =
             fmt::format("first send `{0}` to {1} by a rule of its own, which ends `-o {0}-here({2}, {3}, ...)`, and consume that there",
                         name, shown(here), to.empty() ? "A" : to, from.empty() ? "B" : from);

@@ -36,6 +36,7 @@ class Splitter {
 
     std::optional<Split> run() {
         find_links();
+        if (gives_what_it_keeps_) return std::nullopt;
         // A link that is itself consumed is at one catom only, and what is there goes along it.
         const bool at_here = links_by_linear(here_), at_there = links_by_linear(there_);
         if (!connected() && at_here && !at_there) std::swap(here_, there_);
@@ -71,8 +72,6 @@ class Splitter {
             if (!links_by_linear(there_)) add(sent, link);
             add(consumed, link);
         }
-        // Two facts of one kind would both be sent, and miss each other.
-        if (gives_what_it_keeps_) add(sent, fmt::format("{} < {}", rule_.variables[there_].name, rule_.variables[here_].name));
         consumed.replace(consumed.find('\n'), 1, fact);
         return Split{.kept = rule_.variables[here_].name,
                      .sent = rule_.variables[there_].name,
@@ -154,7 +153,8 @@ class Splitter {
         bool linear;
     };
     std::vector<Link> links_;
-    bool gives_what_it_keeps_ = false;  // Some predicate has facts at both.
+    // Some predicate has facts at both: the two would both be sent, and miss each other.
+    bool gives_what_it_keeps_ = false;
     std::string name_;
     std::vector<VariableId> carried_;
 };

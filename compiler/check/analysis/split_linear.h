@@ -16,8 +16,8 @@ struct Split {
     std::string consume;      // token(A, N), neighbor(A, B), wish-here(A, B, W) -o p(A, N + W).
 };
 
-// Sends the linear facts at `there` to `here`, where the others are; the other way where a link that is consumed at `here` leads there. None
-// if the rule consumes facts of a third catom, or only reads some elsewhere.
+// Sends the linear facts at `there` to `here`, where the others are; the other way where a link that is consumed at `here` leads there.
+// None if the rule consumes facts of a third catom, only reads some elsewhere, or takes two of one predicate, which would both be sent.
 std::optional<Split> split_linear(const Program& program, const Rule& rule, VariableId here, VariableId there);
 
 }  // namespace meld::check
