@@ -11,7 +11,8 @@
 //
 // Constructs that need no types are rewritten earlier, by the check: `stable(p(A), 5)` (compiler/check/names/stable.cpp) and the names of
 // types (type_names.cpp) and modules (modules.cpp) on the syntax tree; `forall p [q]` and `proved(N, p)` (resolve_body.cpp), `exists` and
-// heads of views with several facts (resolve_heads.cpp) and patterns (patterns.cpp) while names are resolved.
+// heads of views with several facts (resolve_heads.cpp) and patterns (patterns.cpp) while names are resolved; and there the catoms that
+// a rule names, @3, become variables (fixed_catoms.cpp).
 #pragma once
 
 #include "compiler/check/program/program.h"
