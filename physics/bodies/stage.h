@@ -7,6 +7,7 @@
 namespace meld::physics {
 
 struct Settings;
+struct Wrench;
 
 inline constexpr int kColours = 8;
 
@@ -75,9 +76,12 @@ struct MoveRule {
     float linear_kept = 1, angular_kept = 1;
 };
 
-// Which contacts bounce: those that approach faster than `min_speed` and whose gap closes within the substep, but for `margin`.
+// Which contacts bounce: those that approach faster than `min_speed` and whose gap closes within the substep, but for `margin`. What
+// accelerates bodies on the rest of their way to each other: gravity and wrenches, by slot (null: none; two sets are added).
 struct BounceRule {
     float min_speed, step_s, margin;
+    float gravity[3];
+    const Wrench* wrenches[2] = {nullptr, nullptr};
 };
 
 // The rules for the passes of a step, from the settings, its times and the diameter of the smallest body.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "physics/collision/ode_library.h"
 #include "physics/collision/ode_shapes.h"
@@ -69,7 +70,7 @@ Result<Bounds> check(Mesh& mesh) {
 
 }  // namespace
 
-// One worker's geometries, and the sphere that is moved about. Those of planes and terrain are never used.
+// One worker's geometries, and the sphere that is moved about. Only those of boxes are used.
 struct Obstacles::Geometries {
     OdeShapes shapes;
     dGeomID sphere = dCreateSphere(nullptr, 1);
@@ -88,7 +89,8 @@ Obstacles& Obstacles::operator=(Obstacles&&) noexcept = default;
 Result<std::uint32_t> Obstacles::add(Shape shape, std::uint8_t material) {
     auto bounds = std::visit([](auto& one) { return check(one); }, shape);
     if (!bounds) return tl::unexpected(bounds.error());
-    entries_.push_back({std::move(shape), material, bounds->low, bounds->high});
+    Entry& entry = entries_.emplace_back(std::move(shape), material, bounds->low, bounds->high);
+    if (const Mesh* mesh = std::get_if<Mesh>(&entry.shape)) entry.surface.emplace(*mesh);
     return static_cast<std::uint32_t>(entries_.size() - 1);
 }
 
@@ -168,7 +170,6 @@ std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius
 std::optional<SurfaceContact> meeting(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path) {
     return physics::meet(terrain, centre, radius_m, path);
 }
-std::optional<SurfaceContact> meeting(const Mesh&, Vec3, double, Vec3) { return std::nullopt; }
 
 }  // namespace
 
@@ -181,19 +182,29 @@ double Obstacles::depth(std::size_t obstacle, Vec3 centre, double radius_m) cons
     return std::max(0.0, std::visit([&](const auto& shape) { return depth_in(shape, centre, radius_m); }, entries_[obstacle].shape));
 }
 
-std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const {
-    return std::visit([&](const auto& shape) { return meeting(shape, centre, radius_m, path); }, entries_[obstacle].shape);
+std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path,
+                                              std::span<const SurfaceContact> touched) const {
+    const Entry& entry = entries_[obstacle];
+    return std::visit(
+        [&](const auto& shape) -> std::optional<SurfaceContact> {
+            if constexpr (std::is_same_v<decltype(shape), const Mesh&>)
+                return entry.surface->meet(shape, centre, radius_m, path, touched);
+            else
+                return meeting(shape, centre, radius_m, path);
+        },
+        entry.shape);
 }
 
 void Obstacles::prepare(int threads) {
-    const bool by_ode = std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) {
-        return std::holds_alternative<Box>(entry.shape) || std::holds_alternative<Mesh>(entry.shape);
-    });
-    if (!by_ode) return;
+    const auto by_ode = [](const Entry& entry) { return std::holds_alternative<Box>(entry.shape); };
+    if (std::none_of(entries_.begin(), entries_.end(), by_ode)) return;
     enter_ode_thread();
     while (geometries_.size() < static_cast<std::size_t>(threads)) geometries_.push_back(std::make_unique<Geometries>());
     for (const auto& own : geometries_)
-        while (own->shapes.count() < entries_.size()) own->shapes.add(entries_[own->shapes.count()].shape);
+        while (own->shapes.count() < entries_.size()) {
+            const Entry& entry = entries_[own->shapes.count()];
+            own->shapes.add(by_ode(entry) ? entry.shape : Shape(Plane{}));
+        }
 }
 
 int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
@@ -205,6 +216,8 @@ int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double rad
     }
     if (const Terrain* terrain = std::get_if<Terrain>(&entries_[obstacle].shape))
         return physics::collide(*terrain, centre, radius_m, reach_m, contacts);
+    if (const Mesh* mesh = std::get_if<Mesh>(&entries_[obstacle].shape))
+        return entries_[obstacle].surface->collide(*mesh, centre, radius_m, reach_m, contacts);
     MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
     enter_ode_thread();
     const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];

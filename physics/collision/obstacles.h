@@ -1,16 +1,18 @@
-// Obstacles: planes, boxes, terrain and meshes. Planes and terrain are computed here; for the others each worker has its own ODE
-// geometries, so dCollide runs on all workers without sharing anything that it writes.
+// Obstacles: planes, boxes, terrain and meshes. For boxes each worker has its own ODE geometries, so dCollide runs on all workers without
+// sharing anything that it writes; all others are computed here.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <variant>
 #include <vector>
 
 #include "physics/bodies/types.h"
+#include "physics/collision/mesh_surface.h"
 #include "physics/collision/terrain.h"
 #include "runtime/base/error.h"
 
@@ -26,12 +28,6 @@ struct Box {
     Vec3 centre = {};
     Vec3 size_m{1, 1, 1};
     Quat orientation = {};
-};
-
-// Triangles by three indices each, counter-clockwise as seen from outside.
-struct Mesh {
-    std::vector<Vec3> points = {};
-    std::vector<std::uint32_t> triangles = {};
 };
 
 using Shape = std::variant<Plane, Box, Terrain, Mesh>;
@@ -52,16 +48,17 @@ class Obstacles {
     std::uint8_t material(std::size_t obstacle) const { return entries_[obstacle].material; }
     // How many contacts with this obstacle a body can have.
     int parts(std::size_t obstacle) const;
-    // Whether `meet` supports it: all but meshes.
-    bool can_be_met(std::size_t obstacle) const { return !std::holds_alternative<Mesh>(entries_[obstacle].shape); }
+    // Whether a sphere that touches it may meet another part of it ahead.
+    bool can_be_met_again(std::size_t obstacle) const { return std::holds_alternative<Mesh>(entries_[obstacle].shape); }
     // Whether a sphere may come as near as `reach_m`; may be true without need, but is never false by mistake.
     bool may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const;
     // How deep a sphere is in the obstacle, m, 0 if it does not touch it. A mesh has no inside.
     double depth(std::size_t obstacle, Vec3 centre, double radius_m) const;
     // Where a sphere that moves along `path` meets the obstacle: the normal there, and as gap the component of the way along it, so that an
-    // approach by that gap brings the sphere to the surface. Nothing if it passes by or touches already; meshes are never met ahead. Cost:
-    // a few tens of nanoseconds, for terrain some microseconds.
-    std::optional<SurfaceContact> meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const;
+    // approach by that gap brings the sphere to the surface. Nothing if it passes by or touches already. Of a mesh, other parts than
+    // those of the contacts `touched` may be met. Cost: a few tens of nanoseconds, for terrain and meshes some microseconds.
+    std::optional<SurfaceContact> meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path,
+                                       std::span<const SurfaceContact> touched = {}) const;
 
     // Makes the geometries of workers 0 .. threads - 1; call it from one thread.
     void prepare(int threads);
@@ -74,6 +71,8 @@ class Obstacles {
         Shape shape;
         std::uint8_t material;
         Vec3 low, high;
+        // Of a mesh.
+        std::optional<MeshSurface> surface;
     };
     struct Geometries;
     std::vector<Entry> entries_;

@@ -10,7 +10,6 @@ namespace meld::physics {
 OdeShapes::~OdeShapes() {
     for (const dGeomID geom : geoms_) dGeomDestroy(geom);
     for (const dHeightfieldDataID data : heights_) dGeomHeightfieldDataDestroy(data);
-    for (const dTriMeshDataID data : meshes_) dGeomTriMeshDataDestroy(data);
 }
 
 dGeomID OdeShapes::add(const Shape& shape) {
@@ -54,13 +53,18 @@ dGeomID OdeShapes::make(const Terrain& terrain) {
 }
 
 dGeomID OdeShapes::make(const Mesh& mesh) {
-    auto& flat = *points_.emplace_back(std::make_unique<std::vector<double>>());
-    auto& triangles = *triangles_.emplace_back(std::make_unique<std::vector<std::uint32_t>>(mesh.triangles));
-    for (const Vec3 p : mesh.points) flat.insert(flat.end(), {p.x, p.y, p.z});
-    const dTriMeshDataID data = meshes_.emplace_back(dGeomTriMeshDataCreate());
-    dGeomTriMeshDataBuildDouble(data, flat.data(), 3 * sizeof(double), static_cast<int>(mesh.points.size()), triangles.data(),
-                                static_cast<int>(triangles.size()), 3 * sizeof(std::uint32_t));
-    return dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr);
+    // ODE leaves out boxes with a side of no length, as a flat mesh has.
+    constexpr double kThinnest = 1e-9;
+    std::array<double, 3> low, high;
+    low.fill(HUGE_VAL), high.fill(-HUGE_VAL);
+    for (const Vec3 p : mesh.points) {
+        const double at[3] = {p.x, p.y, p.z};
+        for (std::size_t i = 0; i < 3; ++i) low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
+    }
+    const dGeomID geom = dCreateBox(nullptr, std::max(high[0] - low[0], kThinnest), std::max(high[1] - low[1], kThinnest),
+                                    std::max(high[2] - low[2], kThinnest));
+    dGeomSetPosition(geom, (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
+    return geom;
 }
 
 }  // namespace meld::physics

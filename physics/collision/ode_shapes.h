@@ -10,7 +10,8 @@
 
 namespace meld::physics {
 
-// Geometries and the data they point at, freed together. The calling thread has entered ODE.
+// Geometries and the data they point at, freed together. Meshes are boxes around them: their triangles are for MeshSurface, since ODE's
+// hold from one side only. The calling thread has entered ODE.
 class OdeShapes {
   public:
     OdeShapes() = default;
@@ -31,10 +32,8 @@ class OdeShapes {
 
     std::vector<dGeomID> geoms_;
     std::vector<dHeightfieldDataID> heights_;
-    std::vector<dTriMeshDataID> meshes_;
     // ODE keeps pointers to these.
     std::vector<std::unique_ptr<std::vector<double>>> points_;
-    std::vector<std::unique_ptr<std::vector<std::uint32_t>>> triangles_;
 };
 
 }  // namespace meld::physics

@@ -5,15 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/collision/triangle.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {
 
 namespace {
-
-struct Triangle {
-    Vec3 a, b, c;
-};
 
 Vec3 point_at(const Terrain& terrain, int column, int row) {
     MELD_EXPECT(column >= 0 && column < terrain.columns && row >= 0 && row < terrain.rows, "point {}, {}", column, row);
@@ -25,32 +22,6 @@ Vec3 point_at(const Terrain& terrain, int column, int row) {
 std::array<Triangle, 2> triangles_of(const Terrain& terrain, int column, int row) {
     const Vec3 low = point_at(terrain, column, row), high = point_at(terrain, column + 1, row + 1);
     return {{{low, point_at(terrain, column + 1, row), high}, {low, high, point_at(terrain, column, row + 1)}}};
-}
-
-Vec3 normal_of(const Triangle& t) {
-    const Vec3 n = cross(t.b - t.a, t.c - t.a);
-    return (1 / length(n)) * n;
-}
-
-// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: which region of corners, edges and face the point is in.
-Vec3 nearest_point(const Triangle& t, Vec3 p) {
-    const Vec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
-    const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-    if (d1 <= 0 && d2 <= 0) return t.a;
-    const Vec3 bp = p - t.b;
-    const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-    if (d3 >= 0 && d4 <= d3) return t.b;
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + (d1 / (d1 - d3)) * ab;
-    const Vec3 cp = p - t.c;
-    const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-    if (d6 >= 0 && d5 <= d6) return t.c;
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return t.a + (d2 / (d2 - d6)) * ac;
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 >= d3 && d5 >= d6) return t.b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (t.c - t.b);
-    const double scale = 1 / (va + vb + vc);
-    return t.a + (vb * scale) * ab + (vc * scale) * ac;
 }
 
 // Calls visit(triangle) for those that may be within `range_m` of the point.
@@ -97,12 +68,12 @@ std::optional<Nearest> nearest_of(const Terrain& terrain, Vec3 point, double ran
     const double range = above < 0 ? -above * (1 + 1e-9) : range_m;
     std::optional<Nearest> best;
     each_triangle_near(terrain, point, range, [&](const Triangle& triangle) {
-        const Vec3 on_surface = nearest_point(triangle, point);
+        const Vec3 on_surface = nearest_in_face(triangle, point);
         const double distance = length(point - on_surface);
         if (distance > range || (best && distance >= std::abs(best->distance_m))) return;
         constexpr double kInSurface = 1e-12;
-        const Vec3 normal =
-            distance > kInSurface ? (1 / distance) * (above < 0 ? on_surface - point : point - on_surface) : normal_of(triangle);
+        const Vec3 normal = distance > kInSurface ? (1 / distance) * (above < 0 ? on_surface - point : point - on_surface)
+                                                  : normal_of(triangle).value_or(Vec3{0, 0, 1});
         best = Nearest{on_surface, normal, above < 0 ? -distance : distance};
     });
     return best;
@@ -131,7 +102,7 @@ int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m
         double least = radius_m + reach_m;
         std::optional<Vec3> next;
         each_triangle_near(terrain, centre, least, [&](const Triangle& triangle) {
-            const Vec3 point = nearest_point(triangle, centre);
+            const Vec3 point = nearest_in_face(triangle, centre);
             const double distance = length(centre - point);
             if (distance >= least) return;
             for (int i = 0; i < count; ++i) {

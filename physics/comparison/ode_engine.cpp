@@ -10,7 +10,6 @@
 
 #include "physics/collision/ode_library.h"
 #include "physics/collision/ode_shapes.h"
-#include "physics/collision/terrain.h"
 #include "physics/comparison/contact_log.h"
 #include "physics/comparison/engines.h"
 #include "physics/comparison/pairwise_features.h"
@@ -287,12 +286,17 @@ class OdeEngine final : public Engine {
         dJointGroupEmpty(mirror_->joints);
     }
 
-    // ODE's own height fields find no contact with balls that are small compared with a cell, and leak.
-    int collide_with(const Terrain& terrain, std::uint32_t slot, dGeomID sphere, dGeomID field,
-                     std::array<dContact, kMaxContactsOfPair>& contacts) const {
+    // ODE's own height fields find no contact with balls that are small compared with a cell, and leak; its meshes hold from one side only.
+    bool is_computed_here(std::uint32_t obstacle) const {
+        const Shape& shape = world_.obstacles.shape(obstacle);
+        return std::holds_alternative<Terrain>(shape) || std::holds_alternative<Mesh>(shape);
+    }
+    int collide_with(std::uint32_t obstacle, std::uint32_t slot, dGeomID sphere, dGeomID other,
+                     std::array<dContact, kMaxContactsOfPair>& contacts) {
         const Place& p = world_.bodies.place[slot];
         std::array<SurfaceContact, kMaxSurfaceContacts> found;
-        const int count = std::min(physics::collide(terrain, {p.x, p.y, p.z}, p.radius, 0, found), static_cast<int>(kMaxContactsOfPair));
+        const int count =
+            std::min(world_.obstacles.collide(0, obstacle, {p.x, p.y, p.z}, p.radius, 0, found), static_cast<int>(kMaxContactsOfPair));
         for (int i = 0; i < count; ++i) {
             const SurfaceContact& surface = found[static_cast<std::size_t>(i)];
             const Vec3 at = Vec3{p.x, p.y, p.z} - (p.radius + surface.gap_m) * surface.normal;
@@ -301,7 +305,7 @@ class OdeEngine final : public Engine {
             geom.pos[0] = at.x, geom.pos[1] = at.y, geom.pos[2] = at.z;
             geom.normal[0] = surface.normal.x, geom.normal[1] = surface.normal.y, geom.normal[2] = surface.normal.z;
             geom.depth = -surface.gap_m;
-            geom.g1 = sphere, geom.g2 = field;
+            geom.g1 = sphere, geom.g2 = other;
         }
         return count;
     }
@@ -315,9 +319,8 @@ class OdeEngine final : public Engine {
         const std::uint8_t other = body_b ? world_.bodies.properties[index(b)].material : world_.obstacles.material(index(b));
         if ((first.flags & kFixed) && (!body_b || (world_.bodies.properties[index(b)].flags & kFixed))) return;
         std::array<dContact, kMaxContactsOfPair> contacts{};
-        const Terrain* terrain = body_b ? nullptr : std::get_if<Terrain>(&world_.obstacles.shape(index(b)));
-        const int count = terrain ? collide_with(*terrain, index(a), a, b, contacts)
-                                  : dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
+        const int count = !body_b && is_computed_here(index(b)) ? collide_with(index(b), index(a), a, b, contacts)
+                                                                : dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
         for (int i = 0; i < count; ++i) {
             dContact& contact = contacts[static_cast<std::size_t>(i)];
             contact.surface.mode = dContactApprox1;

@@ -91,8 +91,11 @@ Result<StepReport> BlockEngine::step(const StepTimes& times, Workers& workers) {
 Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Workers& workers) {
     MELD_EXPECT(times.dt_s > 0 && times.substeps > 0, "{} s in {} substeps", times.dt_s, times.substeps);
     MELD_EXPECT(stage.colour < kColours && stage.kind <= Stage::Kind::Finish, "colour {}", stage.colour);
-    const Rules rules = rules_for(world_.settings, times, 2 * smallest_radius_m_);
+    Rules rules = rules_for(world_.settings, times, 2 * smallest_radius_m_);
     Bodies& bodies = world_.bodies;
+    const Wrench* const wrenches = bodies.wrenches.empty() ? nullptr : bodies.wrenches.data();
+    const Wrench* const feature_wrenches = world_.has_features() ? feature_wrenches_.data() : nullptr;
+    rules.bounce.wrenches[0] = wrenches, rules.bounce.wrenches[1] = feature_wrenches;
     const auto over_colour = [&](const auto& f) {
         for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); });
     };
@@ -111,8 +114,6 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
             if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
             const StageClock clock(world_.times.move);
-            const Wrench* wrenches = bodies.wrenches.empty() ? nullptr : bodies.wrenches.data();
-            const Wrench* feature_wrenches = world_.has_features() ? feature_wrenches_.data() : nullptr;
             for_blocks(awake_, workers, [&](int, std::uint32_t block) {
                 accelerate(bodies.velocity.data(), bodies.place.data(), wrenches, feature_wrenches, grid_.blocks()[block].first,
                            grid_.blocks()[block].count, rules.move);
@@ -428,11 +429,14 @@ tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int 
                 fails(id, fine.error());
         // A body from farther away would be behind a wall before it is noticed, and for a near one only its path tells what it will touch.
         const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
-        const bool apart = count == 0 || surfaces[0].gap_m > kLookAheadShare * 2 * smallest_radius_m_;
-        if (apart && dot(path, path) > ahead * ahead && world_.obstacles.can_be_met(obstacle)) {
-            const auto met = world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path);
-            count = met ? 1 : 0;
-            if (met) surfaces[0] = *met;
+        const auto touches = [&](int c) { return surfaces[static_cast<std::size_t>(c)].gap_m <= kLookAheadShare * 2 * smallest_radius_m_; };
+        const bool apart = count == 0 || !touches(0);
+        if (dot(path, path) > ahead * ahead && (apart || world_.obstacles.can_be_met_again(obstacle))) {
+            while (count > 0 && !touches(count - 1)) --count;
+            const std::span<const SurfaceContact> touched(surfaces.data(), static_cast<std::size_t>(count));
+            const auto met =
+                touched.size() < surfaces.size() ? world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path, touched) : std::nullopt;
+            if (met) surfaces[static_cast<std::size_t>(count++)] = *met;
         }
         std::array<bool, kMaxSurfaceContacts> used{};
         for (std::size_t n = begin; n < end; ++n) {

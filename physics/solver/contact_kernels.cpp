@@ -171,6 +171,37 @@ MELD_INLINE LaneMask bouncing_lanes(const Batch& batch, const Lanes& restitution
     return (restitution > 0.0f) & (parting < -rule.min_speed) & (lightness > 0.0f) & (batch.gap < rule.margin - rule.step_s * parting);
 }
 
+// What accelerates eight bodies, m/s^2.
+MELD_INLINE Vector acceleration(const LaneVelocities& bodies, const std::uint32_t* slots, const BounceRule& rule) {
+    const LaneMask mobile = bodies.inverse_mass > 0.0f;
+    Vector sum{keep(mobile, lanes(rule.gravity[0])), keep(mobile, lanes(rule.gravity[1])), keep(mobile, lanes(rule.gravity[2]))};
+    for (const Wrench* wrenches : rule.wrenches) {
+        if (wrenches == nullptr) continue;
+        for (int i = 0; i < kLanes; ++i) {
+            if (!mobile[i]) continue;
+            const float(&force)[3] = wrenches[slots[i]].force;
+            sum.x[i] += bodies.inverse_mass[i] * force[0];
+            sum.y[i] += bodies.inverse_mass[i] * force[1];
+            sum.z[i] += bodies.inverse_mass[i] * force[2];
+        }
+    }
+    return sum;
+}
+
+// The speed at which bodies separate after they have bounced, where they are now: before they touch. At the moment of impact, which is
+// within the substep, they approach faster (or slower) than now by what accelerates them on the way, `pull` (along the normal), and lose it
+// again on the way back; restitution is of the speed at impact. Velocities belong to the middle of the substep before, since positions move
+// by those of its end, so the present ones are half a substep's acceleration further on. Without both, an elastic bounce would lose a
+// height of substep times speed.
+MELD_INLINE Lanes speed_after(const Lanes& parting, const Lanes& gap, const Lanes& pull, const Lanes& restitution, const BounceRule& rule) {
+    const Lanes half = (0.5f * rule.step_s) * pull;
+    const Lanes approach = max_lanes(-(parting + half), lanes(0));
+    const Lanes gained = -2.0f * pull * max_lanes(gap, lanes(0));
+    const Lanes impact_squared = max_lanes(approach * approach + gained, lanes(0));
+    const Lanes here_squared = max_lanes(restitution * restitution * impact_squared - gained, lanes(0));
+    return min_lanes(sqrt_lanes(here_squared), approach) - half;
+}
+
 MELD_INLINE void bounce_kernel(std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule) {
     for (std::size_t n = 0; n < batches.size(); ++n) {
         Batch& batch = batches[n];
@@ -181,7 +212,9 @@ MELD_INLINE void bounce_kernel(std::span<Batch> batches, std::span<Bounce> bounc
         const Lanes lightness = a.inverse_mass + b.inverse_mass;
         const LaneMask bouncing = bouncing_lanes(batch, bounces[n].restitution, parting, lightness, rule);
         if (!any(bouncing)) continue;
-        const Lanes along = keep(bouncing, -(1.0f + bounces[n].restitution) * (mass_of(lightness) * parting));
+        const Lanes pull = keep(bouncing, dot(acceleration(b, batch.b, rule) - acceleration(a, batch.a, rule), normal));
+        const Lanes after = speed_after(parting, keep(bouncing, batch.gap), pull, bounces[n].restitution, rule);
+        const Lanes along = keep(bouncing, mass_of(lightness) * max_lanes(after - parting, lanes(0)));
         // The impulse that stops the slip of the surfaces, as far as friction can.
         const Lanes surface_mass = mass_of(lightness + (a.inverse_surface_mass + b.inverse_surface_mass));
         const Vector slip = apart - cross(a.surface + b.surface, normal) - parting * normal;

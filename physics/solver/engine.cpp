@@ -84,7 +84,8 @@ Rules rules_for(const Settings& settings, const StepTimes& times, double diamete
     // Gravity closes an additional gap of this size within the substep.
     rules.bounce = {.min_speed = static_cast<float>(min_bounce_speed_m_s(settings, h, diameter_m)),
                     .step_s = static_cast<float>(h),
-                    .margin = static_cast<float>(h * h * length(settings.gravity_m_s2))};
+                    .margin = static_cast<float>(h * h * length(settings.gravity_m_s2)),
+                    .gravity = {rules.move.gravity[0], rules.move.gravity[1], rules.move.gravity[2]}};
     return rules;
 }
 

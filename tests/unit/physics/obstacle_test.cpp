@@ -91,13 +91,19 @@ TEST(Obstacles, FastBallsDoNotPassThinWalls) {
     for (const double speed : {20.0, 60.0, 150.0, 333.0, 900.0})
         for (const double start : {2.0, 3.7, 6.0, 11.3})
             for (const double restitution : {0.0, 1.0})
-                for (const bool plane : {false, true}) {
+                for (const std::string_view wall : {"plane", "box", "mesh", "mesh seen from behind"}) {
                     auto scene = make_scene({.gravity_m_s2 = {}});
                     const std::uint8_t material =
                         need(scene->add_material({.friction = 0, .restitution = static_cast<float>(restitution)}));
                     const Quat turned{std::cos(0.2), 0, 0, std::sin(0.2)};
-                    if (plane)
+                    Mesh mesh = square(60, 0.05);
+                    if (wall == "plane")
                         need(scene->add_obstacle(Plane{.offset_m = 0.05}, material));
+                    else if (wall == "mesh")
+                        need(scene->add_obstacle(mesh, material));
+                    else if (wall == "mesh seen from behind")
+                        std::swap(mesh.triangles[0], mesh.triangles[1]), std::swap(mesh.triangles[3], mesh.triangles[4]),
+                            need(scene->add_obstacle(mesh, material));
                     else
                         need(scene->add_obstacle(Box{.size_m = {60, 60, 0.1}, .orientation = turned}, material));
                     need(scene->add_body(
@@ -110,8 +116,7 @@ TEST(Obstacles, FastBallsDoNotPassThinWalls) {
                     EXPECT_GT(nearest, 0.54) << speed << " from " << start;
                     const Vec3 after = scene->state(0).linear_velocity_m_s;
                     EXPECT_NEAR(after.x, 0.4 * speed, 1e-3 * speed);
-                    EXPECT_NEAR(after.z, restitution * speed, 0.01 * speed)
-                        << speed << " from " << start << (plane ? " onto a plane" : " onto a box");
+                    EXPECT_NEAR(after.z, restitution * speed, 0.01 * speed) << speed << " from " << start << " onto a " << wall;
                 }
 }
 

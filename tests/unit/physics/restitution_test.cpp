@@ -115,6 +115,110 @@ TEST_F(Restitution, HeightsShrinkByTheSquareOfRestitution) {
     EXPECT_EQ(bounces, 4);
 }
 
+// What a ball may fall on; each with its surface at z = 0.
+enum class Ground { Plane, Box, Terrain, Mesh, Ball };
+
+class Bouncing : public Restitution {
+  protected:
+    // Heights after each bounce of a ball that falls by `fall_m`, as ticks see them. Something accelerates it downwards: gravity, or a
+    // force as strong.
+    std::vector<double> heights(Ground ground, double fall_m, float restitution, int substeps, std::size_t bounces, bool by_force) {
+        auto ball = scene(0, restitution, by_force ? Vec3{} : Vec3{0, 0, -9.81});
+        switch (ground) {
+            case Ground::Plane:
+                need(ball->add_obstacle(Plane{}, material_));
+                break;
+            case Ground::Box:
+                need(ball->add_obstacle(Box{.centre = {0, 0, -1}, .size_m = {4, 4, 2}}, material_));
+                break;
+            case Ground::Terrain:
+                need(ball->add_obstacle(
+                    Terrain{.origin = {-2, -2, 0}, .cell_m = 1, .columns = 5, .rows = 5, .heights_m = std::vector<double>(25)}, material_));
+                break;
+            case Ground::Mesh:
+                need(ball->add_obstacle(Mesh{{{-3, -3, 0}, {3, -3, 0}, {0, 4, 0}}, {0, 2, 1}}, material_));
+                break;
+            case Ground::Ball:
+                need(ball->add_body({.id = 1, .position_m = {0, 0, -0.5}, .material = material_, .fixed = true}));
+        }
+        need(ball->add_body({.id = 0, .position_m = {0, 0, 0.5 + fall_m}, .material = material_}));
+        std::vector<double> found;
+        double highest = 0, before = 0;
+        for (int tick = 0; tick < 20000 && found.size() < bounces; ++tick) {
+            if (by_force) need(ball->set_wrench(0, {0, 0, -9.81}, {}));
+            run(*ball, 1, substeps, workers_);
+            const BodyState state = ball->state(0);
+            const double up = state.linear_velocity_m_s.z;
+            if (up > 0 || before > 0) highest = std::max(highest, state.position_m.z - 0.5);
+            if (before > 0 && up <= 0) found.push_back(std::exchange(highest, 0.0));
+            before = up;
+        }
+        return found;
+    }
+};
+
+// Thirty elastic bounces end as high as they began, whatever the substep; with less restitution, heights shrink by its square.
+TEST_F(Bouncing, BallsKeepTheEnergyThatRestitutionLeavesThem) {
+    for (const Ground ground : {Ground::Plane, Ground::Box, Ground::Terrain, Ground::Mesh, Ground::Ball})
+        for (const bool by_force : {false, true})
+            for (const int substeps : {1, 2, 5}) {
+                if (by_force && ground != Ground::Plane) continue;
+                for (const float e : {1.0f, 0.9f, 0.5f}) {
+                    const std::size_t bounces = e == 1 ? 30 : e > 0.6f ? 10 : 3;
+                    const std::vector<double> found = heights(ground, 5, e, substeps, bounces, by_force);
+                    ASSERT_EQ(found.size(), bounces) << int(ground) << by_force << substeps << e;
+                    double expected = 5;
+                    for (const double height : found) {
+                        expected *= static_cast<double>(e) * static_cast<double>(e);
+                        EXPECT_NEAR(height, expected, 0.004 * expected) << int(ground) << by_force << substeps << e;
+                    }
+                }
+            }
+}
+
+// Under a ceiling gravity pulls the other way on the way to it: no energy is won.
+TEST_F(Bouncing, BallsBetweenFloorAndCeilingKeepTheirEnergy) {
+    for (const int substeps : {1, 2, 5}) {
+        auto ball = scene(0, 1, {0, 0, -9.81});
+        need(ball->add_obstacle(Plane{}, material_));
+        need(ball->add_obstacle(Plane{{0, 0, -1}, -3}, material_));
+        need(ball->add_body({.id = 0, .position_m = {0, 0, 1}, .linear_velocity_m_s = {0, 0, 8}, .material = material_}));
+        const auto energy = [&] { return ball->kinetic_energy_j() + 9.81 * ball->state(0).position_m.z; };
+        const double before = energy();
+        for (int tick = 0; tick < 4800; ++tick) {
+            run(*ball, 1, substeps, workers_);
+            // Velocities are those of the middle of a substep.
+            ASSERT_NEAR(energy(), before, 0.01 * before) << tick << ", " << substeps;
+        }
+    }
+}
+
+// Balls that bounce off each other and the ground keep the energy that they have together.
+TEST_F(Bouncing, ElasticGasInGravityKeepsItsEnergy) {
+    auto gas = scene(0, 1, {0, 0, -9.81});
+    const int wide = 4;
+    for (const Vec3 n : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
+        need(gas->add_obstacle(Plane{n, -0.5}, material_));
+        need(gas->add_obstacle(Plane{-n, 0.5 - wide}, material_));
+    }
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> speed(-2, 2);
+    for (BodyId id = 0; id < wide * wide * wide; ++id)
+        need(gas->add_body({.id = id,
+                            .position_m = {0.9 * (id % wide), 0.9 * (id / wide % wide), 0.9 * (id / wide / wide)},
+                            .linear_velocity_m_s = {speed(random), speed(random), speed(random)},
+                            .radius_m = 0.3,
+                            .material = material_}));
+    const auto energy = [&] {
+        double sum = gas->kinetic_energy_j();
+        for (BodyId id = 0; id < wide * wide * wide; ++id) sum += 9.81 * (gas->state(id).position_m.z + 0.5);
+        return sum;
+    };
+    const double before = energy();
+    run(*gas, 2400, 2, workers_);
+    EXPECT_NEAR(energy(), before, 0.01 * before);
+}
+
 // A pile of bouncing balls comes to rest, and its weight rests on the ground.
 TEST_F(Restitution, BouncingPilesComeToRest) {
     auto pile = scene(0.5f, 0.5f, {0, 0, -9.81});
