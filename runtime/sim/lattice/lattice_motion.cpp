@@ -106,7 +106,7 @@ Result<void> LatticeMotion::step(Subdomain& subdomain) {
     refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Lattice);
     const Proposals mine = collect(subdomain);
     Teleports teleports;
-    const std::vector<bool> wins = decide(mine, share(subdomain, mine, teleports));
+    const std::vector<bool> wins = decide(subdomain, mine, share(subdomain, mine, teleports));
     std::vector<Proposal> granted;
     for (std::size_t i = 0; i < mine.list.size(); ++i) {
         if (wins[i])

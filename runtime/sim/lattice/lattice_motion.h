@@ -40,10 +40,12 @@ class LatticeMotion : public SimModule {
     std::string outcome() const override;
 
     // A proposal of one catom. Everything it would affect is a claim on a cell; it is granted if it is the smallest by (kind, id,
-    // direction) on each of them; kinds have the order of the table runtime/module/abi/actions.def.
+    // direction) on each of them; kinds have the order of the table runtime/module/abi/actions.def. With keep_connected it also rests on
+    // the catoms that keep the ensemble together: none of them may leave its cell in that tick, and others may rest on them too.
     struct Proposal {
         ActionKind kind = ActionKind::Create;
         std::uint32_t first_claim = 0, claim_count = 0;  // In Proposals::claims.
+        std::uint32_t first_rest = 0, rest_count = 0;    // In Proposals::rests.
         std::int32_t direction = 0;
         std::uint64_t id = 0;     // The id of the mover.
         Catom mover = 0;          // Its index on its own process.
@@ -53,7 +55,8 @@ class LatticeMotion : public SimModule {
     };
     struct Proposals {
         std::vector<Proposal> list;
-        std::vector<CellKey> claims;
+        std::vector<CellKey> claims, rests;
+        std::span<const CellKey> rests_of(const Proposal& p) const { return std::span(rests).subspan(p.first_rest, p.rest_count); }
     };
     // What became of each moveTo on several processes, before conflicts are decided.
     struct Teleports {
@@ -93,10 +96,9 @@ class LatticeMotion : public SimModule {
     Objection propose_move(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     Objection propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     bool full(const Subdomain& subdomain, Cell cell) const { return subdomain.ensemble.at(cell).has_value(); }
-    Objection may_leave(const Subdomain& subdomain, const Proposal& p) const;
-    bool stays_connected(const Subdomain& subdomain, Cell without, Cell with) const;
+    Objection may_leave(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& rests) const;
     Proposals share(Subdomain& subdomain, const Proposals& mine, Teleports& teleports) const;
-    static std::vector<bool> decide(const Proposals& mine, const Proposals& all);
+    static std::vector<bool> decide(const Subdomain& subdomain, const Proposals& mine, const Proposals& all);
 
     Teleports veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const;
 

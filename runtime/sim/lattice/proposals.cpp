@@ -1,8 +1,6 @@
 // Lattice motion, first half: from actions to proposals, and which of them are granted.
 #include <algorithm>
 #include <bit>
-#include <map>
-#include <set>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
@@ -11,6 +9,7 @@
 #include "runtime/module/abi/actions.h"
 #include "runtime/sim/lattice/around.h"
 #include "runtime/sim/lattice/lattice_motion.h"
+#include "runtime/sim/lattice/ties.h"
 
 namespace meld::sim {
 
@@ -22,6 +21,20 @@ using Proposals = LatticeMotion::Proposals;
 // A claim is on an empty cell, on the catom in a cell (it stands still, receives, or is removed), or on the actor's right to act.
 constexpr CellKey kBody = CellKey{1} << 63;
 constexpr CellKey kActor = CellKey{3} << 62;
+
+// Whether the catom is no longer in its cell afterwards.
+bool leaves(const Proposal& p) {
+    switch (p.kind) {
+        case ActionKind::Destroy:
+        case ActionKind::MoveTo:
+        case ActionKind::Slide:
+        case ActionKind::Turn:
+        case ActionKind::MoveAround:
+            return true;
+        default:
+            return false;
+    }
+}
 
 // The best proposal by claim: open addressing in one array, because there are several lookups per mover and tick.
 class Claims {
@@ -45,17 +58,52 @@ class Claims {
     std::vector<Slot> slots_;
 };
 
+// With keep_connected, moves rest on catoms, and others ask to leave their cells. Moves may share what they rest on, so these are not
+// claims.
+class Ties {
+  public:
+    Ties(const Subdomain& subdomain, const Proposals& all)
+        : subdomain_(subdomain), none_(all.rests.empty()), first_(none_ ? 0 : 2 * (all.rests.size() + all.list.size())) {
+        if (none_) return;
+        for (const Proposal& p : all.list) {
+            for (const CellKey cell : all.rests_of(p)) improve(first_.at(cell), p);
+            if (leaves(p)) improve(first_.at(kBody | key(p)), p);
+        }
+    }
+    // Whether nobody with priority leaves what the proposal rests on, or rests on the catom that it moves.
+    bool hold(const Proposals& mine, const Proposal& p) {
+        if (none_) return true;
+        const auto yields = [&](const Proposal* other) { return other != nullptr && other->order() < p.order(); };
+        for (const CellKey cell : mine.rests_of(p))
+            if (yields(first_.at(kBody | cell))) return false;
+        return !leaves(p) || !yields(first_.at(key(p)));
+    }
+
+  private:
+    static void improve(const Proposal*& first, const Proposal& p) {
+        if (first == nullptr || p.order() < first->order()) first = &p;
+    }
+    CellKey key(const Proposal& p) const { return subdomain_.ensemble.key(p.from); }
+
+    const Subdomain& subdomain_;
+    bool none_;
+    Claims first_;  // By cell, who rests on its catom; by kBody | cell, who leaves it.
+};
+
 void write_proposal(ByteWriter& out, const Proposals& from, const Proposal& p) {
     out.write(p);
     for (std::uint32_t i = 0; i < p.claim_count; ++i) out.write(from.claims[p.first_claim + i]);
+    for (const CellKey cell : from.rests_of(p)) out.write(cell);
 }
 
 void read_proposal(ByteReader& in, Proposals& to) {
     Proposal p = in.read<Proposal>();
-    MELD_CHECK(p.claim_count <= in.left() / sizeof(CellKey), "a proposal of catom @{} with {} claims in {} bytes", p.id, p.claim_count,
-               in.left());
+    MELD_CHECK(std::uint64_t{p.claim_count} + p.rest_count <= in.left() / sizeof(CellKey),
+               "a proposal of catom @{} with {} claims and {} rests in {} bytes", p.id, p.claim_count, p.rest_count, in.left());
     p.first_claim = static_cast<std::uint32_t>(to.claims.size());
     for (std::uint32_t i = 0; i < p.claim_count; ++i) to.claims.push_back(in.read<CellKey>());
+    p.first_rest = static_cast<std::uint32_t>(to.rests.size());
+    for (std::uint32_t i = 0; i < p.rest_count; ++i) to.rests.push_back(in.read<CellKey>());
     to.list.push_back(p);
 }
 
@@ -74,9 +122,11 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         p.mover = action.catom;
         p.from = subdomain.ensemble.cell(action.catom);
         p.first_claim = static_cast<std::uint32_t>(out.claims.size());
-        const Objection objection = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
-                                    : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
-                                                                                          : propose(subdomain, action, p, out.claims);
+        p.first_rest = static_cast<std::uint32_t>(out.rests.size());
+        Objection objection = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
+                              : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
+                                                                                    : propose(subdomain, action, p, out.claims);
+        if (!objection) objection = may_leave(subdomain, p, out.rests);
         if (objection) {
             // Most of the catoms that wait for room end here, in every tick.
             out.claims.resize(p.first_claim);
@@ -94,6 +144,7 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         }
         if (again) {
             out.claims.resize(p.first_claim);
+            out.rests.resize(p.first_rest);
             refuse(subdomain, action.catom, kind, Refusal::Repeated);
             continue;
         }
@@ -199,7 +250,7 @@ LatticeMotion::Objection LatticeMotion::propose_move(Subdomain& subdomain, const
         }
     }
     p.to = to;
-    return may_leave(subdomain, p);
+    return std::nullopt;
 }
 
 // Around one neighbour to a cell beside another catom.
@@ -220,44 +271,20 @@ LatticeMotion::Objection LatticeMotion::propose_around(Subdomain& subdomain, con
         p.direction = way->direction;
         for (const Cell cell : way->bodies) claims.push_back(kBody | subdomain.ensemble.key(cell));
         for (const Cell cell : way->empty) claims.push_back(subdomain.ensemble.key(cell));
-        return may_leave(subdomain, p);
+        return std::nullopt;
     }
     return Refusal::NotANeighbour;
 }
 
-LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, const Proposal& p) const {
-    if (!world_.motion.keep_connected || stays_connected(subdomain, p.from, p.to)) return std::nullopt;
-    return Refusal::Disconnects;
-}
-
-// Whether the neighbours that a mover leaves stay connected among themselves within two cells of it. If they are connected only further
-// away, the move is refused too: a catom cannot know more without asking others.
-bool LatticeMotion::stays_connected(const Subdomain& subdomain, Cell without, Cell with) const {
-    std::vector<Cell> found;
-    std::map<Cell, bool> reached;
-    const auto solid = [&](Cell c) { return c != without && (c == with || full(subdomain, c)); };
-    for (int port = 0; port < subdomain.lattice.ports(); ++port) {
-        const Cell c = subdomain.lattice.neighbour(without, port);
-        if (c != with && full(subdomain, c)) found.push_back(c);
-    }
-    if (found.empty()) return true;
-    std::vector<Cell> todo{found[0]};
-    reached[found[0]] = true;
-    const auto near = [&](Cell c) {
-        return std::max({std::abs(c.x - without.x), std::abs(c.y - without.y), std::abs(c.z - without.z)}) <= 2;
-    };
-    while (!todo.empty()) {
-        const Cell at = todo.back();
-        todo.pop_back();
-        for (int port = 0; port < subdomain.lattice.ports(); ++port) {
-            const Cell next = subdomain.lattice.neighbour(at, port);
-            if (near(next) && solid(next) && !reached[next]) {
-                reached[next] = true;
-                todo.push_back(next);
-            }
-        }
-    }
-    return reached[with] && std::all_of(found.begin(), found.end(), [&](Cell c) { return reached[c]; });
+// A slide, a turn or a moveAround rests on the catoms that keep the ensemble together without the mover.
+LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& rests) const {
+    if (!world_.motion.keep_connected) return std::nullopt;
+    if (p.kind != ActionKind::Slide && p.kind != ActionKind::Turn && p.kind != ActionKind::MoveAround) return std::nullopt;
+    const auto cells = ties(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.from, p.to);
+    if (!cells) return Refusal::Disconnects;
+    for (const Cell cell : *cells) rests.push_back(subdomain.ensemble.key(cell));
+    p.rest_count = static_cast<std::uint32_t>(cells->size());
+    return std::nullopt;
 }
 
 // Afterwards every proposal that may compete with one of ours is known here: competitors are within six cells of our mover, so in its brick
@@ -321,8 +348,8 @@ Refusal LatticeMotion::Teleports::why_not(const Proposal& p) const {
     return first != kept.end() && first->second != p.direction ? Refusal::Repeated : Refusal::Conflict;
 }
 
-// A proposal is granted if it is the smallest on each of its claims.
-std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& all) {
+// A proposal is granted if it is the smallest on each of its claims, and its ties hold.
+std::vector<bool> LatticeMotion::decide(const Subdomain& subdomain, const Proposals& mine, const Proposals& all) {
     Claims best(all.claims.size());
     for (const Proposal& p : all.list) {
         MELD_EXPECT(p.claim_count > 0 && p.first_claim + p.claim_count <= all.claims.size(), "catom @{} claims {} of {}", p.id,
@@ -332,6 +359,7 @@ std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& 
             if (first == nullptr || p.order() < first->order()) first = &p;
         }
     }
+    Ties together(subdomain, all);
     std::vector<bool> granted;
     for (const Proposal& p : mine.list) {
         bool wins = true;
@@ -340,6 +368,7 @@ std::vector<bool> LatticeMotion::decide(const Proposals& mine, const Proposals& 
             const Proposal* first = best.at(mine.claims[p.first_claim + i]);
             wins = first != nullptr && first->order() == p.order();
         }
+        wins = wins && together.hold(mine, p);
         granted.push_back(wins);
     }
     MELD_ENSURE(granted.size() == mine.list.size(), "{} of {} requests are decided", granted.size(), mine.list.size());
