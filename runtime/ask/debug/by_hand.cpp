@@ -13,6 +13,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/files/output_file.h"
 #include "runtime/comm/transport/collective_result.h"
+#include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/world_facts.h"
 #include "runtime/world/file/event_section.h"
 #include "runtime/world/shapes/expression.h"
@@ -108,7 +109,58 @@ std::string region_of(std::vector<std::uint64_t> ids) {
     return out;
 }
 
+// Whether this process has the fact among those of a predicate, which may be the auxiliary for given ones.
+bool has(sim::Subdomain& subdomain, const OneFact& fact, u32 predicate) {
+    const ModuleInfo& module = subdomain.module;
+    const std::optional<sim::Catom> catom = subdomain.ensemble.find(fact.catom);
+    if (!catom || !subdomain.owned(*catom)) return false;
+    PredicateInfo p = module.predicates[predicate];
+    p.name = fact.given.predicate.c_str();
+    bool found = false;
+    tuple::each_fact(module, subdomain.columns, subdomain.geometry(), predicate, *catom,
+                     [&](const Value* arguments) { found = found || tuple::print_fact(module, p, fact.catom, arguments) == fact.text; });
+    return found;
+}
+
+tl::unexpected<Error> not_given(const std::string& fact) {
+    return fail(fmt::format("{} is not given from outside: rules derive it, or the program's text says it", fact),
+                fmt::format("why {} says what it rests on. Let the world give, in [facts], what is to be taken", fact));
+}
+
+// Facts that no world could give.
+Result<void> may_be_given(sim::Subdomain& subdomain, const std::string& text) {
+    const Result<inspect::Ground> ground = inspect::read_ground(subdomain, text);
+    if (!ground) return tl::unexpected<Error>(ground.error());
+    const ModuleInfo& module = subdomain.module;
+    const std::optional<u32> predicate = tuple::find_predicate(module, ground->predicate, ground->arguments.size());
+    const bool derived = predicate && module.predicates[*predicate].base == kNone16;
+    return derived ? Result<void>(not_given(ground->text)) : Result<void>{};
+}
+
+Result<void> is_given(sim::Subdomain& subdomain, const OneFact& fact) {
+    subdomain.refresh();
+    const ModuleInfo& module = subdomain.module;
+    const std::optional<u32> predicate = tuple::find_predicate(module, fact.given.predicate, fact.given.arguments.size());
+    MELD_CHECK(predicate.has_value(), "{} was checked", fact.text);
+    const u32 base = module.predicates[*predicate].base;
+    const std::byte mine{static_cast<unsigned char>((has(subdomain, fact, base) ? 2 : 0) | (has(subdomain, fact, *predicate) ? 1 : 0))};
+    std::byte all{0};
+    for (const std::byte each : subdomain.comm.allgather({&mine, 1})) all |= each;
+    if ((all & std::byte{2}) != std::byte{0}) return {};
+    if (all == std::byte{0}) return fail(fmt::format("{} does not hold after tick {}", fact.text, subdomain.tick()), "why-not tells more");
+    return not_given(fact.text);
+}
+
 }  // namespace
+
+Result<OneFact> read_given_fact(sim::Subdomain& subdomain, std::string text, const char* verb) {
+    if (text.ends_with('.')) text.pop_back();
+    if (auto may = may_be_given(subdomain, text); !may) return tl::unexpected<Error>(may.error());
+    Result<OneFact> fact = read_fact(subdomain, text, verb);
+    if (!fact) return fact;
+    if (auto is = is_given(subdomain, *fact); !is) return tl::unexpected<Error>(is.error());
+    return fact;
+}
 
 Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb) {
     if (fact.ends_with('.')) fact.pop_back();
@@ -125,7 +177,8 @@ Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const cha
 
 Result<Answer> ByHand::change(timeline::Timeline& timeline, const Change& asked) {
     const char* const verb = asked.gives ? "give" : "take";
-    const Result<OneFact> fact = read_fact(timeline.simulation().subdomain(), asked.fact, verb);
+    sim::Subdomain& subdomain = timeline.simulation().subdomain();
+    const Result<OneFact> fact = asked.gives ? read_fact(subdomain, asked.fact, verb) : read_given_fact(subdomain, asked.fact, verb);
     if (!fact) return tl::unexpected<Error>(fact.error());
     const std::int64_t tick = timeline.tick() + 1;
     std::string values;

@@ -28,13 +28,17 @@ struct OneFact {
 // mistakes in the fact; a world could not give it; there is no such catom.
 Result<OneFact> read_fact(sim::Subdomain& subdomain, std::string fact, const char* verb);
 
+// The same of a fact that is to be taken: it is one of those that are given, or linear, and holds.
+Result<OneFact> read_given_fact(sim::Subdomain& subdomain, std::string fact, const char* verb);
+
 // Every process has one and calls all of this at the same time.
 class ByHand {
   public:
     // The world of the timeline, which outlives this.
     explicit ByHand(world::World& world) : world_(world), own_events_(world.events.size()) {}
 
-    // Errors: mistakes in the fact; the world could not give it; there is no such catom.
+    // Errors: mistakes in the fact; the world could not give it; there is no such catom; what is to be taken does not hold or is not
+    // given.
     Result<Answer> change(timeline::Timeline& timeline, const Change& asked);
     // Errors: there is no such catom; mistakes in the body; it is about no catom, or holds for none; what hangs or restarts needs links.
     Result<Answer> kill(timeline::Timeline& timeline, const Kill& asked);

@@ -8,8 +8,6 @@
 
 #include "runtime/ask/debug/by_hand.h"
 #include "runtime/ask/debug/facts.h"
-#include "runtime/ask/why/ground.h"
-#include "runtime/engine/tuple/facts.h"
 
 namespace meld::debug {
 
@@ -32,57 +30,13 @@ class Without {
     std::size_t before_;
 };
 
-// Whether this process has the fact among those that are given.
-bool has(sim::Subdomain& subdomain, const OneFact& fact, u32 predicate) {
-    const ModuleInfo& module = subdomain.module;
-    const std::optional<sim::Catom> catom = subdomain.ensemble.find(fact.catom);
-    if (!catom || !subdomain.owned(*catom)) return false;
-    PredicateInfo p = module.predicates[predicate];
-    p.name = fact.given.predicate.c_str();
-    bool found = false;
-    tuple::each_fact(module, subdomain.columns, subdomain.geometry(), predicate, *catom,
-                     [&](const Value* arguments) { found = found || tuple::print_fact(module, p, fact.catom, arguments) == fact.text; });
-    return found;
-}
-
-tl::unexpected<Error> not_given(const std::string& fact) {
-    return fail(fmt::format("{} is not given from outside: rules derive it, or the program's text says it", fact),
-                fmt::format("why {} says what it rests on; ask what depends on that", fact));
-}
-
-// Facts that no world could give.
-Result<void> may_be_given(sim::Subdomain& subdomain, const std::string& text) {
-    const Result<inspect::Ground> ground = inspect::read_ground(subdomain, text);
-    if (!ground) return tl::unexpected<Error>(ground.error());
-    const ModuleInfo& module = subdomain.module;
-    const std::optional<u32> predicate = tuple::find_predicate(module, ground->predicate, ground->arguments.size());
-    const bool derived = predicate && module.predicates[*predicate].base == kNone16;
-    return derived ? Result<void>(not_given(ground->text)) : Result<void>{};
-}
-
-Result<void> is_given(sim::Subdomain& subdomain, const OneFact& fact) {
-    subdomain.refresh();
-    const ModuleInfo& module = subdomain.module;
-    const std::optional<u32> predicate = tuple::find_predicate(module, fact.given.predicate, fact.given.arguments.size());
-    MELD_CHECK(predicate.has_value(), "{} was checked", fact.text);
-    const u32 base = module.predicates[*predicate].base;
-    const std::byte mine{static_cast<unsigned char>((has(subdomain, fact, base) ? 2 : 0) | (has(subdomain, fact, *predicate) ? 1 : 0))};
-    std::byte all{0};
-    for (const std::byte each : subdomain.comm.allgather({&mine, 1})) all |= each;
-    if ((all & std::byte{2}) != std::byte{0}) return {};
-    if (all == std::byte{0}) return fail(fmt::format("{} does not hold after tick {}", fact.text, subdomain.tick()), "why-not tells more");
-    return not_given(fact.text);
-}
-
 }  // namespace
 
 Result<Answer> depends(timeline::Timeline& timeline, world::World& world, const DependsAsked& asked) {
     sim::Subdomain& present = timeline.simulation().subdomain();
     const std::string text = asked.fact.ends_with('.') ? asked.fact.substr(0, asked.fact.size() - 1) : asked.fact;
-    if (auto may = may_be_given(present, text); !may) return tl::unexpected<Error>(may.error());
-    const Result<OneFact> fact = read_fact(present, text, "depends");
+    const Result<OneFact> fact = read_given_fact(present, text, "depends");
     if (!fact) return tl::unexpected<Error>(fact.error());
-    if (auto is = is_given(present, *fact); !is) return tl::unexpected<Error>(is.error());
     const std::int64_t now = timeline.tick(), last = now > kLastTick - asked.ticks ? kLastTick : now + asked.ticks;
     Consequences out{.fact = fact->text, .tick = now};
     const auto run = [&](sim::Simulation& simulation, Consequences::Run& how) -> Result<void> {

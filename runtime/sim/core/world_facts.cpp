@@ -100,13 +100,14 @@ std::vector<std::string> never_given(const ModuleInfo& module, const world::Worl
     return names;
 }
 
-Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u64* matched, const std::vector<Catom>* only) {
+Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, Reached* reached, const std::vector<Catom>* only) {
     const std::optional<u32> predicate = tuple::find_predicate(subdomain_.module, fact.predicate, fact.arguments.size());
     if (!predicate) return no_predicate(subdomain_.module, fact);
     const PredicateInfo& p = subdomain_.module.predicates[*predicate];
     if (p.base == kNone16 || p.column == kNone16)
-        return fail(fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world cannot give them",
-                    "Give facts to a separate predicate and derive " + fact.predicate + " from it");
+        return fail(
+            fact.place + ": facts of " + fact.predicate + " are derived by rules or sensed, so the world can neither give nor take them",
+            "Give facts to a separate predicate and derive " + fact.predicate + " from it");
     tuple::ListStore& lists_of_facts = subdomain_.facts_.columns.lists();
     tuple::Arena lists;
     std::vector<Value> values;
@@ -124,52 +125,54 @@ Result<void> GivenFacts::change_one(const world::GivenFact& fact, Change how, u6
         if (const std::optional<Catom> catom = subdomain_.ensemble.find(*id)) one.push_back(*catom);
         only = &one;
     }
-    const bool at_once = only == nullptr && how != Change::Check && !route && fits;
+    const bool at_once = only == nullptr && (how == Change::Give || how == Change::Take) && !route && fits;
     if (at_once) {
-        const u64 here = change_all(fact, p.base, how, values.data());
-        if (matched != nullptr) *matched += here;
+        const Reached here = change_all(fact, p.base, how, values.data());
+        if (reached != nullptr) reached->matched += here.matched, reached->changed += here.changed;
     }
     const std::size_t count = at_once ? 0 : only != nullptr ? only->size() : subdomain_.ensemble.index_count();
-    for (std::size_t i = 0; i < count && (how != Change::Check || (matched != nullptr && *matched == 0)); ++i) {
+    for (std::size_t i = 0; i < count && (how != Change::Check || (reached != nullptr && reached->matched == 0)); ++i) {
         const Catom c = only != nullptr ? (*only)[i] : static_cast<Catom>(i);
         if (!fits || !subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
-        if (matched != nullptr) ++*matched;
+        if (reached != nullptr) ++reached->matched;
         if (how == Change::Check) continue;
+        if (how == Change::Look) {
+            if (holds(*predicate, c, values.data())) ++reached->changed;
+            continue;
+        }
         if (route) dead_links_.look_at_given(*route, c, *predicate, values[0].catom);
-        if (how == Change::Give)
-            subdomain_.give(p.base, c, values.data());
-        else
-            subdomain_.take(p.base, c, values.data());
+        const bool changed = how == Change::Give ? subdomain_.give(p.base, c, values.data()) : subdomain_.take(p.base, c, values.data());
+        if (reached != nullptr && changed) ++reached->changed;
     }
     for (u32 i = 0; i < p.arity; ++i) lists_of_facts.release(tuple::type_of(subdomain_.module, p.fields[i]), values[i], 0);
     return fits;
 }
 
-u64 GivenFacts::change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments) {
+GivenFacts::Reached GivenFacts::change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments) {
     FactStore& facts = subdomain_.facts_;
     const std::size_t count = subdomain_.ensemble.index_count();
-    std::atomic<u64> matched = 0;
+    std::atomic<u64> matched = 0, changed = 0;
     subdomain_.workers.run((count + eval::Agenda::kBlock - 1) / eval::Agenda::kBlock, [&](int worker, std::size_t block) {
-        u64 here = 0;
+        u64 here = 0, other = 0;
         for (std::size_t i = block * eval::Agenda::kBlock; i < std::min(count, (block + 1) * eval::Agenda::kBlock); ++i) {
             const Catom c = static_cast<Catom>(i);
             if (!subdomain_.owned(c) || !subdomain_.members_.in_region(fact.where, c)) continue;
             ++here;
-            if (how == Change::Give)
-                facts.give(predicate, c, arguments, worker);
-            else
-                facts.take(predicate, c, arguments, worker);
+            other += how == Change::Give ? facts.give(predicate, c, arguments, worker) : facts.take(predicate, c, arguments, worker);
         }
         matched.fetch_add(here, std::memory_order_relaxed);
+        changed.fetch_add(other, std::memory_order_relaxed);
     });
-    return matched;
+    return {matched, changed};
 }
 
 Result<void> GivenFacts::start() {
     Matched all;
     for (const world::GivenFact& fact : subdomain_.world.facts) {
         all.facts.push_back(&fact);
-        if (auto done = change_one(fact, Change::Give, &all.catoms.emplace_back(0)); !done) return done;
+        Reached reached;
+        if (auto done = change_one(fact, Change::Give, &reached); !done) return done;
+        all.catoms.push_back(reached.matched);
     }
     if (auto done = give_graph_facts(subdomain_); !done) return done;
     if (auto done = look_at_events(all); !done) return done;
@@ -196,11 +199,11 @@ Result<void> GivenFacts::look_at_events(Matched& all) {
     for (const world::Event& event : subdomain_.world.events)
         for (const auto* changes : {&event.take, &event.give})
             for (const world::GivenFact& fact : *changes) {
-                u64 some = 0;
+                Reached some;
                 if (auto done = change_one(fact, Change::Check, still() ? &some : nullptr); !done) return done;
                 if (!still()) continue;
                 all.facts.push_back(&fact);
-                all.catoms.push_back(some);
+                all.catoms.push_back(some.matched);
             }
     return {};
 }
@@ -250,12 +253,57 @@ void GivenFacts::warn_of_missing_catoms() {
                  count > 1 ? " (and " + std::to_string(count - 1) + " more such rules)" : "");
 }
 
+GivenFacts::Reached GivenFacts::sum_of_all(Reached mine) {
+    if (subdomain_.alone()) return mine;
+    Reached sum;
+    const std::vector<std::byte> all = subdomain_.comm.allgather(std::as_bytes(std::span(&mine, 1)));
+    for (ByteReader in(all, "catoms that an event reaches"); !in.done();) {
+        const auto theirs = in.read<Reached>();
+        sum.matched += theirs.matched, sum.changed += theirs.changed;
+    }
+    return sum;
+}
+
+bool GivenFacts::holds(u32 predicate, Catom catom, const Value* arguments) const {
+    bool found = false;
+    const PredicateInfo& p = subdomain_.module.predicates[predicate];
+    tuple::each_fact(subdomain_.module, subdomain_.columns, subdomain_.geometry(), predicate, catom,
+                     [&](const Value* held) { found = found || tuple::compare_arguments(subdomain_.module, p, held, arguments) == 0; });
+    return found;
+}
+
+// An event that happens again and again may find nothing in between, so it warns only the first time.
+void GivenFacts::take(const world::Event& event, const world::GivenFact& fact) {
+    Reached reached;
+    MELD_CHECK(change_one(fact, Change::Take, &reached).has_value(), "an event at {} that was checked", fact.place);
+    reached = sum_of_all(reached);
+    if (reached.changed > 0 || subdomain_.tick() != event.tick) return;
+    // Of a region that never matches, the start has warned.
+    if (reached.matched == 0 && still()) return;
+    subdomain_.refresh();
+    Reached held;
+    MELD_CHECK(change_one(fact, Change::Look, &held).has_value(), "an event at {} that was checked", fact.place);
+    held = sum_of_all(held);
+    if (subdomain_.comm.process() != 0) return;
+    std::string text = fact.predicate;
+    for (const std::string& argument : fact.arguments) text += (text.size() == fact.predicate.size() ? "(_, " : ", ") + argument;
+    if (!fact.arguments.empty()) text += ")";
+    if (held.changed > 0)
+        log::warning(
+            "{}: {} is taken in tick {}, but stays: it is not given from outside, rules derive it or the program's text says it. Let the "
+            "world "
+            "give, in [facts], what is to be taken",
+            fact.place, text, subdomain_.tick());
+    else
+        log::warning("{}: {} is taken in tick {}, but `{}` matches no catom that has it then, so nothing is taken", fact.place, text,
+                     subdomain_.tick(), fact.where.text());
+}
+
 // The world's changes in this tick.
 void GivenFacts::change() {
     for (const world::Event& event : subdomain_.world.events) {
         if (!event.happens_in(subdomain_.tick())) continue;
-        for (const world::GivenFact& fact : event.take)
-            MELD_CHECK(change_one(fact, Change::Take).has_value(), "an event at {} that was checked", fact.place);
+        for (const world::GivenFact& fact : event.take) take(event, fact);
         for (const world::GivenFact& fact : event.give)
             MELD_CHECK(change_one(fact, Change::Give).has_value(), "an event at {} that was checked", fact.place);
     }

@@ -31,18 +31,27 @@ class GivenFacts {
     void change();
 
   private:
-    enum class Change { Check, Give, Take };
+    enum class Change { Check, Give, Take, Look };
+    // Catoms of a region, and those of them whose facts have changed, or at which the fact holds.
+    struct Reached {
+        u64 matched = 0, changed = 0;
+    };
     // Facts, and for each how many catoms of this process its region matches.
     struct Matched {
         std::vector<const world::GivenFact*> facts;
         std::vector<u64> catoms;
     };
     Result<void> look_at_events(Matched& all);
-    // Gives the fact to the catoms of its region, or takes it from them; Check only reports what is wrong with it. `matched` counts the
-    // catoms on this process; with Check it says whether there are any.
-    Result<void> change_one(const world::GivenFact& fact, Change how, u64* matched = nullptr, const std::vector<Catom>* only = nullptr);
-    // Gives a stored predicate to the catoms of a region, or takes it from them, on all workers; returns how many the region has here.
-    u64 change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments);
+    // Gives the fact to the catoms of its region, or takes it from them; Look only finds where it holds, and Check reports what is wrong
+    // with it. `reached` counts the catoms of this process; with Check it says whether the region has any.
+    Result<void> change_one(const world::GivenFact& fact, Change how, Reached* reached = nullptr, const std::vector<Catom>* only = nullptr);
+    // Gives a stored predicate to the catoms of a region, or takes it from them, on all workers.
+    Reached change_all(const world::GivenFact& fact, u32 predicate, Change how, const Value* arguments);
+    // Takes a fact, and warns if nobody in its region had it among those that are given. Every process calls it.
+    void take(const world::Event& event, const world::GivenFact& fact);
+    Reached sum_of_all(Reached mine);
+    // Whether the fact holds at the catom, given or derived.
+    bool holds(u32 predicate, Catom catom, const Value* arguments) const;
     // Whether the fact is given at the start and is a route in a world without motion.
     std::optional<std::size_t> as_route(const world::GivenFact& fact, const PredicateInfo& p, Change how) const;
     // Warns of the facts that no process has a catom for.
