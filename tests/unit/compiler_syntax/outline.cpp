@@ -33,6 +33,12 @@ struct Outline {
     std::string operator()(const Binary& node) const {
         return fmt::format("(binary{} {} {})", static_cast<int>(node.op), outline_of(node.left), outline_of(node.right));
     }
+    std::string operator()(const Chain& node) const {
+        std::string text = "(chain " + outline_of(node.operands.front());
+        for (std::size_t i = 0; i < node.ops.size(); ++i)
+            text += fmt::format(" {} {}", static_cast<int>(node.ops[i]), outline_of(node.operands[i + 1]));
+        return text + ")";
+    }
     std::string operator()(const Conditional& node) const {
         return fmt::format("(if {} {} {})", outline_of(node.condition), outline_of(node.then_value), outline_of(node.else_value));
     }
