@@ -1,4 +1,4 @@
-// Puts a page together from its parts. The parts are in pages.def, one entry for each row of kinds.def.
+// Puts a page together from its parts. The parts are in pages.def and pages_of_rules.def, one entry for each row of kinds.def.
 #include "compiler/diagnostics/explain.h"
 
 #include <algorithm>
@@ -20,6 +20,7 @@ struct Page {
 constexpr Page kPages[] = {
 #define MELD_PAGE(name, meaning, wrong, cure, right) {Kind::name, meaning, wrong, cure, right},
 #include "compiler/diagnostics/pages.def"
+#include "compiler/diagnostics/pages_of_rules.def"
 #undef MELD_PAGE
 };
 

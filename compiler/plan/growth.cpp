@@ -1,5 +1,5 @@
-// Whether rules may derive ever more facts. A recursion that only passes on the values it finds comes to an end; one that computes new ones,
-// as p(A, N + 1) :- p(A, N) does, may not, so runs have lower limits for it.
+// Whether rules may derive ever more facts. A recursion that only passes on the values it finds comes to an end; one that computes new
+// ones, as p(A, N + 1) :- p(A, N) does, may not, so runs have lower limits for it.
 #include <algorithm>
 #include <set>
 

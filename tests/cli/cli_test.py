@@ -32,7 +32,8 @@ class Usage(Case):
         self.write("many.toml", square(1000))
         for world in ("w.toml", "g.toml"):
             self.refused("meldsim", "run", "p.meld", "--world", world, "-n", 100000, "--quiet", code=2,
-                         says=["-n: 100000 processes are more than the 36 catoms of this world, and would only wait for each other. Write -n "])
+                         says=["-n: 100000 processes are more than the 36 catoms of this world, "
+                               "and would only wait for each other. Write -n "])
         self.refused("meldsim", "run", "p.meld", "--world", "many.toml", "-n", 100000, "--quiet", code=2,
                      says=["-n: 100000 processes are too many for this machine, which has ",
                          "or start meldsim with mpirun on several machines"])

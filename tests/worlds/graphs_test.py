@@ -249,7 +249,8 @@ there(B{1}) :- link(B, _{1}).
                                False),
                               ("p(B, D + 1) :- neighbor(A, B), p(A, D).\n", True),
                               ("p(A, D + 1) :- p(A, D).\n", True),
-                              ("p(B, D + 1) :- neighbor(A, B), link(A, B), p(A, D).\np(B, D + 1) :- neighbor(A, B), link(B, A), p(A, D).\n", True),
+                              ("p(B, D + 1) :- neighbor(A, B), link(A, B), p(A, D).\n"
+                               "p(B, D + 1) :- neighbor(A, B), link(B, A), p(A, D).\n", True),
                               ("p(B, D + 1) :- neighbor(A, B), link(A, B), q(A, D).\nq(A, D + 1) :- p(A, D).\np(A, D) :- q(A, D).\n", True),
                               ("link(@0, @1).\np(B, D + 1) :- neighbor(A, B), link(A, B), p(A, D).\n", True)):
             self.write("q.meld", declared + rules)

@@ -8,8 +8,8 @@
 
 namespace meld::plan {
 
-// Why something else may happen, if the rule of this number makes and consumes facts with these dirty bits: a view depends on what it makes,
-// or a rule before it may fire. Empty: nothing can.
+// Why something else may happen, if the rule of this number makes and consumes facts with these dirty bits: a view depends on what it
+// makes, or a rule before it may fire. Empty: nothing can.
 inline std::string in_between(const Plan& plan, std::size_t number, std::uint64_t made, std::uint64_t consumed) {
     for (const StratumPlan& s : plan.strata)
         if ((s.inputs & made) != 0 && !s.predicates.empty())

@@ -2,8 +2,8 @@
 //
 // An aggregate takes the values one by one with add(), counts them in `count`, and returns the reduction with result(). start() takes the
 // first value of a group that has one, for aggregates that would otherwise have to begin with a zero; merge() takes the reduction of other
-// values. The parameter V is the type of a value; ListRef for all of more than one word, or one of the tags below where an aggregate works on
-// what is in them. No standard library.
+// values. The parameter V is the type of a value; ListRef for all of more than one word, or one of the tags below where an aggregate works
+// on what is in them. No standard library.
 #pragma once
 
 #include "runtime/module/kernel/exact_mean.h"

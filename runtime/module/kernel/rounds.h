@@ -74,7 +74,7 @@ struct Rounds {
     }
 
   private:
-    // A merge sort for this type alone: of many rows, a call for each comparison would take most of the time. The slots are no longer needed.
+    // A merge sort for this type alone: of many rows, a call for each comparison would take most of the time.
     void sort_all(Eval& e) {
         constexpr u32 kRun = 8;
         Row* from = all.rows;

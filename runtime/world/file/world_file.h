@@ -148,7 +148,7 @@ Result<World> parse_world(const std::string& text, const std::string& path, cons
 
 // Gives the world another seed; a graph that is generated is made again. Errors: the generator finds none.
 Result<void> set_seed(World& world, std::uint64_t seed);
-// Replaces a limit: "facts=50000", or derivations, ticks, list or memory ("memory=2GiB"). Errors: there is no such limit; the value is none.
+// Replaces a limit: "facts=50000", or derivations, ticks, list or memory ("memory=2GiB"). Errors: no such limit or value.
 Result<void> set_limit(World& world, const std::string& setting);
 // The limits of this kind that a run has: where its rules can make only so many facts, and where they may make ever more, because they
 // compute arguments from facts of their own. `memory_bytes`: what the run may take.
