@@ -151,16 +151,19 @@ const std::map<std::string, Function>& functions() {
         f["ceil"] = [](const Values& a) { return whole(std::ceil(a[0].real())); };
         f["round"] = [](const Values& a) { return whole(std::round(a[0].real())); };
 
-        f["llength"] = f["ssize"] = f["alength"] = [](const Values& a) { return value_of(static_cast<I>(a[0].items().size())); };
-        f["lnth"] = f["anth"] = [](const Values& a) { return nth(a[0].items(), a[1].integer()); };
+        f["llength"] = f["ssize"] = f["alength"] = f["array_size"] = [](const Values& a) { return value_of(static_cast<I>(a[0].items().size())); };
+        f["lnth"] = f["anth"] = f["array_get"] = [](const Values& a) { return nth(a[0].items(), a[1].integer()); };
         f["lhead"] = [](const Values& a) { return nth(a[0].items(), 0); };
         f["llast"] = [](const Values& a) { return nth(a[0].items(), static_cast<I>(a[0].items().size()) - 1); };
         f["ltail"] = [](const Values& a) { return value_of(between(a[0].items(), 1, static_cast<I>(a[0].items().size()))); };
         f["lappend"] = [](const Values& a) { return value_of(joined(a[0].items(), a[1].items())); };
-        f["ladd"] = [](const Values& a) { return value_of(joined(a[0].items(), {a[1]})); };
+        f["array_init"] = [](const Values& a) {
+            return value_of(Values(static_cast<std::size_t>(std::max(I{0}, a[0].integer())), a[1]));
+        };
+        f["ladd"] = f["array_add"] = [](const Values& a) { return value_of(joined(a[0].items(), {a[1]})); };
         f["lreverse"] = [](const Values& a) { return value_of(Values(a[0].items().rbegin(), a[0].items().rend())); };
         f["lsort"] = [](const Values& a) { return value_of(sorted(a[0].items())); };
-        f["lexists"] = f["smember"] = [](const Values& a) { return value_of(contains(a[0].items(), a[1])); };
+        f["lexists"] = f["smember"] = f["array_exists"] = [](const Values& a) { return value_of(contains(a[0].items(), a[1])); };
         f["lindex"] = [](const Values& a) {
             const auto at = std::find(a[0].items().begin(), a[0].items().end(), a[1]);
             return value_of(at == a[0].items().end() ? I{-1} : static_cast<I>(at - a[0].items().begin()));
@@ -191,10 +194,10 @@ const std::map<std::string, Function>& functions() {
         f["lmax"] = [](const Values& a) { return nth(sorted(a[0].items()), static_cast<I>(a[0].items().size()) - 1); };
 
         f["list2set"] = [](const Values& a) { return value_of(sorted(once(a[0].items()))); };
-        f["set2list"] = f["list2array"] = f["array2list"] = [](const Values& a) { return a[0]; };
+        f["set2list"] = f["list2array"] = f["array2list"] = f["array_from_list"] = [](const Values& a) { return a[0]; };
         f["sadd"] = [](const Values& a) { return value_of(sorted(once(joined(a[0].items(), {a[1]})))); };
         f["sunion"] = [](const Values& a) { return value_of(sorted(once(joined(a[0].items(), a[1].items())))); };
-        f["aset"] = [](const Values& a) {
+        f["aset"] = f["array_set"] = [](const Values& a) {
             Values items = a[0].items();
             if (!nth(items, a[1].integer())) return Result();
             items[static_cast<std::size_t>(a[1].integer())] = a[2];

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <utility>
 
@@ -118,11 +119,21 @@ Result<Known> Explainer::asked() {
 
 bool Explainer::asks_more() {
     const Rule& question = program_.question();
+    // A catom that is named twice is one variable, whose value a test says.
+    const auto named = [&](const Term& variable) {
+        return std::ranges::any_of(question.body, [&](const Clause& c) {
+            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) return false;
+            return std::ranges::any_of(std::array{0u, 1u}, [&](std::size_t side) {
+                const Term& other = c.test.operands[1 - side];
+                return c.test.operands[side].is_variable() && c.test.operands[side].variable == variable.variable && other.op == Op::Node;
+            });
+        });
+    };
     std::set<VariableId> open;
     for (const Clause& c : question.body)
         if (c.kind == Clause::Kind::Atom)
             for (const Term& t : c.atom.arguments)
-                if (t.is_variable() && !open.insert(t.variable).second) return true;
+                if (t.is_variable() && !open.insert(t.variable).second && !named(t)) return true;
     // Each says the value of one that had none.
     const auto says_value = [&](const Term& variable, const Term& value) {
         bool ground = variable.is_variable();
