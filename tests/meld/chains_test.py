@@ -11,7 +11,7 @@ from frame import CAMPAIGN, Case, main, square  # noqa: E402
 OPERATORS = pathlib.Path(__file__).resolve().parents[2] / "compiler" / "syntax" / "operators.def"
 LEVELS = re.findall(r'^MELD_BINARY\(\w+, +"([^"]+)", +(\w+), ', OPERATORS.read_text(), re.MULTILINE)
 # What is checked, and what is compiled and run.
-MANY, RUN = 30000, 8000 if CAMPAIGN else 2000
+MANY, RUN = 30000, 1500 if CAMPAIGN else 330
 
 
 def repeated(words, count):
