@@ -89,6 +89,11 @@ Result truncated(double a) {
 Result unary(Op op, const Value& a) {
     switch (op) {
         case Op::Negate:
+            if (a.has_items()) {
+                Values out;
+                for (const Value& x : a.items()) out.push_back(value_of(-x.real()));
+                return value_of(std::move(out));
+            }
             return a.is_real() ? value_of(-a.real()) : integers(Op::Subtract, 0, a.integer());
         case Op::Not:
             return value_of(!a.truth());

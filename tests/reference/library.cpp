@@ -151,15 +151,14 @@ const std::map<std::string, Function>& functions() {
         f["ceil"] = [](const Values& a) { return whole(std::ceil(a[0].real())); };
         f["round"] = [](const Values& a) { return whole(std::round(a[0].real())); };
 
-        f["llength"] = f["ssize"] = f["alength"] = f["array_size"] = [](const Values& a) { return value_of(static_cast<I>(a[0].items().size())); };
+        f["llength"] = f["ssize"] = f["alength"] =
+            f["array_size"] = [](const Values& a) { return value_of(static_cast<I>(a[0].items().size())); };
         f["lnth"] = f["anth"] = f["array_get"] = [](const Values& a) { return nth(a[0].items(), a[1].integer()); };
         f["lhead"] = [](const Values& a) { return nth(a[0].items(), 0); };
         f["llast"] = [](const Values& a) { return nth(a[0].items(), static_cast<I>(a[0].items().size()) - 1); };
         f["ltail"] = [](const Values& a) { return value_of(between(a[0].items(), 1, static_cast<I>(a[0].items().size()))); };
         f["lappend"] = [](const Values& a) { return value_of(joined(a[0].items(), a[1].items())); };
-        f["array_init"] = [](const Values& a) {
-            return value_of(Values(static_cast<std::size_t>(std::max(I{0}, a[0].integer())), a[1]));
-        };
+        f["array_init"] = [](const Values& a) { return value_of(Values(static_cast<std::size_t>(std::max(I{0}, a[0].integer())), a[1])); };
         f["ladd"] = f["array_add"] = [](const Values& a) { return value_of(joined(a[0].items(), {a[1]})); };
         f["lreverse"] = [](const Values& a) { return value_of(Values(a[0].items().rbegin(), a[0].items().rend())); };
         f["lsort"] = [](const Values& a) { return value_of(sorted(a[0].items())); };

@@ -86,7 +86,7 @@ const std::vector<Construct> kConstructs = {
     {"a stable fact", "type {r}(node, {T}).\n{go}(A), stable({v}(A, X), 3) -o {r}(A, X).\n"},
     // Expressions
     {"made", "type {r}(node, {T}).\n{r}(A, {made}) :- id(A, I).\n"},
-    {"a constant", "const {r}c = {1}.\ntype {r}(node, {T}).\n{r}(A, {r}c).\n", [](const Type& t) { return t.kind != Type::Kind::Array; }},
+    {"a constant", "const {r}c = {1}.\ntype {r}(node, {T}).\n{r}(A, {r}c).\n"},
     {"a function", "fun {r}f({T} X) : {T} = X.\ntype {r}(node, {T}).\n{r}(A, {r}f(X)) :- {v}(A, X).\n"},
     {"if", "type {r}(node, {T}).\n{r}(A, if I = 1 then X else {2} end) :- {v}(A, X), id(A, I).\n"},
     {"let", "type {r}(node, {T}).\n{r}(A, let Y = X in Y end) :- {v}(A, X).\n"},
@@ -210,8 +210,10 @@ std::vector<Construct> constructs_of_aggregates(const std::string& type) {
         const std::string declared = "type {r}(node, " + typed(a, type) + ").\n";
         const Takes which = takes(a, false);
         out.push_back({word + " in a body", declared + "{r}(A, S) :- id(A, _), S = " + over + " : { {v}(A, X) }.\n", which});
+        // In which order neighbours come, the lattice decides, which the reference does not know.
+        const std::string links = word == "collect" || word == "append" ? "neighbor(A, B), B = @1" : "neighbor(A, B)";
         out.push_back(
-            {word + " over links", declared + "{r}(A, S) :- id(A, _), S = " + over + " : { neighbor(A, B), {v}(B, X) }.\n", which});
+            {word + " over links", declared + "{r}(A, S) :- id(A, _), S = " + over + " : { " + links + ", {v}(B, X) }.\n", which});
         out.push_back(
             {word + " over nothing", declared + "{r}(A, S) :- id(A, _), S = " + over + " : { {v}(A, X), X = {1}, id(A, 9) }.\n", which});
         out.push_back({word + " as a condition",
