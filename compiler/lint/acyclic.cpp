@@ -20,17 +20,17 @@ class Followed {
 
     bool run() {
         for (const Rule& rule : program_.rules)
-            if (std::ranges::any_of(rule.heads, [&](const Head& head) { return is_link(head.atom); })) return false;
+            if (std::ranges::any_of(rule.heads, [&](const Head& head) { return is_link(head.atom.predicate); })) return false;
         for (const RuleId id : stratum_.rules) look_at(program_.rules[id]);
         return !astray_ && !(forward_ && backward_) && stays_end();
     }
 
   private:
-    bool is_link(const Atom& a) const {
-        const Predicate& p = program_.predicates[a.predicate];
-        return p.name == kLink && p.world == WorldSource::None && p.kind == PredicateKind::Persistent && a.arguments.size() >= 2 &&
-               a.arguments[1].is_variable();
+    bool is_link(PredicateId id) const {
+        const Predicate& p = program_.predicates[id];
+        return p.name == kLink && p.world == WorldSource::None && p.kind == PredicateKind::Persistent && p.arguments.size() >= 2;
     }
+    bool is_link(const Atom& a) const { return is_link(a.predicate) && a.arguments[1].is_variable(); }
 
     void look_at(const Rule& rule) {
         for (const Head& head : rule.heads) {

@@ -24,7 +24,7 @@ heard(B, S) :- neighbor(A, B), heard(A, S), not wall(B).
 """
 DEEDS = ("give token(@5, 3).", r'give note(@0, "a \"b\" \\ c\n5", [1.0, 2.5], list2set([3, 1]), (7, true), vec3(0.0, -1.5, 1e9))',
          r'give note(@2, "5", [0.0, 1.0], list2set([7]), (-7, false), vec3(0.0, 0.0, 0.0))', "take wall(@1)", "give wall(@6)",
-         "take token(@6, 0)", "give token(@9, 2 + 2)", "give tap(@3)")
+         "take token(@3, 0)", "give token(@9, 2 + 2)", "give tap(@3)")
 
 
 class ByHand(DebugTest):

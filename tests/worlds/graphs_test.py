@@ -286,7 +286,7 @@ there(B{1}) :- link(B, _{1}).
                 ("g.json", f'{{"nodes": [{{"id": {deep}}}], "links": []}}', "nested more than 100 levels deep"),
                 ("g.json", f'{{"nodes": [{{"id": 1}}], "links": [{{"source": 1, "target": {deep}}}]}}', "nested more than 100"),
                 ("g.json", json.dumps({"nodes": [{"id": 0, "x": float("nan")}], "links": []}),
-                 'g.json:1:29: "x" is NaN, which is no number of JSON'),
+                 'g.json:1:27: "x" is NaN, which is no number of JSON'),
                 ("g.json", json.dumps({"nodes": [{"id": 0, "x": float("-inf")}]}), "allow_nan=False"),
                 ("g.csv", "0,1\n9223372036854775807,2\n", "9223372036854775807 is too large")):
             self.write(name, text)

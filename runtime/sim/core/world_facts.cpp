@@ -290,9 +290,9 @@ void GivenFacts::take(const world::Event& event, const world::GivenFact& fact) {
     if (!fact.arguments.empty()) text += ")";
     if (held.changed > 0)
         log::warning(
-            "{}: {} is taken in tick {}, but stays: it is not given from outside, rules derive it or the program's text says it. Let the "
-            "world "
-            "give, in [facts], what is to be taken",
+            "{}: {} is taken in tick {}, but is not given from outside, or no longer: what rules derive or the program's text says stays. "
+            "Let "
+            "the world give, in [facts], what is to be taken",
             fact.place, text, subdomain_.tick());
     else
         log::warning("{}: {} is taken in tick {}, but `{}` matches no catom that has it then, so nothing is taken", fact.place, text,
