@@ -187,7 +187,7 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std
         w.line("if (grew) {}{}_semi_naive{}(s);",
                plan.places ? fmt::format("note_place(*s.e, {}), ", stratum.semi_naive[i].rule.index()) : "",
                rule_function(plan.program, stratum.semi_naive[i].rule), i);
-    const std::string most = fmt::format("s.e->subdomain->max_{}derivations", plan::may_grow(plan, stratum) ? "growing_" : "");
+    const std::string most = fmt::format("s.e->subdomain->max_{}_derivations", plan::may_grow(plan, stratum) ? "growing" : "finite");
     std::string many;
     for (const PredicateId p : stratum.predicates)
         if (by_round) many += fmt::format(" || s.{0}.count > view_limit<{0}_t>(*s.e)", predicate_name(plan.program, p));

@@ -11,7 +11,7 @@ using namespace check;
 
 namespace {
 
-// As runtime/sim/core/graph_facts.h gives it.
+// As runtime/sim/core/setup/graph_facts.h gives it.
 constexpr const char* kLink = "link";
 
 class Followed {

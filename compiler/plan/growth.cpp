@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "compiler/plan/join/draws.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -11,26 +12,14 @@ using namespace check;
 
 namespace {
 
-bool is_value(const Term& t) {
-    switch (t.op) {
-        case Op::Variable:
-        case Op::Int:
-        case Op::Float:
-        case Op::Bool:
-        case Op::Node:
-        case Op::String:
-        case Op::Constant:
-            return true;
-        default:
-            return false;
-    }
-}
+// A variable or a literal: no new value.
+bool is_value(const Program& program, const Term& t) { return t.operands.empty() && !draws(program, t); }
 
 // Whether the rule derives a group from what it computes.
 bool computes(const Plan& plan, const RulePlan& r, std::set<VariableId> computed) {
     each_step(r.steps, [&](const Step& step) {
         const Set* set = as<Set>(step);
-        if (set != nullptr && (!is_value(set->value) || (set->value.is_variable() && computed.contains(set->value.variable))))
+        if (set != nullptr && (!is_value(plan.program, set->value) || (set->value.is_variable() && computed.contains(set->value.variable))))
             computed.insert(set->variable);
         if (const AggregateOver* over = as<AggregateOver>(step)) computed.insert(over->variable);
     });
@@ -41,7 +30,7 @@ bool computes(const Plan& plan, const RulePlan& r, std::set<VariableId> computed
         if (fact == nullptr) return true;
         for (std::size_t i = 0; i < group_arguments(plan.program.predicates[fact->predicate]); ++i) {
             const Term& t = fact->arguments[i];
-            if (!is_value(t) || (t.is_variable() && computed.contains(t.variable))) return true;
+            if (!is_value(plan.program, t) || (t.is_variable() && computed.contains(t.variable))) return true;
         }
     }
     return false;

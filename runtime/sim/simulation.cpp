@@ -12,9 +12,9 @@
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/process/stage_clock.h"
 #include "runtime/sim/choices.h"
-#include "runtime/sim/core/catom_failures.h"
-#include "runtime/sim/core/link_failures.h"
-#include "runtime/sim/core/world_facts.h"
+#include "runtime/sim/core/failures/catom_failures.h"
+#include "runtime/sim/core/failures/link_failures.h"
+#include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/sim/state/hand_over.h"
 #include "runtime/sim/state/reading.h"
 

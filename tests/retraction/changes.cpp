@@ -6,8 +6,8 @@
 #include "runtime/base/bytes.h"
 #include "runtime/comm/transport/packets.h"
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/core/catom_failures.h"
-#include "runtime/sim/core/link_failures.h"
+#include "runtime/sim/core/failures/catom_failures.h"
+#include "runtime/sim/core/failures/link_failures.h"
 #include "runtime/sim/core/migration.h"
 
 namespace meld::retraction {

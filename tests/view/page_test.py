@@ -244,6 +244,34 @@ class Pages(Viewing):
         self.assertIn("dsit", self.text("look-colour-mistake"))
         self.assertEqual(self.run_js("return viewer.words.shown"), 3)
 
+    def lose(self, restored):
+        self.run_js("""window.lent = window.lent || viewer.stage.renderer.getContext().getExtension("WEBGL_lose_context");
+            window.lent[arguments[0]]();""", "restoreContext" if restored else "loseContext")
+        self.wait(lambda: self.run_js("return viewer.stage.drawsItself") == restored)
+        said = " ".join(e.text for e in self.browser.find_elements(By.CLASS_NAME, "lost"))
+        self.assertEqual("lost its graphics" in said, not restored, said)
+        # What it says lies over the picture.
+        self.run_js("for (const said of document.getElementsByClassName('lost')) said.style.visibility = 'hidden'")
+
+    def test_graphics_are_lost_and_come_back(self):
+        for served in (True, False):
+            if served:
+                self.open(self.view("plate.meld"))
+                self.enter("look-colour", "dist(A, D)")
+                self.command("run")
+                self.wait(lambda: self.text("legend"))
+            else:
+                self.share("--colour", "dist(A, D)")
+                self.to(self.run_js("return viewer.info.last"))
+            # Twice, since what is made anew must hear of it too.
+            for restored in (False, True, False, True):
+                self.lose(restored)
+                self.wait(lambda: np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max() < 60)
+                self.assertLess(np.abs(self.cell(self.pixels(), WIDTH - 1, HEIGHT - 1) - YELLOW).max(), 60)
+                self.click(0)
+                self.assertEqual(self.text("catom"), "Catom @0")
+                self.run_js("viewer.select([])")
+
     def test_pages_of_any_size_hold_all_that_there_is(self):
         self.addCleanup(self.browser.set_window_size, 1100, 720)
         # Drawn by the server: what draws without a graphics card takes long for millions of pixels.

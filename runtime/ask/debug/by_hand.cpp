@@ -14,7 +14,7 @@
 #include "runtime/base/files/output_file.h"
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/core/world_facts.h"
+#include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/world/file/event_section.h"
 #include "runtime/world/shapes/expression.h"
 

@@ -40,7 +40,7 @@
 #include "runtime/results/profile/times.h"
 #include "runtime/results/record/digest_file.h"
 #include "runtime/results/record/recorder.h"
-#include "runtime/sim/core/world_facts.h"
+#include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/watchers/watcher.h"

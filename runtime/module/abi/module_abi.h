@@ -219,6 +219,8 @@ struct SubdomainView {
     bool strict = false;      // A derivation without a value ends the run at once.
     u64 max_derivations = 0;
     u64 max_facts = 0;
+    // Of a recursion that only passes on the values it finds, which ends by itself.
+    u64 max_finite_derivations = 0;
     // The same for rules that may derive ever more, because they compute arguments from what they have derived.
     u64 max_growing_derivations = 0;
     u64 max_growing_facts = 0;

@@ -39,36 +39,22 @@ struct SumOf {
     }
     V result(Eval&, u32) const { return sum; }
 };
-template <>
-struct SumOf<ListRef> {
+// Element by element.
+template <ListRef (*Add)(Eval&, u32, ListRef, ListRef)>
+struct SumOfLists {
     u64 count = 0;
     ListRef sum = nullptr;
     void start(ListRef value) {
         sum = value;
         count = 1;
     }
-    void add(Eval& e, u32 rule, ListRef value) {
-        if (count++ == 0)
-            sum = value;
-        else
-            sum = library::add_floats(e, rule, sum, value);
-    }
+    void add(Eval& e, u32 rule, ListRef value) { sum = count++ == 0 ? value : Add(e, rule, sum, value); }
     ListRef result(Eval&, u32) const { return sum; }
 };
 template <>
-struct SumOf<Vector> {
-    u64 count = 0;
-    ListRef sum = nullptr;
-    void start(ListRef value) {
-        sum = value;
-        count = 1;
-    }
-    void add(Eval& e, u32 rule, ListRef value) {
-        if (count++ == 0)
-            sum = value;
-        else
-            sum = library::vector_add(e, rule, sum, value);
-    }
+struct SumOf<ListRef> : SumOfLists<library::add_floats> {};
+template <>
+struct SumOf<Vector> : SumOfLists<library::vector_add> {
     // Of nothing: (0, 0, 0).
     ListRef result(Eval& e, u32) const { return count == 0 ? make_list(e, Words<3>{}) : sum; }
 };

@@ -14,8 +14,8 @@
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
 #include "runtime/sim/bodies/step_advice.h"
-#include "runtime/sim/core/catom_failures.h"
-#include "runtime/sim/core/unmatched.h"
+#include "runtime/sim/core/failures/catom_failures.h"
+#include "runtime/sim/core/setup/unmatched.h"
 
 namespace meld::sim {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/core/unmatched.h"
+#include "runtime/sim/core/setup/unmatched.h"
 
 namespace meld::sim {
 

@@ -5,7 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/sim/core/created_nodes.h"
-#include "runtime/sim/core/setup.h"
+#include "runtime/sim/core/setup/setup.h"
 
 namespace meld::sim {
 

@@ -164,7 +164,7 @@ class Subdomain {
     // Ids for new catoms, this many on all processes together; returns the first.
     std::uint64_t take_ids(std::uint64_t count);
 
-    // ---- catoms that fail (runtime/sim/core/catom_failures.h)
+    // ---- catoms that fail (runtime/sim/core/failures/catom_failures.h)
     // It hangs: it is not evaluated any more.
     void fall_silent(std::uint64_t id);
     // It no longer does, if it did.

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "runtime/sim/core/exchange.h"
+#include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/sim/core/world_facts.h"
 
 namespace meld::sim {
 

@@ -12,7 +12,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/comm/transport/packets.h"
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/core/catom_failures.h"
+#include "runtime/sim/core/failures/catom_failures.h"
 
 namespace meld::sim {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/sim/core/graph_setup.h"
+#include "runtime/sim/core/setup/graph_setup.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "runtime/comm/transport/collective_result.h"
-#include "runtime/sim/core/graph_setup.h"
+#include "runtime/sim/core/setup/graph_setup.h"
 #include "runtime/sim/state/loader.h"
 #include "runtime/sim/state/reading.h"
 

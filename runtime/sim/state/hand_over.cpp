@@ -5,7 +5,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/comm/transport/packets.h"
-#include "runtime/sim/core/setup.h"
+#include "runtime/sim/core/setup/setup.h"
 #include "runtime/sim/state/cell_places.h"
 #include "runtime/sim/state/placed_chunk.h"
 #include "runtime/sim/state/share.h"

@@ -9,8 +9,8 @@
 #include "runtime/base/assert.h"
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/sim/core/programs.h"
-#include "runtime/sim/core/setup.h"
-#include "runtime/sim/core/world_facts.h"
+#include "runtime/sim/core/setup/setup.h"
+#include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/sim/state/reading.h"
 
 namespace meld::sim {

@@ -18,18 +18,18 @@ constexpr std::uint64_t kLeastFacts = 100'000, kMaxFacts = std::uint64_t{1} << 3
 // Where rules may make ever more.
 constexpr std::uint64_t kGrowingFacts = 10'000, kGrowingDerivations = 100'000;
 // A second of work or so: linear rules may go on for ever, whatever they compute.
-constexpr std::uint64_t kDerivations = 20'000'000;
+constexpr std::uint64_t kFirings = 20'000'000;
 
 }  // namespace
 
-GrowthLimits fact_limits(const Limits& limits, std::uint64_t memory_bytes) {
-    if (limits.max_facts_per_catom) return {*limits.max_facts_per_catom, *limits.max_facts_per_catom};
+FactLimits fact_limits(const Limits& limits, std::uint64_t memory_bytes) {
+    if (const auto most = limits.max_facts_per_catom) return {*most, *most};
     return {std::clamp(memory_bytes / kShare / kFact_bytes, kLeastFacts, kMaxFacts), kGrowingFacts};
 }
 
-GrowthLimits derivation_limits(const Limits& limits) {
-    if (limits.max_derivations_per_tick) return {*limits.max_derivations_per_tick, *limits.max_derivations_per_tick};
-    return {kDerivations, kGrowingDerivations};
+DerivationLimits derivation_limits(const Limits& limits) {
+    if (const auto most = limits.max_derivations_per_tick) return {*most, *most, *most};
+    return {kFirings, std::numeric_limits<std::uint64_t>::max(), kGrowingDerivations};
 }
 
 Result<void> set_limit(World& world, const std::string& setting) {

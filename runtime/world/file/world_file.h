@@ -152,11 +152,15 @@ Result<void> set_seed(World& world, std::uint64_t seed);
 Result<void> set_limit(World& world, const std::string& setting);
 // The limits of this kind that a run has: where its rules can make only so many facts, and where they may make ever more, because they
 // compute arguments from facts of their own. `memory_bytes`: what the run may take.
-struct GrowthLimits {
+struct FactLimits {
     std::uint64_t bounded = 0, growing = 0;
 };
-GrowthLimits fact_limits(const Limits& limits, std::uint64_t memory_bytes);
-GrowthLimits derivation_limits(const Limits& limits);
+FactLimits fact_limits(const Limits& limits, std::uint64_t memory_bytes);
+// Of the firings of linear rules, and of recursion of the two kinds; one that ends by itself has none unless the world says so.
+struct DerivationLimits {
+    std::uint64_t firings = 0, finite = 0, growing = 0;
+};
+DerivationLimits derivation_limits(const Limits& limits);
 
 // Gives the ports of the world the numbers of this robot, or "lattice" for their own. Errors: there is no such robot; its modules stand on
 // another lattice; a graph and bodies have no sides.

@@ -1,12 +1,11 @@
 // Rows found by some of their arguments are those that looking at all of them finds, in the same order, also while a search takes some.
 #include "runtime/module/kernel/index.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <memory>
 #include <random>
 #include <vector>
+
+#include "tests/unit/runtime_module_kernel/scratch.h"
 
 namespace meld {
 namespace {
@@ -26,20 +25,7 @@ struct BySecond {
     static u64 hash(const Row& row) { return static_cast<u64>(row.a2); }
 };
 
-// Scratch memory that grows by blocks of its own.
-struct Tables : testing::Test {
-    Tables() {
-        blocks.clear();
-        host.more_arena = [](Eval* eval, u64 bytes) {
-            const u64 size = std::max<u64>(bytes, 1 << 20);
-            blocks.push_back(std::make_unique<u8[]>(size));
-            eval->arena = eval->arena_start = blocks.back().get();
-            eval->arena_end = eval->arena + size;
-        };
-        view.max_facts = 1000;
-        e.host = &host;
-        e.subdomain = &view;
-    }
+struct Tables : ScratchTest {
     std::vector<Pair::Row> rows(u32 count, i64 values) {
         std::vector<Pair::Row> out;
         for (u32 i = 0; i < count; ++i)
@@ -48,10 +34,6 @@ struct Tables : testing::Test {
         return out;
     }
     std::mt19937_64 random{7};
-    static inline std::vector<std::unique_ptr<u8[]>> blocks;
-    Host host{};
-    SubdomainView view{};
-    Eval e{};
 };
 
 TEST_F(Tables, SpansAreTheRowsThatBeginAlike) {

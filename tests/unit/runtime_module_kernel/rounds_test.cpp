@@ -1,13 +1,12 @@
 // A set that grows in rounds holds each row once, in whatever order and number rows are proposed, and ends in order.
 #include "runtime/module/kernel/rounds.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <memory>
 #include <random>
 #include <set>
 #include <vector>
+
+#include "tests/unit/runtime_module_kernel/scratch.h"
 
 namespace meld {
 namespace {
@@ -24,23 +23,7 @@ struct Pair {
     static u64 hash(const Row& row) { return mix(mix(0, static_cast<u64>(row.a1)), static_cast<u64>(row.a2)); }
 };
 
-struct GrowingSets : testing::Test {
-    GrowingSets() {
-        blocks.clear();
-        host.more_arena = [](Eval* eval, u64 bytes) {
-            const u64 size = std::max<u64>(bytes, 1 << 20);
-            blocks.push_back(std::make_unique<u8[]>(size));
-            eval->arena = eval->arena_start = blocks.back().get();
-            eval->arena_end = eval->arena + size;
-        };
-        e.host = &host;
-        e.subdomain = &view;
-    }
-    static inline std::vector<std::unique_ptr<u8[]>> blocks;
-    Host host{};
-    SubdomainView view{};
-    Eval e{};
-};
+using GrowingSets = ScratchTest;
 
 TEST_F(GrowingSets, AreThoseOfASimpleSet) {
     std::mt19937_64 random{11};

@@ -100,6 +100,7 @@ export class ShareSource {
         this.colour = painter(this.head);
         this.pieces = new Map();  // Those that were looked at last, with their states.
         this.shown = null;
+        this.index = 0;  // Of its frame.
         this.live = false;
         this.asks = false;  // No questions in Meld.
         this.ends = [];
@@ -121,11 +122,12 @@ export class ShareSource {
         return this.pieces.get(piece);
     }
 
-    // The frame of this tick, or of the last one before it.
+    // The frame of this tick, or of the last one before it; without a tick, the frame that is shown.
     async frame(_look, tick) {
         const {ticks, ticks: {length}} = this.head;
-        let index = tick === undefined ? 0 : length - 1;
+        let index = tick === undefined ? this.index : length - 1;
         while (index > 0 && ticks[index] > tick) --index;
+        this.index = index;
         const piece = this.ends.findIndex((end) => index < end);
         const within = index - (piece > 0 ? this.ends[piece - 1] : 0);
         const {read, states} = await this.states(piece);

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/world_facts.h"
+#include "runtime/sim/core/setup/world_facts.h"
 
 #include <fmt/format.h>
 
@@ -16,11 +16,11 @@
 #include "runtime/base/terminal/log.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/engine/tuple/value_text.h"
-#include "runtime/sim/core/catom_failures.h"
-#include "runtime/sim/core/graph_facts.h"
-#include "runtime/sim/core/setup.h"
-#include "runtime/sim/core/unmatched.h"
-#include "runtime/sim/core/unmatched_links.h"
+#include "runtime/sim/core/failures/catom_failures.h"
+#include "runtime/sim/core/setup/graph_facts.h"
+#include "runtime/sim/core/setup/setup.h"
+#include "runtime/sim/core/setup/unmatched.h"
+#include "runtime/sim/core/setup/unmatched_links.h"
 #include "runtime/world/shapes/region_id.h"
 
 namespace meld::sim {

@@ -1,5 +1,5 @@
 // Catoms that are the nodes of a graph: who owns which, ghosts of the neighbours elsewhere, and the table of links.
-#include "runtime/sim/core/graph_setup.h"
+#include "runtime/sim/core/setup/graph_setup.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/unmatched.h"
+#include "runtime/sim/core/setup/unmatched.h"
 
 #include <cstddef>
 #include <utility>

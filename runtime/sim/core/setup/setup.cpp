@@ -1,4 +1,4 @@
-#include "runtime/sim/core/setup.h"
+#include "runtime/sim/core/setup/setup.h"
 
 #include <fmt/format.h>
 
@@ -13,9 +13,9 @@
 #include "runtime/base/process/available_memory.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/engine/tuple/value_text.h"
-#include "runtime/sim/core/graph_setup.h"
 #include "runtime/sim/core/programs.h"
-#include "runtime/sim/core/world_facts.h"
+#include "runtime/sim/core/setup/graph_setup.h"
+#include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/world/file/populate.h"
 
 namespace meld::sim {
@@ -138,10 +138,11 @@ void Setup::set_limits() {
     const world::World& world = subdomain_.world;
     SubdomainView& abi = subdomain_.abi_;
     abi.seed = world.seed;
-    const world::GrowthLimits derivations = world::derivation_limits(world.limits);
-    abi.max_derivations = derivations.bounded;
+    const world::DerivationLimits derivations = world::derivation_limits(world.limits);
+    abi.max_derivations = derivations.firings;
+    abi.max_finite_derivations = derivations.finite;
     abi.max_growing_derivations = derivations.growing;
-    const world::GrowthLimits facts = world::fact_limits(world.limits, least_memory(subdomain_.comm, world.limits));
+    const world::FactLimits facts = world::fact_limits(world.limits, least_memory(subdomain_.comm, world.limits));
     abi.max_facts = facts.bounded;
     abi.max_growing_facts = facts.growing;
     abi.max_list = world.limits.max_list;

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/catom_failures.h"
+#include "runtime/sim/core/failures/catom_failures.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/core/programs.h"
-#include "runtime/sim/core/unmatched.h"
+#include "runtime/sim/core/setup/unmatched.h"
 
 namespace meld::sim {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/sim/core/link_failures.h"
+#include "runtime/sim/core/failures/link_failures.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/graph_facts.h"
+#include "runtime/sim/core/setup/graph_facts.h"
 
 #include <fmt/format.h>
 

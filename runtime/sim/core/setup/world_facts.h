@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
-#include "runtime/sim/core/dead_links.h"
+#include "runtime/sim/core/failures/dead_links.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/dead_links.h"
+#include "runtime/sim/core/failures/dead_links.h"
 
 #include <fmt/format.h>
 

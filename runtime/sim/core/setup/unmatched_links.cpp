@@ -1,11 +1,11 @@
-#include "runtime/sim/core/unmatched_links.h"
+#include "runtime/sim/core/setup/unmatched_links.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "runtime/sim/core/unmatched.h"
+#include "runtime/sim/core/setup/unmatched.h"
 
 namespace meld::sim {
 

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/expected_share.h"
+#include "runtime/sim/core/setup/expected_share.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/engine/tuple/program_actions.h"
-#include "runtime/sim/core/setup.h"
+#include "runtime/sim/core/setup/setup.h"
 #include "runtime/world/ensemble/brick_table.h"
 #include "runtime/world/ensemble/ensemble.h"
 #include "runtime/world/file/populate.h"

@@ -1,4 +1,4 @@
-#include "runtime/sim/core/link_failures.h"
+#include "runtime/sim/core/failures/link_failures.h"
 
 #include <algorithm>
 #include <map>
