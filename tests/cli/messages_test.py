@@ -298,7 +298,7 @@ class Fixes(Case):
 
     def test_fixes_in_each_others_way_are_applied_one_after_the_other(self):
         text, err = self.fixed("type linear go(node, int).\ntype done(node).\n"
-                               "go(A, N) -o done(A), set-priority(A, 1.0), set-cpu(A, N % @cpus), add-priority(A, 2.0).\n")
+                               "go(A, N) -o done(A), set-static(A), set-cpu(A, N % @cpus), set-moving(A).\n")
         self.assertEqual(text, "type linear go(node, int).\ntype done(node).\ngo(A, N) -o done(A).\n")
         self.assertIn("`N` is used once", err)
         self.assertEqual(self.fixed("type linear go(node).\ngo(A) -o set-static(A).\n")[0], "type linear go(node).\ngo(A) -o 1.\n")

@@ -60,6 +60,7 @@ CONDITIONS = {
     "latency": '[network]\nkind = "latency"\nmost = 4\n' + FAULTS,
     "lossy": '[network]\nkind = "lossy"\nloss = 0.3\nretry = 2\ntries = 4\n[[network.region]]\nwhere = "id < 9"\nleast = 3\n',
     "detected": "[network]\ndetect = 3\n" + FAULTS,
+    "turns": '[clock]\nkind = "priority"\n' + FAULTS,
     "pauses": '[clock]\nkind = "random"\nrate = 0.4\nmost = 5\n' + FAULTS,
 }
 

@@ -61,6 +61,7 @@ CONDITIONS = {
     "latency": '[network]\nkind = "latency"\nmost = 4\n',
     "lossy": '[network]\nkind = "lossy"\nloss = 0.3\nretry = 2\ntries = 4\n[[network.region]]\nwhere = "id < 9"\nleast = 3\n',
     "raw": '[network]\nkind = "raw"\nmost = 5\nloss = 0.1\nduplicate = 0.1\nreorder = true\n',
+    "turns": '[clock]\nkind = "sequential"\n',
     "pauses": '[clock]\nkind = "random"\nrate = 0.4\nmost = 5\n',
 }
 

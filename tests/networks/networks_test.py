@@ -40,6 +40,8 @@ CONDITIONS = [
     '[network]\nkind = "lossy"\nloss = 0.2\nretry = 3\ntries = 30\n',
     '[clock]\nkind = "random"\nrate = 0.3\nmost = 7\n',
     '[clock]\nkind = "drift"\nmost = 5\n',
+    '[clock]\nkind = "priority"\n',
+    '[clock]\nkind = "sequential"\n',
     '[network]\nkind = "latency"\nmost = 3\n[[network.region]]\nwhere = "x > 0"\nleast = 5\nmost = 9\n[clock]\nkind = "drift"\nmost = 3\n',
 ]
 TRICKLE = """type linear todo(node, int).

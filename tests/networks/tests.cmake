@@ -7,6 +7,9 @@ add_test(NAME random_networks_campaign COMMAND test_random --networks --first 50
   --out ${CMAKE_BINARY_DIR}/random_failures)
 set_tests_properties(random_networks PROPERTIES TIMEOUT 600 PROCESSORS 2)
 set_tests_properties(random_networks_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign)
+# Clocks that give turns.
+meld_sizes_test(networks_turns ${CMAKE_CURRENT_LIST_DIR}/turns_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 # Links that are cut, catoms that hang and restart, jams.
 meld_sizes_test(failures ${CMAKE_CURRENT_LIST_DIR}/failures_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "runtime/world/graph/layout.h"
 
@@ -62,9 +63,13 @@ void set_conditions(world::World& world, std::uint64_t number) {
         }
     }
     if (form != 0 && below(random, 2) == 0) return;
-    world.clock.kind = below(random, 2) == 0 ? world::ClockKind::Random : world::ClockKind::Drift;
-    world.clock.rate = 0.1 * choose(1, 10);
-    world.clock.most = choose(1, 6);
+    using enum world::ClockKind;
+    constexpr world::ClockKind kKinds[] = {Random, Drift, Priority, Sequential};
+    world.clock.kind = kKinds[below(random, std::size(kKinds))];
+    const std::uint32_t rate = choose(1, 10), most = choose(1, 6);
+    if (world.clock.gives_turns()) return;
+    world.clock.rate = 0.1 * rate;
+    world.clock.most = most;
 }
 
 void set_jams(world::World& world, std::uint64_t number) {

@@ -243,6 +243,8 @@ struct Program {
     // It is compiled in the links form: neighbours are found in a table, and there may be any number of them
     // (runtime/module/abi/geometry_abi.h).
     bool by_links = false;
+    // The least priority goes first: the rules' priorities have been negated.
+    bool priorities_upwards = false;
 };
 
 // The word for the aggregate of a predicate; for a function of the program its name.

@@ -7,6 +7,7 @@
 #include "compiler/check/names/later_fixes.h"
 #include "compiler/check/program/library.h"
 #include "compiler/check/program/types.h"
+#include "compiler/check/rules/priorities.h"
 #include "runtime/module/abi/actions.h"
 #include "runtime/module/abi/senses.h"
 
@@ -323,6 +324,8 @@ class Declarer {
     void declare(const syntax::Export&) {}
     void declare(const syntax::Module&) {}
     void declare(const syntax::Hint& h) {
+        program_.priorities_upwards = program_.priorities_upwards || is_upwards(h);
+        if (is_upwards(h) || is_downwards(h) || priority_of_all(h, "@default") || priority_of_all(h, "@initial")) return;
         auto& d = report_.add(Kind::HintIgnored, h.span, fmt::format("`{}` has no effect here", h.directive.text));
         if (h.directive.text == "data") {
             d.help = "give the facts in the world file, under [facts]";

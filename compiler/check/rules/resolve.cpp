@@ -370,7 +370,10 @@ void resolve_rules(const source::FileSet& files, const syntax::Tree& tree, Progr
     Resolver resolver(files, names, program, report, std::move(linear_files));
     resolver.find_signs();
     for (const syntax::Item& item : tree.items)
-        if (const auto* rule = std::get_if<syntax::Rule>(&item)) resolver.rule(*rule);
+        if (const auto* rule = std::get_if<syntax::Rule>(&item))
+            resolver.rule(*rule);
+        else if (const auto* hint = std::get_if<syntax::Hint>(&item))
+            resolver.priorities_of_all(*hint);
     resolver.finish();
     for (const Constant& c : program.constants)
         if (c.argument && has_unknown(c.type) && !report.has_errors())

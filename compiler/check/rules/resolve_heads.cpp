@@ -74,6 +74,7 @@ void Resolver::derive_own_instead(const syntax::Atom& tree, const Predicate& p) 
 void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const syntax::Atom& tree = item.atom;
     if (is_scheduling(tree)) return note_scheduling(tree);
+    if (const std::optional<PredicateId> of_clock = action_of_clock(tree)) return ask_clock(tree, *of_clock, out);
     const std::optional<PredicateId> id = find(tree, Part::Head);
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
@@ -109,10 +110,9 @@ Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
     return {.op = Op::List, .type = list, .span = e.span, .operands = {std::move(only)}};
 }
 
-// In Linear Meld a rule can schedule nodes. Here that has no effect, unless the program means its own predicate.
+// In Linear Meld a rule can say which processor runs a node. Here that has no effect, unless the program means its own predicate.
 bool Resolver::is_scheduling(const syntax::Atom& tree) const {
-    static const std::set<std::string> words = {"set-priority", "add-priority", "set-default-priority", "remove-priority", "schedule-next",
-                                                "set-static",   "set-moving",   "set-affinity",         "set-cpu",         "setprio"};
+    static const std::set<std::string> words = {"set-static", "set-moving", "set-affinity", "set-cpu", "setprio"};
     if (!words.contains(tree.name.text)) return false;
     return std::none_of(names_.predicates.begin(), names_.predicates.end(), [&](const auto& p) { return p.first.first == tree.name.text; });
 }

@@ -22,6 +22,7 @@ class Resolver {
     // Before the first rule.
     void find_signs();
     void rule(const syntax::Rule& tree);
+    void priorities_of_all(const syntax::Hint& hint);
     // After the last rule.
     void finish() const;
 
@@ -114,6 +115,12 @@ class Resolver {
     Term one_element(const Predicate& p, const syntax::Expr& e);
     bool is_scheduling(const syntax::Atom& tree) const;
     void note_scheduling(const syntax::Atom& tree);
+
+    // ---- priorities, for clocks that give turns (resolve_priorities.cpp)
+    std::optional<PredicateId> action_of_clock(const syntax::Atom& tree) const;
+    const syntax::Expr& asker(const syntax::Atom& tree) const;
+    void ask_clock(const syntax::Atom& tree, PredicateId id, std::vector<Head>& out);
+
     void check_watched(const Term& name);
     void rule_aggregate(const syntax::RuleAggregate& tree, Span span, std::vector<Head>& out);
     void exists(const syntax::Exists& tree, Span span, std::vector<Head>& out);

@@ -70,7 +70,11 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
 std::string network_text(const world::World& world) {
     const world::NetworkOptions& network = world.network;
     std::vector<std::string> parts;
-    if (world.apart())
+    if (world.clock.gives_turns())
+        parts.push_back(
+            fmt::format("what changes at a catom has come to its neighbours after at most {} tick{}, and they act in their turn",
+                        world.latency(), world.latency() == 1 ? "" : "s"));
+    else if (world.apart())
         parts.push_back(fmt::format("what changes at a catom has been acted on by its neighbours after at most {} ticks", world.latency()));
     if (!network.singles.empty()) parts.push_back(fmt::format("single links with terms of their own: {}", network.singles.size()));
     if (network.reach == world::Reach::Any) parts.push_back("linear facts reach any node in one hop");

@@ -17,6 +17,7 @@
 #include "runtime/driver/setup/default_world.h"
 #include "runtime/driver/setup/extension_file.h"
 #include "runtime/driver/setup/memory_check.h"
+#include "runtime/engine/tuple/program_actions.h"
 
 namespace meld::driver {
 
@@ -101,6 +102,18 @@ Result<world::World> with_events(const world::World& world, const std::vector<st
     return with;
 }
 
+// Priorities count only where turns are given.
+void note_priorities(const ModuleInfo& module, world::World& world) {
+    if (world.clock.gives_turns()) return;
+    const tuple::ProgramActions actions(module);
+    for (const ActionInfo& action : known_actions()) {
+        if (action.performer != ActionInfo::Performer::Clock || !actions.uses(action.kind)) continue;
+        return world.warnings.push_back(fmt::format(
+            "`{}` has no effect, since this world does not give turns; give the world [clock] kind = \"priority\" or \"sequential\"",
+            action.word));
+    }
+}
+
 }  // namespace
 
 Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* module) {
@@ -125,6 +138,7 @@ Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* m
         if (equals == std::string::npos || equals == 0) return fail("--set " + setting + " sets nothing", "Write --set name=value");
         world->set[setting.substr(0, equals)] = setting.substr(equals + 1);
     }
+    if (module != nullptr) note_priorities(*module, *world);
     return world;
 }
 

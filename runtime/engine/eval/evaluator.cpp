@@ -340,9 +340,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         const std::size_t from = block * at_once, to = std::min(groups_.size(), from + at_once);
         if (!t.cut) evaluate_groups(subdomain, t, worker, std::span(groups_).subspan(from, to - from));
     });
-    // Of catoms that are not here nothing waits.
-    columns_.changes().end_evaluation(
-        !acts_ ? acts_ : [&](u32 catom) { return subdomain.geometry.catom_state[catom] == kCatomOwned && !acts_(catom); });
+    columns_.changes().end_evaluation(!acts_ ? acts_ : [&](u32 catom) { return waits(subdomain.geometry, catom); });
     enter(log_, TickLog::Stage::Commit);
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
     if (concerns_ && !apart_) workers_.run(threads_.size(), [&](int, std::size_t i) { mark_concerned(subdomain.geometry, *threads_[i]); });
@@ -351,6 +349,13 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     for (const auto& t : threads_)
         if (t->failure.trap != Trap::None && (first.trap == Trap::None || t->failure.catom < first.catom)) first = t->failure;
     return first;
+}
+
+// Whether what was noted of a catom, or what has arrived in a mailbox, has not been read in this tick. Of ghosts nothing waits.
+bool Evaluator::waits(const Geometry& geometry, u32 catom) const {
+    const u8 state = geometry.catom_state[catom];
+    if (state == kCatomMailbox) return reader_ && !acts_(reader_(catom));
+    return state == kCatomOwned && !acts_(catom);
 }
 
 void Evaluator::evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups) {

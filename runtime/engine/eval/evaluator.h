@@ -62,6 +62,13 @@ class Evaluator {
     Undefined& undefined() { return undefined_; }
     const Undefined& undefined() const { return undefined_; }
     Timers& timers() { return timers_; }
+    // What groups have lost no longer matters: each is looked at again. For clocks without a bound on how long a catom waits: the timers
+    // that are due later than so many ticks from now are those of quarantines.
+    template <class Mark, class WakeGroup>
+    void end_quarantines(i64 from, const Mark& mark, const WakeGroup& wake_group) {
+        tombstones_ = {};
+        timers_.fire_late(from, mark, wake_group);
+    }
     const Timers& timers() const { return timers_; }
     // Facts and actions that do not come from rules, for the next evaluation.
     Requests& requests() { return requests_; }
@@ -69,9 +76,11 @@ class Evaluator {
 
     // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for
     // the catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
-    void read_apart(std::function<bool(u32)> acts) {
+    // `reader`: the catom that reads a mailbox, if something may arrive there for one that is not evaluated.
+    void read_apart(std::function<bool(u32)> acts, std::function<u32(u32)> reader = {}) {
         apart_ = true;
         acts_ = std::move(acts);
+        reader_ = std::move(reader);
     }
 
     // Catoms that are not evaluated any more: what is new to them is dropped. Empty: there are none.
@@ -174,6 +183,7 @@ class Evaluator {
     void evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups);
     void evaluate_block(Thread& t, int worker, std::span<const u32> catoms, std::span<const u64> dirty);
     void commit(SubdomainView& subdomain, int thread, const OnExport& on_export);
+    bool waits(const Geometry& geometry, u32 catom) const;
     bool asks_concerned(u16 column) const { return concerns_ && !apart_ && module_.columns[column].concerned != nullptr; }
     void mark_concerned(const Geometry& geometry, Thread& t);
     void mark_concerned(Thread& t, std::span<const i32> neighbours, u32 catom, u16 column, const u8* before);
@@ -197,6 +207,7 @@ class Evaluator {
     Requests requests_;
     bool apart_ = false;
     std::function<bool(u32)> acts_, left_out_;
+    std::function<u32(u32)> reader_;
     std::function<u64(u32, u64)> next_hop_;
     bool anywhere_ = false;
     std::function<u64(u32, u32)> new_node_;

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <unordered_map>
 #include <vector>
@@ -135,6 +137,19 @@ class Timers {
         }
         if (at_.empty()) forgotten_.clear();
     }
+    // Those that are due in this tick or later are so now.
+    template <class Mark, class WakeGroup>
+    void fire_late(i64 from, const Mark& mark, const WakeGroup& wake_group) {
+        Timers late;
+        late.forgettings_ = forgettings_;
+        late.forgotten_ = forgotten_;
+        const auto first = at_.lower_bound(from);
+        late.at_.insert(std::make_move_iterator(first), std::make_move_iterator(at_.end()));
+        at_.erase(first, at_.end());
+        late.fire(std::numeric_limits<i64>::max(), mark, wake_group);
+    }
+    // Whether some are.
+    bool waits_late(i64 from) const { return !at_.empty() && at_.rbegin()->first >= from; }
 
   private:
     struct Who {

@@ -28,6 +28,7 @@ void Totals::add(const Totals& other) {
     awake = awake || other.awake;
     waiting = waiting || other.waiting;
     timers = timers || other.timers;
+    quarantines = quarantines || other.quarantines;
     undefined = undefined || other.undefined;
     stop = stop || other.stop;
     save = save || other.save;

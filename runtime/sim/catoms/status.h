@@ -24,6 +24,8 @@ struct Totals {
     bool awake = false;            // Something is left to do: an agenda, a message, an action.
     bool waiting = false;          // Something happens later: a timer or an event of the world.
     bool timers = false;           // A timer is set.
+    bool quarantines = false;      // Under a clock that gives turns: what groups have lost is not trusted again yet.
+    bool rested = false;           // Under such a clock: from the next tick on it is.
     bool undefined = false;        // Some view has an undefined derivation.
     bool stop = false;             // Somebody outside asked for the end.
     bool save = false;             // Somebody outside asked for a checkpoint after this tick.

@@ -31,9 +31,16 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
         facts_.evaluator.make_nodes([this](u32 catom, u32 n) { return Births::number(members_, catom, n); });
     if (!world.apart()) return;
     network_.emplace(module, world, members_, facts_);
+    if (world.clock.gives_turns()) {
+        turns_.emplace(world.clock.kind, members_, facts_, communicator);
+        facts_.evaluator.read_apart([this](u32 catom) { return turns_->acts(catom); },
+                                    [this](u32 mailbox) { return network_->reader(mailbox); });
+        return;
+    }
     // A call for each catom that is awake, so none where all act.
-    facts_.evaluator.read_apart(world.clock.synchronous() ? std::function<bool(u32)>()
-                                                          : [this](u32 catom) { return network_->acts(catom, tick()); });
+    facts_.evaluator.read_apart(world.clock.synchronous() ? std::function<bool(u32)>() : [this](u32 catom) {
+        return world.clock.acts(world.seed, ensemble.id(catom), tick());
+    });
 }
 
 Result<void> Subdomain::populate(std::optional<BrickCounts> counted) { return Setup(*this).run(std::move(counted)); }
@@ -86,6 +93,7 @@ void Subdomain::remove_catom(Catom catom) {
     MELD_EXPECT(!ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
     const Cell cell = ensemble.cell(catom);
     facts_.forget(catom, ensemble.id(catom));
+    if (turns_) turns_->forget(ensemble.id(catom));
     members_.ensemble.remove(catom);
     mark_around(cell, kDirtyLinks);
 }
@@ -111,6 +119,7 @@ void Subdomain::restart(Catom catom) {
     if (network_) each_neighbour(catom, [&](Catom other) { network_->forget_loss(id, ensemble.id(other)); });
     mark_neighbours(catom, kDirtyLinks);
     facts_.forget(catom, id);
+    if (turns_) turns_->forget(id);
     if (owned(catom)) mark(catom, kDirtyBirths);
 }
 
@@ -139,18 +148,16 @@ void Subdomain::remove_freely(Catom catom) {
 
 void Subdomain::pack_catom(Catom catom, CatomState there, ByteWriter& out) const {
     MELD_EXPECT(ensemble.state(catom) != kCatomFree && (owned(catom) || there == kCatomGhost), "catom {}", catom);
-    if (there == kCatomOwned)
-        facts_.pack(catom, out);
-    else
-        columns.pack(catom, tuple::Columns::Which::Exported, out);
+    if (there != kCatomOwned) return columns.pack(catom, tuple::Columns::Which::Exported, out);
+    facts_.pack(catom, out);
+    if (turns_) turns_->pack(ensemble.id(catom), out);
 }
 
 void Subdomain::unpack_catom(Catom catom, ByteReader& in) {
     MELD_EXPECT(ensemble.state(catom) != kCatomFree, "catom {}", catom);
-    if (owned(catom))
-        facts_.unpack(catom, in);
-    else
-        facts_.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
+    if (!owned(catom)) return facts_.columns.unpack(catom, tuple::Columns::Which::Exported, in, 0);
+    facts_.unpack(catom, in);
+    if (turns_) turns_->unpack(ensemble.id(catom), in);
 }
 
 void Subdomain::link(Catom a, int port_of_a, Catom b, int port_of_b) {

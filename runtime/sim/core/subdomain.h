@@ -22,6 +22,7 @@
 #include "runtime/sim/core/refusals.h"
 #include "runtime/sim/network/network.h"
 #include "runtime/sim/network/routes.h"
+#include "runtime/sim/network/turns.h"
 #include "runtime/world/ensemble/target.h"
 #include "runtime/world/file/world_file.h"
 
@@ -52,6 +53,7 @@ class Subdomain {
     Status status_;
     Refusals refusals_;
     std::optional<Network> network_;  // None: ideal, and all catoms act in every tick.
+    std::optional<Turns> turns_;      // None: catoms act in every tick, or by themselves.
     std::optional<Routes> routes_;    // None: all facts go over links that their rules name.
 
   public:

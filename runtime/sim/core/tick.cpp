@@ -26,6 +26,8 @@ void Tick::begin() {
         s.mark(catom, kDirtyGroups);
     };
     s.facts_.evaluator.timers().fire(now, wake, wake_group);
+    if (s.turns_) s.turns_->take(s.program_actions, s.actions());
+    if (s.totals.rested) s.facts_.evaluator.end_quarantines(now + Turns::kUntilRest, wake, wake_group);
     MELD_ENSURE(s.timers().empty() || s.timers().next() > now, "a timer of tick {} is left in tick {}", s.timers().next(), now);
     if (!s.network_) return;
     s.network_->take_down(now, [&](Catom catom) { wake(catom, kDirtyLinks); });
@@ -42,6 +44,7 @@ const Totals& Tick::end() {
         s.network_->arrive(s.tick());
     }
     s.refresh();
+    if (s.turns_) s.turns_->choose(s.tick(), [&](Catom catom) { return s.is_silent(catom); });
     MELD_EXPECT(s.abi_.greatest_rank <= s.totals.greatest_rank, "rank {} was known before {}", s.abi_.greatest_rank,
                 s.totals.greatest_rank);
     s.abi_.greatest_rank = s.totals.greatest_rank;
@@ -115,6 +118,7 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
     mine.awake = !s.agenda().empty() || s.facts_.evaluator.passed_over() || mine.actions > 0 || s.status_.moving ||
                  (s.network_ && s.network_->busy());
     mine.timers = !s.timers().empty();
+    mine.quarantines = s.turns_ && s.timers().waits_late(s.tick() + Turns::kUntilRest);
     mine.waiting = mine.timers || s.world.expects_after(s.tick()) || !s.status_.dying.empty();
     mine.undefined = !s.facts_.evaluator.undefined().empty();
     mine.stop = s.status_.stop_requested;
@@ -125,14 +129,19 @@ Totals Tick::totals_of_this_process(const eval::Failure& failure) {
 }
 
 Totals Tick::agree(const Totals& mine) {
-    if (subdomain_.alone()) return mine;
-    ByteWriter bytes;
-    bytes.write(mine);
-    const std::vector<std::byte> all = subdomain_.comm.allgather(bytes.view());
-    ByteReader in(all, "the totals of all processes");
-    Totals sum;
-    for (int rank = 0; rank < subdomain_.comm.processes(); ++rank) sum.add(in.read<Totals>());
-    MELD_ENSURE(in.done(), "{} bytes are left", in.left());
+    Totals sum = mine;
+    if (!subdomain_.alone()) {
+        ByteWriter bytes;
+        bytes.write(mine);
+        const std::vector<std::byte> all = subdomain_.comm.allgather(bytes.view());
+        ByteReader in(all, "the totals of all processes");
+        sum = {};
+        for (int rank = 0; rank < subdomain_.comm.processes(); ++rank) sum.add(in.read<Totals>());
+        MELD_ENSURE(in.done(), "{} bytes are left", in.left());
+    }
+    // Nobody has work but those who wait for this.
+    sum.rested = sum.quarantines && !sum.awake;
+    sum.awake = sum.awake || sum.rested;
     return sum;
 }
 

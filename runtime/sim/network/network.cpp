@@ -392,6 +392,9 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
         number = *mailbox;
         mailboxes_[number].last = last;
         facts_.columns.unpack(static_cast<Catom>(mailboxes_[number].index), tuple::Columns::Which::Exported, state, 0);
+        // Where turns are given, changes may have arrived for a reader that has not had its own: it reads all of it.
+        if (world_.clock.gives_turns() && readers_dirty_ != 0 && facts_.evaluator.agenda().dirty(*reader) != 0)
+            facts_.mark(*reader, readers_dirty_);
     }
     std::vector<u32> parcels(in.read_count(sizeof(u16)), kNone32);
     struct Read {

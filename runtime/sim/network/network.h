@@ -61,10 +61,8 @@ class Network {
     // Between these catoms there is no link, or another one, so that nothing takes it down that was lost before.
     void forget_loss(u64 a, u64 b);
 
-    // Whether a catom is evaluated in a tick.
-    bool acts(Catom catom, i64 now) const {
-        return world_.clock.synchronous() || world_.clock.acts(world_.seed, members_.ensemble.id(catom), now);
-    }
+    // The catom that reads a mailbox.
+    Catom reader(Catom mailbox) const { return mailboxes_[number_of_[mailbox]].reader; }
     // Whether something is under way.
     bool busy() const { return under_way_ != 0 || !far_.empty() || !down_.empty(); }
     // Linear facts that did not arrive since the last call.

@@ -252,6 +252,8 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
         // What another program has told is derived anew.
         if (subdomain_.network_ && !take_over_)
             subdomain_.network_->load(subdomain_.tick(), owned, subdomain_.comm.process() == 0, under_way);
+        ByteReader turns(in.read_block(), "the turns of a snapshot", ByteReader::Origin::Outside);
+        if (subdomain_.turns_ && !turns.done()) subdomain_.turns_->load(owned, turns);
         codes.load(subdomain_, share == 0, in);
         for (SimModule* module : kept_by_) {
             ByteReader own(in.read_block(), "what a module keeps", ByteReader::Origin::Outside);

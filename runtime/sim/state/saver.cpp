@@ -100,6 +100,9 @@ void Saver::rest(std::span<const std::byte> counters, ByteWriter& out) const {
     const std::size_t network = out.begin_block();
     if (subdomain_.network_) subdomain_.network_->save(subdomain_.tick(), out);
     out.end_block(network);
+    const std::size_t turns = out.begin_block();
+    if (subdomain_.turns_) subdomain_.turns_->save(out);
+    out.end_block(turns);
     codes_.save(out);
     for (const NamedModule& each : modules_) {
         const std::size_t begun = out.begin_block();

@@ -66,7 +66,7 @@ Fate fate(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uin
 }
 
 bool ClockOptions::acts(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {
-    if (kind == ClockKind::Synchronous) return true;
+    if (synchronous() || gives_turns()) return true;
     const std::uint64_t own = random_bits(seed ^ kOfClock, id, 0, 0), now = static_cast<std::uint64_t>(tick);
     if (kind == ClockKind::Drift) {
         const std::uint64_t period = between(own, 1, most);

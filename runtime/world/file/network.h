@@ -70,15 +70,17 @@ struct Fate {
 // Cost: a draw of random numbers, for Lossy one for each loss.
 Fate fate(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::uint64_t to, std::int64_t tick);
 
-enum class ClockKind { Synchronous, Random, Drift };
+// Priority and Sequential give turns, by what waits (runtime/sim/network/turns.h); the others go by numbers and ticks alone.
+enum class ClockKind { Synchronous, Random, Drift, Priority, Sequential };
 
 struct ClockOptions {
     ClockKind kind = ClockKind::Synchronous;
     double rate = 1;         // Random: the probability that a catom acts in a tick.
-    std::uint32_t most = 1;  // No catom acts less often than every so many ticks.
+    std::uint32_t most = 1;  // Random and Drift: no catom acts less often than every so many ticks.
     bool synchronous() const { return kind == ClockKind::Synchronous; }
+    bool gives_turns() const { return kind == ClockKind::Priority || kind == ClockKind::Sequential; }
 
-    // Whether a catom acts in a tick. Cost: a draw of random numbers.
+    // Whether a catom acts in a tick, where no turns are given: there it does whenever it has its turn. Cost: a draw of random numbers.
     bool acts(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const;
     // The first tick from this one on in which it acts.
     std::int64_t next(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {

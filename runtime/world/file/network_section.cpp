@@ -111,12 +111,16 @@ void read_network(TomlReader& reader, const toml::table& table, NetworkOptions& 
 void read_clock(TomlReader& reader, const toml::table& table, ClockOptions& clock) {
     const Section section(reader, table, "[clock]", {"kind", "rate", "most"});
     std::string kind = "synchronous";
-    section.read_choice("kind", kind, {"synchronous", "random", "drift"});
-    clock.kind = kind == "random" ? ClockKind::Random : kind == "drift" ? ClockKind::Drift : ClockKind::Synchronous;
+    section.read_choice("kind", kind, {"synchronous", "random", "drift", "priority", "sequential"});
+    clock.kind = kind == "random"       ? ClockKind::Random
+                 : kind == "drift"      ? ClockKind::Drift
+                 : kind == "priority"   ? ClockKind::Priority
+                 : kind == "sequential" ? ClockKind::Sequential
+                                        : ClockKind::Synchronous;
     const auto needs = [&](std::string_view key, std::string cure) {
         if (!section.has(key)) section.wrong("kind", fmt::format("a clock that is {} needs `{}`", kind, key), std::move(cure));
     };
-    if (clock.kind == ClockKind::Synchronous) {
+    if (clock.synchronous() || clock.gives_turns()) {
         refuse_others(section, table, kind, {"kind"}, {});
         return;
     }

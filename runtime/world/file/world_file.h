@@ -133,7 +133,7 @@ struct World {
     std::string_view lattice_name() const { return is_graph() ? "graph" : Lattice(lattice).name(); }
     // Whether what catoms read of their neighbours lies apart from these, as what has arrived: where messages take time, or catoms pause.
     bool apart() const { return !network.ideal() || !clock.synchronous() || longest_jam > 0; }
-    // The most ticks from a change at a catom until a neighbour has acted on it.
+    // The most ticks from a change at a catom until a neighbour has acted on it; where the clock gives turns, until it has work.
     std::uint32_t latency() const { return network.bound() + clock.most - 1 + longest_jam; }
     // Whether events or faults are still to come.
     bool expects_after(std::int64_t tick) const;

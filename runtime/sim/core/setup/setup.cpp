@@ -147,7 +147,7 @@ void Setup::set_limits() {
     abi.max_growing_facts = facts.growing;
     abi.max_list = world.limits.max_list;
     abi.tick_seconds = world.tick_seconds;
-    abi.latency = world.latency();
+    abi.latency = world.clock.gives_turns() ? Turns::kUntilRest : world.latency();
     abi.world_catoms = static_cast<i64>(world.is_graph() ? world.graph->nodes() : subdomain_.next_id());
     subdomain_.facts_.columns.lists().limit(world.limits.max_list);
 }
