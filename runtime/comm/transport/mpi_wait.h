@@ -33,17 +33,17 @@ class Backoff {
             pulse::wait(true);
         }
         std::this_thread::sleep_for(kNap);
-        if (++naps_ % kNapsPerLook == 0 && peers != nullptr) peers->look();
+        if (++naps_ % kNapsPerLook == 0 && stragglers != nullptr) stragglers->look();
     }
     // Set once, before the first exchange.
     static void expect_crowd() { hard_polls = 20; }
     // Called from time to time in a long wait; nullptr: nothing is called.
-    static void set_peers(Peers* looked_at) { peers = looked_at; }
+    static void set_stragglers(Stragglers* of_run) { stragglers = of_run; }
 
   private:
     using Clock = std::chrono::steady_clock;
     static inline int hard_polls = std::numeric_limits<int>::max();
-    static inline Peers* peers = nullptr;
+    static inline Stragglers* stragglers = nullptr;
     static constexpr auto kHardTime = std::chrono::milliseconds(1);
     static constexpr auto kNap = std::chrono::microseconds(20);
     static constexpr int kNapsPerLook = 1024;  // About a tenth of a second.
@@ -51,7 +51,7 @@ class Backoff {
     int polls_ = 0, naps_ = 0;
 };
 
-inline void wait_patiently(MPI_Request& request) {
+inline void wait_with_backoff(MPI_Request& request) {
     Backoff backoff;
     for (int complete = 0;;) {
         MPI_Test(&request, &complete, MPI_STATUS_IGNORE);

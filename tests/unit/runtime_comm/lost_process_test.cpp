@@ -14,19 +14,19 @@
 namespace meld::comm {
 namespace {
 
-using Sees = Losses::Sees;
+using Sees = LostProcess::Sees;
 
 // Children of this process, which runs the same program; the first stands for mpirun.
-class LossesTest : public testing::Test {
+class LostProcessTest : public testing::Test {
   protected:
-    LossesTest() {
+    LostProcessTest() {
         for (pid_t& child : children_) {
             child = fork();
             if (child == 0)
                 for (;;) pause();
         }
     }
-    ~LossesTest() override {
+    ~LostProcessTest() override {
         for (const pid_t child : children_) kill(child, SIGKILL);
         for (const pid_t child : children_) waitpid(child, nullptr, 0);
     }
@@ -44,7 +44,8 @@ class LossesTest : public testing::Test {
     }
     // What is seen in the end.
     Sees seen(ProgramFile program) {
-        Losses losses(places_, children_[0], program, {.gone_s = 0.03, .coming_s = 0.06, .between_looks = std::chrono::milliseconds(5)});
+        LostProcess losses(places_, children_[0], program,
+                           {.gone_s = 0.03, .coming_s = 0.06, .between_looks = std::chrono::milliseconds(5)});
         Sees sees = Sees::Nothing;
         for (int look = 0; look < 40 && sees == Sees::Nothing; ++look) {
             if (look == 3) happens_();
@@ -64,20 +65,20 @@ class LossesTest : public testing::Test {
     std::function<void()> happens_ = [] {};
 };
 
-TEST_F(LossesTest, AreNoneWhileAllAreThere) {
+TEST_F(LostProcessTest, AreNoneWhileAllAreThere) {
     comes(0, 2);
     comes(1, 2);
     EXPECT_EQ(seen(other_), Sees::Nothing);
 }
 
-TEST_F(LossesTest, AreProcessesThatAreGone) {
+TEST_F(LostProcessTest, AreProcessesThatAreGone) {
     comes(0, 2);
     comes(1, 2);
     ends(1);
     EXPECT_EQ(seen(other_), Sees::Gone);
 }
 
-TEST_F(LossesTest, AreNoneWhereAProcessHasLeftBeforeTheOthers) {
+TEST_F(LostProcessTest, AreNoneWhereAProcessHasLeftBeforeTheOthers) {
     comes(0, 2);
     comes(1, 2);
     places_[1].left.store(true);
@@ -85,7 +86,7 @@ TEST_F(LossesTest, AreNoneWhereAProcessHasLeftBeforeTheOthers) {
     EXPECT_EQ(seen(other_), Sees::Nothing);
 }
 
-TEST_F(LossesTest, TellWhenAllHaveLeft) {
+TEST_F(LostProcessTest, TellWhenAllHaveLeft) {
     for (const std::size_t place : {0, 1}) {
         comes(place, 2);
         places_[place].left.store(true);
@@ -94,7 +95,7 @@ TEST_F(LossesTest, TellWhenAllHaveLeft) {
     EXPECT_EQ(seen(other_), Sees::AllEnded);
 }
 
-TEST_F(LossesTest, AreNoneOfProcessesOnOtherMachines) {
+TEST_F(LostProcessTest, AreNoneOfProcessesOnOtherMachines) {
     comes(0, 1);
     EXPECT_EQ(seen(other_), Sees::Nothing);
     places_[0].left.store(true);
@@ -102,19 +103,19 @@ TEST_F(LossesTest, AreNoneOfProcessesOnOtherMachines) {
     EXPECT_EQ(seen(other_), Sees::Nothing);
 }
 
-TEST_F(LossesTest, AreNoneWhereAllAreOnOtherMachines) { EXPECT_EQ(seen(other_), Sees::Nothing); }
+TEST_F(LostProcessTest, AreNoneWhereAllAreOnOtherMachines) { EXPECT_EQ(seen(other_), Sees::Nothing); }
 
-TEST_F(LossesTest, AreProcessesThatHaveNotEvenCome) {
+TEST_F(LostProcessTest, AreProcessesThatHaveNotEvenCome) {
     comes(0, 2);
     EXPECT_EQ(seen(other_), Sees::NeverCame);
 }
 
-TEST_F(LossesTest, AreNoneWhileSomeAreOnTheirWay) {
+TEST_F(LostProcessTest, AreNoneWhileSomeAreOnTheirWay) {
     comes(0, 2);
     EXPECT_EQ(seen(mine_), Sees::Nothing);
 }
 
-TEST_F(LossesTest, AreProcessesThatAllEndOnTheirWay) {
+TEST_F(LostProcessTest, AreProcessesThatAllEndOnTheirWay) {
     happens([&] {
         for (const std::size_t place : {0, 1}) ends(place);
         kill(children_[0], SIGKILL);
@@ -122,7 +123,7 @@ TEST_F(LossesTest, AreProcessesThatAllEndOnTheirWay) {
     EXPECT_EQ(seen(mine_), Sees::NeverCame);
 }
 
-TEST_F(LossesTest, AreNoneWhileMpirunIsStopped) {
+TEST_F(LostProcessTest, AreNoneWhileMpirunIsStopped) {
     kill(children_[0], SIGSTOP);
     waitpid(children_[0], nullptr, WUNTRACED);
     comes(0, 2);

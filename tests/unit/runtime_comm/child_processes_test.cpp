@@ -35,7 +35,7 @@ class Stopped {
     pid_t child_;
 };
 
-TEST(Offspring, IsStoppedBySignalsAndDebuggers) {
+TEST(ChildProcesses, IsStoppedBySignalsAndDebuggers) {
     EXPECT_TRUE(is_stopped(Stopped(false).process()));
     EXPECT_TRUE(is_stopped(Stopped(true).process()));
     EXPECT_FALSE(is_stopped(getpid()));
