@@ -415,7 +415,7 @@ Result<void> write_file(const std::string& path, std::string_view text) {
     return file->commit();
 }
 
-std::set<std::string> begun_beside(const std::string& target) {
+std::set<std::string> partial_outputs_of(const std::string& target) {
     std::set<std::string> found;
     const std::optional<std::string> place = resolve(target);
     if (!place) return found;

@@ -43,7 +43,7 @@ class Shutdown {
     bool asked() const { return asked_; }
     // Whether a process has received the signal, and so prints what follows from it.
     bool heard() const { return !told_.empty(); }
-    // Whether they had to be asked to end at once.
+    // Whether some have not ended by themselves.
     bool insisted() const { return insisted_; }
     // Whether they had to be killed.
     bool killed() const { return killed_; }

@@ -115,7 +115,7 @@ Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLi
     std::vector<Link> links;
     links.reserve(table.ends.size());
     for (const Ends& ends : table.ends) links.push_back({node(ends.from), node(ends.to)});
-    give_back(table.ends);
+    release_memory(table.ends);
 
     Made made = make(numbers.size(), std::move(links), directed.value_or(table.directed.value_or(false)), std::move(table.columns));
     Graph& graph = made.graph;
