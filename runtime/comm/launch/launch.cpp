@@ -59,7 +59,7 @@ std::map<std::string, std::string> settings_for(int processes, const Heartbeat* 
         settings["PMIX_MCA_gds"] = "hash";
         settings["OMPI_MCA_btl"] = "self,tcp";
     }
-    if (heartbeat != nullptr) settings[pulse::kVariable] = heartbeat->place();
+    if (heartbeat != nullptr) settings[liveness::kVariable] = heartbeat->place();
     // Only then: a process that has a core of its own, and yields it at each poll, waits for the time slices of all other programs. Beside
     // three of them a run of two processes took more than 300 seconds instead of 1.6.
     if (processes > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
@@ -193,7 +193,7 @@ LaunchOutcome wait_for(pid_t child, Shutdown& shutdown, const sigset_t& awaited,
     int interrupted_by = 0;
     std::uint64_t shown_before = 0;
     int looks_unheard = 0;
-    LostProcess lost_process(heartbeat == nullptr ? std::span<const pulse::Place>() : heartbeat->places(), child, shutdown.program());
+    LostProcess lost_process(heartbeat == nullptr ? std::span<const liveness::Place>() : heartbeat->places(), child, shutdown.program());
     Trouble trouble;
     while (true) {
         std::optional<LaunchOutcome> outcome = outcome_of(child);

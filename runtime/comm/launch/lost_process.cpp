@@ -8,16 +8,16 @@
 
 namespace meld::comm {
 
-LostProcess::LostProcess(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program)
+LostProcess::LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program)
     : LostProcess(places, mpirun, program, Patience()) {}
 
-LostProcess::LostProcess(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program, Patience patience)
+LostProcess::LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program, Patience patience)
     : places_(places), mpirun_(mpirun), program_(program), patience_(patience), last_look_(Clock::now()) {}
 
 std::size_t LostProcess::on_their_way() const {
     std::vector<pid_t> found = descendants_of(getpid());
     std::erase_if(found, [&](pid_t process) {
-        const auto is_of = [&](const pulse::Place& place) { return place.process.load() == process; };
+        const auto is_of = [&](const liveness::Place& place) { return place.process.load() == process; };
         return program_of(process) != program_ || std::ranges::any_of(places_, is_of);
     });
     return found.size();
@@ -25,7 +25,7 @@ std::size_t LostProcess::on_their_way() const {
 
 LostProcess::Sees LostProcess::state() {
     std::size_t come = 0, ended = 0, here = 0;
-    for (const pulse::Place& place : places_) {
+    for (const liveness::Place& place : places_) {
         if (place.process.load() == 0) continue;
         ++come;
         here = std::max(here, static_cast<std::size_t>(std::max(0, place.here.load())));

@@ -24,8 +24,8 @@ class LostProcess {
         std::chrono::milliseconds between_looks{250};
     };
     // The places of the processes; `program` is what mpirun runs.
-    LostProcess(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program);
-    LostProcess(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program, Patience patience);
+    LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program);
+    LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program, Patience patience);
 
     // Call it often, as long as mpirun runs. It returns what mpirun should have noticed by now and has not: that a process is gone, that
     // one ended before it took its place, or that all have ended.
@@ -39,7 +39,7 @@ class LostProcess {
     // How many processes of the run are on this machine and have not taken their places.
     std::size_t on_their_way() const;
 
-    std::span<const pulse::Place> places_;
+    std::span<const liveness::Place> places_;
     pid_t mpirun_;
     ProgramFile program_;
     Patience patience_;

@@ -22,7 +22,7 @@ class Backoff {
     Backoff(const Backoff&) = delete;
     Backoff& operator=(const Backoff&) = delete;
     void reset() {
-        if (naps_ > 0) pulse::wait(false);
+        if (naps_ > 0) liveness::wait(false);
         polls_ = naps_ = 0;
     }
     void wait() {
@@ -30,7 +30,7 @@ class Backoff {
             const Clock::time_point now = Clock::now();
             if (polls_++ == 0) first_ = now;
             if (polls_ <= hard_polls && now - first_ < kHardTime) return;
-            pulse::wait(true);
+            liveness::wait(true);
         }
         std::this_thread::sleep_for(kNap);
         if (++naps_ % kNapsPerLook == 0 && stragglers != nullptr) stragglers->look();

@@ -86,7 +86,7 @@ bool Stragglers::speaks() const {
 
 void Stragglers::begin_operation() {
     ++operations_;
-    pulse::beat();
+    liveness::beat();
     if (table_ != nullptr) table_[process_].operations.store(operations_, std::memory_order_relaxed);
     if (!waits_since_) return;
     for (const std::size_t process : told_)

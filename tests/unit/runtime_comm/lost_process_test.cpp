@@ -58,7 +58,7 @@ class LostProcessTest : public testing::Test {
     void happens(std::function<void()> what) { happens_ = std::move(what); }
 
     std::array<pid_t, 3> children_{};
-    std::array<pulse::Place, 2> places_{};
+    std::array<liveness::Place, 2> places_{};
     const ProgramFile mine_ = program_of(getpid()), other_ = {};
 
   private:

@@ -18,15 +18,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Pulse : public ProgramTest {
+class Liveness : public ProgramTest {
   protected:
     void SetUp() override {
         ProgramTest::SetUp();
         fs::create_directories(folder_);
-        pulse::detail::own = &place_;
+        liveness::detail::own = &place_;
     }
     void TearDown() override {
-        pulse::detail::own = nullptr;
+        liveness::detail::own = nullptr;
         fs::remove_all(folder_);
     }
     std::string path(const char* name) const { return folder_ / name; }
@@ -40,11 +40,11 @@ class Pulse : public ProgramTest {
     }
 
   private:
-    pulse::Place place_{};
-    const fs::path folder_ = fs::temp_directory_path() / ("pulse_test_" + std::to_string(getpid()));
+    liveness::Place place_{};
+    const fs::path folder_ = fs::temp_directory_path() / ("liveness_test_" + std::to_string(getpid()));
 };
 
-TEST_P(Pulse, BeatsForEachCatom) {
+TEST_P(Liveness, BeatsForEachCatom) {
     const auto comm = comm::make_single();
     const ModuleInfo& module = *static_cast<const ModuleInfo*>(module_->table());
     sim::Simulation simulation(module, world_, *target_, *comm, 1);
@@ -67,7 +67,7 @@ TEST_P(Pulse, BeatsForEachCatom) {
     EXPECT_GT(during([&] { EXPECT_TRUE(recorder.start(subdomain).has_value()); }), 3 * catoms);
 }
 
-INSTANTIATE_TEST_SUITE_P(Programs, Pulse, testing::Values(Program{.name = "gradient"}), program_name);
+INSTANTIATE_TEST_SUITE_P(Programs, Liveness, testing::Values(Program{.name = "gradient"}), program_name);
 
 }  // namespace
 }  // namespace meld
