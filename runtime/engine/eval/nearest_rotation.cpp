@@ -1,4 +1,4 @@
-#include "runtime/engine/eval/rotation.h"
+#include "runtime/engine/eval/nearest_rotation.h"
 
 #include <Eigen/Core>
 #include <Eigen/LU>
