@@ -1,4 +1,4 @@
-// Whether a graph fits into memory, asked before it is made.
+// Checks whether a graph fits into memory before it is made.
 #pragma once
 
 #include <string>
@@ -14,6 +14,6 @@ inline constexpr double kMaking_link = 16;
 inline constexpr double kMaking_node = 24;
 
 // `what` as a message begins: "complete(100000)", "web.mtx". The need is a lower bound.
-Result<void> check_room(const std::string& what, double nodes, double links, double need_bytes, const MemoryLimit& room);
+Result<void> check_memory(const std::string& what, double nodes, double links, double need_bytes, const MemoryLimit& room);
 
 }  // namespace meld::graph

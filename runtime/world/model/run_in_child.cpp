@@ -1,5 +1,5 @@
 // The child writes its answer into a pipe and ends without running any of its parent's code for the end.
-#include "runtime/world/model/in_child.h"
+#include "runtime/world/model/run_in_child.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -81,7 +81,7 @@ std::string reason(int status) {
 
 }  // namespace
 
-Result<std::string> in_child(const std::function<std::string()>& work, const std::string& crashed, const ChildLimits& limits) {
+Result<std::string> run_in_child(const std::function<std::string()>& work, const std::string& crashed, const ChildLimits& limits) {
     const std::uint64_t before_bytes = address_space_bytes();
     std::array<int, 2> ends{};
     if (::pipe(ends.data()) != 0) return fail(fmt::format("{}: there is no pipe to its reader ({})", crashed, std::strerror(errno)));

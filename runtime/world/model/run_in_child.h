@@ -1,4 +1,4 @@
-// Work that a damaged file may crash, done by a child process.
+// Runs a function in a child process: for work that a damaged file may crash.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,6 @@ struct ChildLimits {
 
 // Calls `work` in a copy of this process and returns what it returns there; its side effects are lost. Errors: the copy cannot be made; it
 // crashes, as `crashed` says with the reason behind it; it exceeds a limit.
-Result<std::string> in_child(const std::function<std::string()>& work, const std::string& crashed, const ChildLimits& limits);
+Result<std::string> run_in_child(const std::function<std::string()>& work, const std::string& crashed, const ChildLimits& limits);
 
 }  // namespace meld::model
