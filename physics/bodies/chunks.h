@@ -33,7 +33,7 @@ class Chunks {
     void consume(const F& f) {
         for (Buffer<T>& chunk : chunks_) {
             for (const T& item : chunk) f(item);
-            give_back(chunk);
+            release_memory(chunk);
         }
         chunks_.clear();
         size_ = 0;

@@ -82,7 +82,7 @@ Result<void> BlockGrid::build(Bodies& bodies, const GridShape& shape, double rea
     });
     link_blocks(workers);
     sorting = {};
-    give_back(scratch);
+    release_memory(scratch);
     bodies.permute(order, workers, blocks_.size());
     return {};
 }
@@ -254,8 +254,8 @@ void BlockGrid::sort_block(const Bodies& bodies, const Sorting& sorting, std::ui
 }
 
 void BlockGrid::forget_cells() {
-    give_back(rows_);
-    give_back(cells_);
+    release_memory(rows_);
+    release_memory(cells_);
 }
 
 std::size_t BlockGrid::bytes() const {

@@ -83,7 +83,7 @@ std::size_t Scene::awake_bodies() const { return engine_->awake_bodies(); }
 std::span<const TouchEvent> Scene::events() const { return world_->events; }
 void Scene::forget_events() {
     world_->events.clear();
-    if (world_->events.capacity() > world_->bodies.count() / 2) give_back(world_->events);
+    if (world_->events.capacity() > world_->bodies.count() / 2) release_memory(world_->events);
 }
 
 std::uint32_t Scene::slot(BodyId body) const { return world_->bodies.slot(body); }

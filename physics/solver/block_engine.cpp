@@ -269,7 +269,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         const StageClock clock(world_.times.sort);
         if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built)
             return world_.wrong(built.error().problem, built.error().suggestion);
-        give_back(order);
+        release_memory(order);
     }
     {
         const StageClock clock(world_.times.pairs);

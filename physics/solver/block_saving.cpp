@@ -145,7 +145,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         }
         contacts.push_back(block.contacts);
     }
-    give_back(loading_.blocks);
+    release_memory(loading_.blocks);
     if (auto done = contacts_.load({grid_, bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}}, contacts, workers);
         !done)
         return done;

@@ -96,7 +96,7 @@ std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, Workers& wor
         chunk = Chunk();
     });
     pairs_ = Layout(), obstacles_ = Layout();
-    give_back(adhesion), give_back(bounces_);
+    release_memory(adhesion), release_memory(bounces_);
     candidates_ = 0;
     for (std::size_t worker = 1; worker < ended.size(); ++worker)
         ended[0].insert(ended[0].end(), ended[worker].begin(), ended[worker].end());

@@ -1,4 +1,4 @@
-// Freeing the memory of a vector. Assigning {} or clear() empties it but keeps the memory.
+// Frees the memory of a vector. Assigning {} or clear() empties it but keeps the memory.
 #pragma once
 
 #include <vector>
@@ -6,7 +6,7 @@
 namespace meld {
 
 template <class T, class Allocator>
-void give_back(std::vector<T, Allocator>& array) {
+void release_memory(std::vector<T, Allocator>& array) {
     std::vector<T, Allocator>().swap(array);
 }
 

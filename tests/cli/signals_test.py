@@ -184,7 +184,7 @@ exit"""
     LOSES_ONE = """if [ -e "$0.once" ]; then exec $real "$@"; fi
 touch "$0.once"
 OMPI_COMM_WORLD_SIZE=2 OMPI_COMM_WORLD_LOCAL_SIZE=2 OMPI_COMM_WORLD_RANK=0 "${@:6}" &
-until grep -q claymeld-pulse /proc/$!/maps; do :; done
+until grep -q claymeld-liveness /proc/$!/maps; do :; done
 kill -KILL $!
 exec sleep 1000"""
 

@@ -6,7 +6,7 @@
 #include <regex>
 #include <vector>
 
-#include "run.h"
+#include "tests/reference/trials/run.h"
 
 namespace meld::reference {
 namespace {

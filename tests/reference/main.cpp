@@ -11,13 +11,13 @@
 #include <new>
 #include <sstream>
 
-#include "body.h"
-#include "generate.h"
-#include "inquiry.h"
-#include "isolated.h"
-#include "run.h"
-#include "shrink.h"
-#include "worlds.h"
+#include "tests/reference/answers/inquiry.h"
+#include "tests/reference/programs/body.h"
+#include "tests/reference/programs/generate.h"
+#include "tests/reference/programs/shrink.h"
+#include "tests/reference/trials/isolated.h"
+#include "tests/reference/trials/run.h"
+#include "tests/reference/trials/worlds.h"
 
 namespace meld::reference {
 namespace {

@@ -7,12 +7,12 @@
 #include <set>
 #include <string_view>
 
-#include "generate.h"
-#include "inquiry.h"
-#include "isolated.h"
-#include "model.h"
-#include "run.h"
-#include "shrink.h"
+#include "tests/reference/answers/inquiry.h"
+#include "tests/reference/evaluator/model.h"
+#include "tests/reference/programs/generate.h"
+#include "tests/reference/programs/shrink.h"
+#include "tests/reference/trials/isolated.h"
+#include "tests/reference/trials/run.h"
 
 namespace meld::reference {
 namespace {

@@ -1,6 +1,5 @@
 # Random programs against the reference evaluator.
-file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
-list(FILTER reference_sources EXCLUDE REGEX "(main|_test)\\.cpp$")
+file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*/*.cpp)
 add_library(tests_reference STATIC ${reference_sources}
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/graph_case.cpp
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)

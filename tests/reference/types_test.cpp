@@ -9,7 +9,7 @@
 #include "compiler/check/program/library.h"
 #include "compiler/check/program/types.h"
 #include "compiler/syntax/aggregates.h"
-#include "run.h"
+#include "tests/reference/trials/run.h"
 
 namespace meld::reference {
 namespace {

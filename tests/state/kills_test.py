@@ -33,7 +33,7 @@ RUNS = {"waiting": 300, "storm": 60, "doze": 60}
 KEEP = ("--checkpoint", "kept", "--checkpoint-every", "7ticks")
 MOST = 30  # Kills of a run.
 HANGS_S = 300  # Without a sign of life. The machine may be busy with something else, and three processes may then take minutes.
-SIGNS = "CLAYMELD_PULSE"
+SIGNS = "CLAYMELD_LIVENESS"
 PHASES = ("set-up", "modules", "evaluation", "exchange", "recording", "checkpoint")
 SET_UP, CHECKPOINT = 0, 5
 

@@ -148,7 +148,7 @@ Lines gather_first(Lines mine, u64 most, comm::Communicator& comm) {
     ByteWriter out;
     for (const std::string& line : mine) out.write_string(line);
     Lines all;
-    for (const auto& bytes : comm::at_first(comm, out.take()))
+    for (const auto& bytes : comm::gather_to_root(comm, out.take()))
         for (ByteReader in(bytes, "facts that have changed"); !in.done();) all.push_back(in.read_string());
     cut(all);
     return all;

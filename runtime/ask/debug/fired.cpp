@@ -48,7 +48,7 @@ std::vector<eval::Firing> gathered(sim::Subdomain& subdomain) {
         mine.write_block(f.bound);
     }
     std::vector<eval::Firing> all;
-    for (const auto& share : comm::at_first(subdomain.comm, mine.take()))
+    for (const auto& share : comm::gather_to_root(subdomain.comm, mine.take()))
         for (ByteReader in(share, "firings of a process"); !in.done();) {
             eval::Firing& f = all.emplace_back();
             f.rule = in.read<u32>();

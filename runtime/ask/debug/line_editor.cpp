@@ -38,7 +38,7 @@ std::atomic<bool> editing{false};
 std::atomic<bool> resized{false}, continued{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void give_back() {
+void restore_terminal() {
     if (editing.load()) ::tcsetattr(STDIN_FILENO, TCSANOW, &as_it_was);
 }
 
@@ -47,7 +47,7 @@ void on_change(int signal) { (signal == SIGWINCH ? resized : continued).store(tr
 // The shell gets its terminal as it was. Where none has started this process, the system passes over the stop.
 void on_stop(int signal) {
     const int before_errno = errno;
-    give_back();
+    restore_terminal();
     struct sigaction action{}, before{};
     action.sa_handler = SIG_DFL;
     ::sigaction(signal, &action, &before);
@@ -64,7 +64,7 @@ void on_stop(int signal) {
 
 // What was done before the first one is done now.
 void on_end(int signal) {
-    give_back();
+    restore_terminal();
     ::raise(signal);
 }
 
@@ -74,7 +74,7 @@ class Editing {
     Editing() {
         if (::tcgetattr(STDIN_FILENO, &as_it_was) != 0) return;
         editing.store(true);
-        interrupt::set_last_step(give_back);
+        interrupt::set_last_step(restore_terminal);
         set(SIGWINCH, on_change, 0);
         set(SIGCONT, on_change, 0);
         set(SIGTSTP, on_stop, 0);
@@ -84,7 +84,7 @@ class Editing {
     ~Editing() {
         for (std::size_t i = 0; i < count_; ++i) ::sigaction(before_[i].first, &before_[i].second, nullptr);
         interrupt::set_last_step(nullptr);
-        give_back();
+        restore_terminal();
         editing.store(false);
     }
     Editing(const Editing&) = delete;

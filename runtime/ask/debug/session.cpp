@@ -249,7 +249,7 @@ Result<Answer> Session::query(const std::string& body) {
 
 Result<Answer> Session::why(const Why& asked) {
     const inspect::WhyOptions options{
-        .depth = asked.depth.value_or(asked.holds ? inspect::kWhyDepth : inspect::kWhyNotDepth), .all = asked.all, .makers = asked.replay};
+        .depth = asked.depth.value_or(asked.holds ? inspect::kWhyDepth : inspect::kWhyNotDepth), .all = asked.all, .origins = asked.replay};
     auto found = asked.holds ? inspect::why(timeline_, asked.fact, options) : inspect::why_not(timeline_, asked.fact, options);
     if (!found) return tl::unexpected<Error>(found.error());
     return WhyFound{.holds = asked.holds, .explanation = std::move(*found)};

@@ -24,7 +24,7 @@ bool is_gone(sim::Subdomain& subdomain, std::uint64_t id) {
 
 }  // namespace
 
-Result<std::string> when_gone(timeline::Timeline& timeline, std::uint64_t catom) {
+Result<std::string> when_removed(timeline::Timeline& timeline, std::uint64_t catom) {
     if (!is_gone(timeline.simulation().subdomain(), catom)) return std::string();
     const auto gone_at = [&](std::int64_t tick) -> Result<bool> {
         Result<std::unique_ptr<sim::Simulation>> state = timeline.beside(tick);

@@ -199,7 +199,7 @@ class Collector {
         std::vector<u64> counts(module_.predicate_count, 0);
         shown_.clear();
         waiting_.clear();
-        for (const auto& bytes : comm::at_first(now_.comm, mine.take())) {
+        for (const auto& bytes : comm::gather_to_root(now_.comm, mine.take())) {
             ByteReader in(bytes, "messages of a process");
             unpack(in, counts, all);
         }

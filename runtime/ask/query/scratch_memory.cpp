@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "runtime/base/assert.h"
-#include "runtime/engine/eval/rotation.h"
+#include "runtime/engine/eval/nearest_rotation.h"
 
 namespace meld::inspect {
 

@@ -15,7 +15,7 @@ constexpr std::size_t kMost = 3;
 
 }  // namespace
 
-Result<std::vector<std::string>> runners_up(Explainer& e, const Known& fact) {
+Result<std::vector<std::string>> alternatives(Explainer& e, const Known& fact) {
     const check::Predicate& p = e.predicate(fact.predicate);
     if (p.aggregate == check::Aggregate::None) return std::vector<std::string>{};
     Known group = fact;
@@ -23,10 +23,10 @@ Result<std::vector<std::string>> runners_up(Explainer& e, const Known& fact) {
     std::set<std::string> seen{e.text(fact)};
     std::vector<std::string> out;
     for (const Rule* rule : e.views(fact.predicate)) {
-        const std::optional<Fitted> fitted = e.fit(*rule, rule->heads[0].atom, group, false);
-        if (!fitted || !e.cannot(fitted->body).empty()) continue;
+        const std::optional<PartialMatch> match = e.match_head(*rule, rule->heads[0].atom, group, false);
+        if (!match || !e.cannot(match->body).empty()) continue;
         const Explainer::Search search{.age = fact.age};
-        const Result<bool> done = e.search(*fitted, search, [&](const Solution& solution) {
+        const Result<bool> done = e.search(*match, search, [&](const Solution& solution) {
             Known other = fact;
             Values values = solution.values;
             for (std::size_t a = p.aggregate_at - 1; a < other.arguments.size(); ++a) {
@@ -40,7 +40,7 @@ Result<std::vector<std::string>> runners_up(Explainer& e, const Known& fact) {
             if (syntax::keeps_least(p.aggregate) ? order < 0 : syntax::keeps_greatest(p.aggregate) && order > 0) return true;
             const std::string text = e.text(other);
             if (!seen.insert(text).second || out.size() == kMost) return true;
-            const Rule named = e.named(*fitted, solution.values, bound_by(*fitted));
+            const Rule named = e.named(*match, solution.values, bound_by(*match));
             out.push_back(fmt::format("{}: {}:{} with {}", text, rule->file, rule->line, e.print(named, rule->body)));
             return true;
         });

@@ -1,4 +1,4 @@
-// Of a min, max or the like: the values that its group would have if it were not for the one that it has.
+// The alternatives of an aggregate such as min: the values that a group would have without the one that won.
 #pragma once
 
 #include <string>
@@ -9,6 +9,6 @@
 namespace meld::inspect {
 
 // Some of them, each with the rule and the body that derive it; how many more there are is the last line.
-Result<std::vector<std::string>> runners_up(Explainer& explainer, const Known& fact);
+Result<std::vector<std::string>> alternatives(Explainer& explainer, const Known& fact);
 
 }  // namespace meld::inspect

@@ -10,14 +10,14 @@ using check::VariableId;
 
 namespace {
 
-bool waits(const Fitted& fitted) { return fitted.of->heads[0].delay.op != check::Op::Anonymous; }
+bool waits(const PartialMatch& match) { return match.of->heads[0].delay.op != check::Op::Anonymous; }
 
 // What a way binds of the head.
-Bound told_apart_by(const Explainer& e, const Fitted& fitted) {
-    const Bound known = bound_by(fitted);
-    Bound out = fitted.bound;
+Bound told_apart_by(const Explainer& e, const PartialMatch& match) {
+    const Bound known = bound_by(match);
+    Bound out = match.bound;
     const auto keep = [&](VariableId v) { out[v.index()] = known[v.index()]; };
-    const check::Atom& head = fitted.of->heads[0].atom;
+    const check::Atom& head = match.of->heads[0].atom;
     const check::Predicate& p = e.predicate(head.predicate);
     for (std::size_t a = 0; a < head.arguments.size(); ++a) {
         // What is counted is not computed.
@@ -29,21 +29,22 @@ Bound told_apart_by(const Explainer& e, const Fitted& fitted) {
 
 }  // namespace
 
-void tell_apart(Fitted& fitted) {
-    if (!waits(fitted)) return;
-    for (Clause& c : fitted.body)
-        if (c.kind == Clause::Kind::Element && !c.position.valid()) c.position = fitted.rule.variables.add({"_", c.span, check::Type::Int});
-    fitted.values.resize(fitted.rule.variables.count());
-    fitted.bound.resize(fitted.rule.variables.count());
+void tell_apart(PartialMatch& match) {
+    if (!waits(match)) return;
+    for (Clause& c : match.body)
+        if (c.kind == Clause::Kind::Element && !c.position.valid()) c.position = match.rule.variables.add({"_", c.span, check::Type::Int});
+    match.values.resize(match.rule.variables.count());
+    match.bound.resize(match.rule.variables.count());
 }
 
-Result<std::optional<bool>> waited(Explainer& explainer, const Fitted& fitted, const Explainer::Search& search, const Solution& solution) {
-    if (!waits(fitted)) return true;
+Result<std::optional<bool>> delay_has_passed(Explainer& explainer, const PartialMatch& match, const Explainer::Search& search,
+                                             const Solution& solution) {
+    if (!waits(match)) return true;
     Values values = solution.values;
-    const i64 ticks = explainer.terms().value(fitted.of->heads[0].delay, values).integer;
-    Fitted same = fitted;
+    const i64 ticks = explainer.terms().value(match.of->heads[0].delay, values).integer;
+    PartialMatch same = match;
     same.values = solution.values;
-    same.bound = told_apart_by(explainer, fitted);
+    same.bound = told_apart_by(explainer, match);
     std::vector<std::optional<Known>> facts;
     for (std::size_t c = 0; c < solution.facts.size(); ++c) {
         facts.emplace_back();

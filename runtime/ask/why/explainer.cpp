@@ -49,8 +49,8 @@ Known Explainer::keep(PredicateId id, const Fact& fact, std::size_t age) {
     return known;
 }
 
-Rule Explainer::named(const Fitted& fitted, const Values& values, const Bound& bound) {
-    Rule out = fitted.rule;
+Rule Explainer::named(const PartialMatch& match, const Values& values, const Bound& bound) {
+    Rule out = match.rule;
     for (const VariableId v : out.variables.ids())
         if (bound[v.index()]) out.variables[v].name = value_text(out.variables[v].type, values[v.index()]);
     return out;
@@ -66,9 +66,9 @@ Explanation::Way Explainer::way_of(const Rule& rule) const {
     return {.rule = rule.name, .text = rule.text, .file = rule.file, .line = rule.line};
 }
 
-std::vector<std::pair<std::string, std::string>> Explainer::with(const Fitted& fitted, const Values& values, const Bound& bound) {
+std::vector<std::pair<std::string, std::string>> Explainer::with(const PartialMatch& match, const Values& values, const Bound& bound) {
     std::vector<std::pair<std::string, std::string>> out;
-    const check::Rule& rule = *fitted.of;
+    const check::Rule& rule = *match.of;
     for (const VariableId v : rule.variables.ids())
         if (bound[v.index()] && !rule.variables[v].name.starts_with('_'))
             out.emplace_back(rule.variables[v].name, value_text(rule.variables[v].type, values[v.index()]));
@@ -180,7 +180,7 @@ std::vector<const Rule*> Explainer::views(PredicateId id) const {
     return out;
 }
 
-std::vector<const Rule*> Explainer::makers(PredicateId id) const {
+std::vector<const Rule*> Explainer::linear_rules(PredicateId id) const {
     std::vector<const Rule*> out;
     for (const Rule& rule : checked().rules) {
         bool makes = false;
@@ -242,12 +242,12 @@ void Explainer::find_fronts() {
     for (Facts* facts : states_.facts) with_fronts_.push_back(std::make_unique<WithFronts>(*facts, fronts_));
 }
 
-std::map<VariableId, std::size_t> Explainer::distances(const Fitted& fitted) const {
+std::map<VariableId, std::size_t> Explainer::distances(const PartialMatch& match) const {
     std::map<VariableId, std::size_t> out;
-    if (fitted.rule.site.valid()) out[fitted.rule.site] = 0;
+    if (match.rule.site.valid()) out[match.rule.site] = 0;
     for (bool changed = true; changed;) {
         changed = false;
-        check::each_atom(fitted.body, [&](const check::Atom& a, bool) {
+        check::each_atom(match.body, [&](const check::Atom& a, bool) {
             const check::Predicate& p = predicate(a.predicate);
             if (!(p.route || meld::is_link(p.world)) || a.arguments.size() < 2 || !a.arguments[1].is_variable()) return;
             for (const std::size_t side : {0u, 1u}) {
@@ -266,9 +266,9 @@ std::map<VariableId, std::size_t> Explainer::distances(const Fitted& fitted) con
     return out;
 }
 
-std::size_t Explainer::age_of(const Fitted& fitted, const Clause& clause, bool spread) const {
+std::size_t Explainer::age_of(const PartialMatch& match, const Clause& clause, bool spread) const {
     if (!spread || clause.kind != Clause::Kind::Atom) return 0;
-    const auto all = distances(fitted);
+    const auto all = distances(match);
     const auto of = [&](const Term& t) {
         const auto found = t.is_variable() ? all.find(t.variable) : all.end();
         return found == all.end() ? std::size_t{0} : found->second;
@@ -281,7 +281,7 @@ std::size_t Explainer::age_of(const Fitted& fitted, const Clause& clause, bool s
 
 bool Explainer::told_nothing(std::size_t age) const { return states_.first_tick == 0 && states_.tick <= static_cast<i64>(age); }
 
-Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const Solver::Found& found) {
+Result<bool> Explainer::search(const PartialMatch& match, const Search& how, const Solver::Found& found) {
     std::size_t oldest = how.age;
     std::map<const Clause*, std::size_t> ages;
     static NoFacts nothing;
@@ -289,7 +289,7 @@ Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const So
     const auto look = [&](const auto& self, const std::vector<Clause>& body) -> void {
         for (const Clause& c : body) {
             if (c.kind == Clause::Kind::Atom) {
-                const std::size_t away = age_of(fitted, c, how.spread);
+                const std::size_t away = age_of(match, c, how.spread);
                 ages[&c] = how.age + std::max(away, how.linear_before ? linear_age(c) : 0);
                 if (away > 0 && told_nothing(ages[&c]))
                     unread.insert(&c);
@@ -299,7 +299,7 @@ Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const So
             self(self, c.inner);
         }
     };
-    look(look, fitted.body);
+    look(look, match.body);
     if (states_.tick - static_cast<i64>(oldest) < states_.first_tick) {
         before_the_first_ = true;
         return false;
@@ -311,26 +311,26 @@ Result<bool> Explainer::search(const Fitted& fitted, const Search& how, const So
     const SearchOptions options{.allowed = how.allowed, .best = how.best, .further = how.further, .from = [&](const Clause& c) -> Facts& {
                                     if (unread.contains(&c)) return nothing;
                                     const std::size_t age = ages.at(&c);
-                                    if (asks_existence(fitted, c, how.recursion)) return *groups_[age];
+                                    if (asks_existence(match, c, how.recursion)) return *groups_[age];
                                     const bool front = how.recursion != nullptr && how.recursion->contains(c.atom.predicate);
                                     return front && !with_fronts_.empty() ? *with_fronts_[age] : facts(age);
                                 }};
-    if (auto done = solver_.search(fitted.rule, fitted.body, fitted.values, fitted.bound, found, options); !done)
+    if (auto done = solver_.search(match.rule, match.body, match.values, match.bound, found, options); !done)
         return tl::unexpected<Error>(done.error());
     return true;
 }
 
-Result<void> Explainer::search_part(const Fitted& fitted, const std::vector<Clause>& part, Values values, Bound bound, const Search& how,
-                                    const Solver::Found& found) {
+Result<void> Explainer::search_part(const PartialMatch& match, const std::vector<Clause>& part, Values values, Bound bound,
+                                    const Search& how, const Solver::Found& found) {
     static NoFacts nothing;
     const SearchOptions options{.from = [&](const Clause& c) -> Facts& {
-        const std::size_t away = age_of(fitted, c, how.spread);
+        const std::size_t away = age_of(match, c, how.spread);
         if (away > 0 && told_nothing(how.age + away)) return nothing;
-        return facts(std::min(how.age + age_of(fitted, c, how.spread), states_.facts.size() - 1));
+        return facts(std::min(how.age + age_of(match, c, how.spread), states_.facts.size() - 1));
     }};
-    bound.resize(fitted.rule.variables.count());
-    values.resize(fitted.rule.variables.count());
-    return solver_.search(fitted.rule, part, std::move(values), std::move(bound), found, options);
+    bound.resize(match.rule.variables.count());
+    values.resize(match.rule.variables.count());
+    return solver_.search(match.rule, part, std::move(values), std::move(bound), found, options);
 }
 
 // ---- kinds of predicates

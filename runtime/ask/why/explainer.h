@@ -54,19 +54,20 @@ class Explainer {
     // The same among the facts of another source.
     std::optional<u32> holds_in(const Source& source, const Known& fact);
 
-    // The rules whose heads are facts of the predicate: views, the same as the run derives by them, or those that make facts.
+    // The rules that derive facts of a predicate: its views as the program states them, its views as the run evaluates them, and the linear
+    // rules with such a head.
     std::vector<const check::Rule*> views(check::PredicateId id) const;
     const std::vector<const check::Rule*>& derivations(check::PredicateId id) const { return existence_.views(id); }
-    std::vector<const check::Rule*> makers(check::PredicateId id) const;
-    std::optional<Fitted> fit(const check::Rule& rule, const check::Atom& head, const Known& fact, bool solve,
-                              const std::vector<check::Clause>& more = {}) {
-        return inspect::fit(program_, terms_, rule, head, fact, solve, more);
+    std::vector<const check::Rule*> linear_rules(check::PredicateId id) const;
+    std::optional<PartialMatch> match_head(const check::Rule& rule, const check::Atom& head, const Known& fact, bool solve,
+                                           const std::vector<check::Clause>& more = {}) {
+        return inspect::match_head(program_, terms_, rule, head, fact, solve, more);
     }
     std::string cannot(const std::vector<check::Clause>& body) const { return inspect::cannot(program_, body); }
 
     // How many ticks before its head's evaluation each atom of a body is read: one for each link in between. `spread`: where facts were
     // read; otherwise all in one state.
-    std::size_t age_of(const Fitted& fitted, const check::Clause& clause, bool spread) const;
+    std::size_t age_of(const PartialMatch& match, const check::Clause& clause, bool spread) const;
     std::size_t linear_age(const check::Clause& clause) const { return predicate(clause.atom.predicate).linear() ? 1 : 0; }
     // Searches the body in states of this age and before. False: it needs states that there are not, which `wanted` then counts.
     struct Search {
@@ -79,27 +80,27 @@ class Explainer {
         Attempt* best = nullptr;
         std::function<void(const Attempt&)> further = {};
     };
-    Result<bool> search(const Fitted& fitted, const Search& how, const Solver::Found& found);
+    Result<bool> search(const PartialMatch& match, const Search& how, const Solver::Found& found);
     // A part of a body alone, with what is bound.
-    Result<void> search_part(const Fitted& fitted, const std::vector<check::Clause>& part, Values values, Bound bound, const Search& how,
-                             const Solver::Found& found);
+    Result<void> search_part(const PartialMatch& match, const std::vector<check::Clause>& part, Values values, Bound bound,
+                             const Search& how, const Solver::Found& found);
     // How many states before the first were asked for and are not there.
     std::size_t wanted() const { return wanted_; }
     // Whether something would have to be looked up before the first tick.
     bool before_the_first() const { return before_the_first_; }
 
     // Whether an atom asks only whether a group of an aggregate has a value, where the run keeps that apart.
-    bool asks_existence(const Fitted& fitted, const check::Clause& clause, const check::Stratum* recursion) const {
-        return recursion != nullptr && existence_.asks(*fitted.of, fitted.body, fitted.bound, fitted.open, clause);
+    bool asks_existence(const PartialMatch& match, const check::Clause& clause, const check::Stratum* recursion) const {
+        return recursion != nullptr && existence_.asks(*match.of, match.body, match.bound, match.open, clause);
     }
     const Existence& existence() const { return existence_; }
     // A copy of the rule whose variables are named by their values.
-    check::Rule named(const Fitted& fitted, const Values& values, const Bound& bound);
+    check::Rule named(const PartialMatch& match, const Values& values, const Bound& bound);
     std::string print(const check::Rule& named, const std::vector<check::Clause>& clauses) const;
     std::string print(const check::Rule& named, const check::Clause& clause) const { return check::print(checked(), named, clause); }
     Explanation::Way way_of(const check::Rule& rule) const;
     // The rule's variables that have a value, and it.
-    std::vector<std::pair<std::string, std::string>> with(const Fitted& fitted, const Values& values, const Bound& bound);
+    std::vector<std::pair<std::string, std::string>> with(const PartialMatch& match, const Values& values, const Bound& bound);
 
     // Where facts of a predicate that are given are; nothing: rules derive all of them.
     std::optional<Source> base_of(check::PredicateId id) const;
@@ -117,7 +118,7 @@ class Explainer {
     void find_fronts();
     // Whether it is before the first tick, so that no catom has told others anything.
     bool told_nothing(std::size_t age) const;
-    std::map<check::VariableId, std::size_t> distances(const Fitted& fitted) const;
+    std::map<check::VariableId, std::size_t> distances(const PartialMatch& match) const;
 
     const Program& program_;
     States states_;

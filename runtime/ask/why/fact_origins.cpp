@@ -85,7 +85,7 @@ Result<void> explain_made(timeline::Timeline& timeline, const std::string& fact,
 
 }  // namespace
 
-Result<void> find_makers(timeline::Timeline& timeline, Explanation& explanation) {
+Result<void> find_origins(timeline::Timeline& timeline, Explanation& explanation) {
     comm::Communicator& comm = timeline.simulation().subdomain().comm;
     const std::int64_t now = timeline.tick(), first = timeline.first_tick();
     std::vector<std::string> mine;

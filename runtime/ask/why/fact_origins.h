@@ -13,6 +13,6 @@ namespace meld::inspect {
 // Adds the tick in which each fact that was made has appeared for the last time, and the linear rules that may have made it there, by the
 // facts that there were in the tick before. Every process calls it; process 0 has the explanation. Errors: those of the timeline; a
 // signal has asked for the end. Cost: the run once more, to the present tick, if anything was made.
-Result<void> find_makers(timeline::Timeline& timeline, Explanation& explanation);
+Result<void> find_origins(timeline::Timeline& timeline, Explanation& explanation);
 
 }  // namespace meld::inspect

@@ -29,7 +29,7 @@ class Finder {
 
     Result<Firings> made() {
         const auto look = [&](const Rule& rule) { return by_heads(rule); };
-        return find(e_.makers(fact_.predicate), look, [&](const Rule& rule) { return makes_here(rule); });
+        return find(e_.linear_rules(fact_.predicate), look, [&](const Rule& rule) { return makes_here(rule); });
     }
     Result<Firings> took() {
         std::vector<const Rule*> rules;
@@ -101,19 +101,19 @@ class Finder {
         return done;
     }
     Result<void> by(const Rule& rule, const check::Atom& atom, const std::vector<Clause>& more) {
-        const std::optional<Fitted> fitted = e_.fit(rule, atom, fact_, false, more);
-        if (!fitted) return {};
+        const std::optional<PartialMatch> match = e_.match_head(rule, atom, fact_, false, more);
+        if (!match) return {};
         if (std::ranges::find(fits_, &rule) == fits_.end()) fits_.push_back(&rule);
-        if (!e_.cannot(fitted->body).empty()) return {};
-        const Bound bound = bound_by(*fitted);
-        const Result<bool> done = e_.search(*fitted, how_, [&](const Solution& solution) {
+        if (!e_.cannot(match->body).empty()) return {};
+        const Bound bound = bound_by(*match);
+        const Result<bool> done = e_.search(*match, how_, [&](const Solution& solution) {
             Explanation::Way way = e_.way_of(rule);
             if (rule.site.valid() && bound[rule.site.index()]) way.catom = solution.values[rule.site.index()].catom;
-            for (std::size_t c = 0; c < fitted->own; ++c)
+            for (std::size_t c = 0; c < match->own; ++c)
                 if (solution.facts[c] != nullptr) {
-                    const Clause& clause = fitted->body[c];
+                    const Clause& clause = match->body[c];
                     const std::size_t linear = how_.linear_before ? e_.linear_age(clause) : 0;
-                    const std::size_t age = how_.age + std::max(linear, e_.age_of(*fitted, clause, how_.spread));
+                    const std::size_t age = how_.age + std::max(linear, e_.age_of(*match, clause, how_.spread));
                     way.parts.push_back({.is = Part::Is::Fact,
                                          .text = e_.text(e_.keep(clause.atom.predicate, *solution.facts[c], age)),
                                          .tick = e_.states().tick - static_cast<i64>(age)});

@@ -36,7 +36,7 @@ using Matches = std::map<std::string, Known, Natural>;
 // The facts of one state that match what is asked.
 Result<Matches> matches(Explainer& e, std::size_t age) {
     const Rule& question = e.program().question();
-    Fitted whole{.of = &question, .rule = question, .body = question.body, .own = question.body.size()};
+    PartialMatch whole{.of = &question, .rule = question, .body = question.body, .own = question.body.size()};
     whole.values.resize(question.variables.count());
     whole.bound.resize(question.variables.count());
     const auto atom = std::ranges::find(question.body, Clause::Kind::Atom, &Clause::kind);
@@ -103,7 +103,7 @@ class Causes {
             if (!change.rules.empty()) return say(How::Derived, change);
         }
         // An event gives it, if no rule makes it.
-        change.how = e_.makers(fact.predicate).empty() && (p.linear() || e_.is_base(fact)) ? How::Given : How::Unknown;
+        change.how = e_.linear_rules(fact.predicate).empty() && (p.linear() || e_.is_base(fact)) ? How::Given : How::Unknown;
         return fired(that_made(e_, fact), How::Made, change);
     }
     Result<void> went(const Known& fact, const Matches& now, Change& change) {
@@ -153,15 +153,15 @@ class Causes {
         return {};
     }
     Result<void> by_view(const Known& fact, const Rule& rule, bool spread, bool by_rank, Change& change) {
-        const std::optional<Fitted> fitted = e_.fit(rule, rule.heads[0].atom, fact, false);
-        if (!fitted || !e_.cannot(fitted->body).empty()) return {};
+        const std::optional<PartialMatch> match = e_.match_head(rule, rule.heads[0].atom, fact, false);
+        if (!match || !e_.cannot(match->body).empty()) return {};
         const check::Stratum* const recursion = e_.recursion_of(fact.predicate);
         Explainer::Search search{.age = fact.age, .spread = spread, .recursion = recursion};
         if (by_rank && recursion != nullptr && fact.rank != kAbsent)
             search.allowed = [&](const Clause& c, const Fact& f) {
                 return !recursion->contains(c.atom.predicate) || f.rank == kAbsent || f.rank < fact.rank;
             };
-        const Result<bool> done = e_.search(*fitted, search, [&](const Solution&) {
+        const Result<bool> done = e_.search(*match, search, [&](const Solution&) {
             add(e_.way_of(rule), change);
             return false;
         });

@@ -4,14 +4,14 @@ namespace meld::inspect {
 
 using check::Clause;
 
-LowerRanks::Allowed LowerRanks::than(const Fitted& fitted, const Known& head) {
+LowerRanks::Allowed LowerRanks::than(const PartialMatch& match, const Known& head) {
     const check::Stratum* const recursion = e_.recursion_of(head.predicate);
     if (recursion == nullptr) return {};
     if (head.rank != kAbsent)
-        return [this, recursion, &fitted, &head, own = Existence::What{head.predicate, fitted.open}](const Clause& c, const Fact& f) {
+        return [this, recursion, &match, &head, own = Existence::What{head.predicate, match.open}](const Clause& c, const Fact& f) {
             if (!recursion->contains(c.atom.predicate) || f.rank == kAbsent) return true;
             const Existence& existence = e_.existence();
-            if (existence.any() && !existence.comparable(own, {c.atom.predicate, e_.asks_existence(fitted, c, recursion)})) return true;
+            if (existence.any() && !existence.comparable(own, {c.atom.predicate, e_.asks_existence(match, c, recursion)})) return true;
             return f.rank < head.rank;
         };
     if (recursion->links) return {};

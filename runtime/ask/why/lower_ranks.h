@@ -14,7 +14,7 @@ class LowerRanks {
 
     // Whether an atom of the body may be matched by a fact, if the body gives `head`; both outlive the answer. Empty: by any.
     using Allowed = std::function<bool(const check::Clause&, const Fact&)>;
-    Allowed than(const Fitted& fitted, const Known& head);
+    Allowed than(const PartialMatch& match, const Known& head);
 
   private:
     Explainer& e_;

@@ -51,10 +51,10 @@ Shifted shifted(const Term& term) {
 
 }  // namespace
 
-std::optional<Fitted> fit(const Program& program, Terms& terms, const Rule& rule, const check::Atom& head, const Known& fact, bool solve,
-                          const std::vector<Clause>& more) {
+std::optional<PartialMatch> match_head(const Program& program, Terms& terms, const Rule& rule, const check::Atom& head, const Known& fact,
+                                       bool solve, const std::vector<Clause>& more) {
     const check::Predicate& p = program.checked().predicates[fact.predicate];
-    Fitted out{.of = &rule, .rule = rule, .body = rule.body, .open = !fact.whole()};
+    PartialMatch out{.of = &rule, .rule = rule, .body = rule.body, .open = !fact.whole()};
     out.values.resize(rule.variables.count());
     out.bound.resize(rule.variables.count());
     // Heads may depend on results of aggregates over matches, which no body says.
@@ -160,10 +160,10 @@ std::string cannot(const Program& program, const std::vector<Clause>& body) {
     return "";
 }
 
-Bound bound_by(const Fitted& fitted) {
-    Bound out = fitted.bound;
+Bound bound_by(const PartialMatch& match) {
+    Bound out = match.bound;
     const auto bind = [&](const Term& term) { check::each_free_use(term, [&](const Term& t) { out[t.variable.index()] = true; }); };
-    for (const Clause& c : fitted.body) {
+    for (const Clause& c : match.body) {
         for (const Term& t : c.atom.arguments) bind(t);
         if (c.kind == Clause::Kind::Test) bind(c.test);
         if (c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Aggregate) out[c.variable.index()] = true;

@@ -24,7 +24,7 @@ struct Known {
 };
 
 // A rule whose head has the arguments of a fact.
-struct Fitted {
+struct PartialMatch {
     const check::Rule* of = nullptr;
     check::Rule rule;                      // With variables for what the head is to be.
     std::vector<check::Clause> body = {};  // Its own, then what the head asks for.
@@ -36,10 +36,10 @@ struct Fitted {
 
 // Nothing: the head cannot be this fact. `solve`: D + 1 that must be 7 is a D that is 6. `more`: what stands around the head, beside the
 // rule's body.
-std::optional<Fitted> fit(const Program& program, Terms& terms, const check::Rule& rule, const check::Atom& head, const Known& fact,
-                          bool solve, const std::vector<check::Clause>& more = {});
+std::optional<PartialMatch> match_head(const Program& program, Terms& terms, const check::Rule& rule, const check::Atom& head,
+                                       const Known& fact, bool solve, const std::vector<check::Clause>& more = {});
 // What a whole body binds outside of its parts.
-Bound bound_by(const Fitted& fitted);
+Bound bound_by(const PartialMatch& match);
 
 // Why a term, or a body, cannot be looked up; empty: it can.
 std::string cannot(const check::Program& checked, const check::Term& term);

@@ -6,18 +6,18 @@ namespace meld::inspect {
 
 using check::Clause;
 
-Bound looked_at(const Explainer& e, const Fitted& fitted, Bound bound, const Explainer::Search& search) {
-    for (const Clause& c : fitted.body) {
-        if (!e.asks_existence(fitted, c, search.recursion)) continue;
+Bound looked_at(const Explainer& e, const PartialMatch& match, Bound bound, const Explainer::Search& search) {
+    for (const Clause& c : match.body) {
+        if (!e.asks_existence(match, c, search.recursion)) continue;
         for (std::size_t a = e.predicate(c.atom.predicate).aggregate_at; a < c.atom.arguments.size(); ++a)
             if (c.atom.arguments[a].is_variable()) bound[c.atom.arguments[a].variable.index()] = false;
     }
     return bound;
 }
 
-Known read_by(Explainer& e, const Fitted& fitted, const Clause& clause, const Fact& fact, std::size_t age,
+Known read_by(Explainer& e, const PartialMatch& match, const Clause& clause, const Fact& fact, std::size_t age,
               const Explainer::Search& search) {
-    if (!e.asks_existence(fitted, clause, search.recursion)) return e.keep(clause.atom.predicate, fact, age);
+    if (!e.asks_existence(match, clause, search.recursion)) return e.keep(clause.atom.predicate, fact, age);
     const check::Predicate& p = e.predicate(clause.atom.predicate);
     Known known{.predicate = clause.atom.predicate, .catom = fact.catom, .rank = fact.rank, .age = age};
     for (std::size_t a = 1; a < p.arguments.size(); ++a) {
@@ -29,10 +29,11 @@ Known read_by(Explainer& e, const Fitted& fitted, const Clause& clause, const Fa
     return known;
 }
 
-std::optional<std::int64_t> oldest_tick(const Explainer& e, const Fitted& fitted, const Clause& part, const Explainer::Search& search) {
+std::optional<std::int64_t> oldest_tick(const Explainer& e, const PartialMatch& match, const Clause& part,
+                                        const Explainer::Search& search) {
     std::size_t age = search.age;
     check::each_atom(part.inner, [&](const check::Atom& atom, bool) {
-        age = std::max(age, search.age + e.age_of(fitted, {.kind = Clause::Kind::Atom, .atom = atom}, search.spread));
+        age = std::max(age, search.age + e.age_of(match, {.kind = Clause::Kind::Atom, .atom = atom}, search.spread));
     });
     return age == 0 ? std::nullopt : std::optional(e.states().tick - static_cast<i64>(age));
 }
@@ -58,8 +59,8 @@ std::vector<std::string> given_to(Explainer& e, const Known& group) {
     return out;
 }
 
-Fitted at_catom(const check::Rule& question, u64 catom, std::size_t last_parts) {
-    Fitted out{.of = &question, .rule = question, .body = question.body, .own = question.body.size() - last_parts};
+PartialMatch at_catom(const check::Rule& question, u64 catom, std::size_t last_parts) {
+    PartialMatch out{.of = &question, .rule = question, .body = question.body, .own = question.body.size() - last_parts};
     out.values.resize(question.variables.count());
     out.bound.resize(question.variables.count());
     const auto first = std::ranges::find(question.body, Clause::Kind::Atom, &Clause::kind);

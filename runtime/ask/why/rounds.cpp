@@ -24,15 +24,15 @@ const Rounds::ByFact& Rounds::of(const check::Stratum& recursion, u64 catom, std
         std::erase_if(left, [&](const Known& fact) {
             bool holds = false;
             for (const Rule* rule : e_.views(fact.predicate)) {
-                const std::optional<Fitted> fitted = e_.fit(*rule, rule->heads[0].atom, fact, false);
-                if (holds || !fitted || !e_.cannot(fitted->body).empty()) continue;
+                const std::optional<PartialMatch> match = e_.match_head(*rule, rule->heads[0].atom, fact, false);
+                if (holds || !match || !e_.cannot(match->body).empty()) continue;
                 const auto known_before = [&](const Clause& c, const Fact& f) {
                     return !recursion.contains(c.atom.predicate) || rounds.contains(e_.text(e_.keep(c.atom.predicate, f, age)));
                 };
                 // What came over links may have changed since it was read.
                 for (const bool spread : {false, true})
                     if (!holds)
-                        static_cast<void>(e_.search(*fitted, {.age = age, .spread = spread, .allowed = known_before}, [&](const Solution&) {
+                        static_cast<void>(e_.search(*match, {.age = age, .spread = spread, .allowed = known_before}, [&](const Solution&) {
                             holds = true;
                             return false;
                         }));

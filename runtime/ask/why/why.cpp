@@ -63,7 +63,7 @@ class Why {
         out_.nodes.push_back({.is = Node::Is::Derived, .fact = asked, .tick = out_.tick});
         out_.roots = {0};
         facts_.push_back({});
-        const Fitted body = at_catom(e_.program().question(), catom, last_parts);
+        const PartialMatch body = at_catom(e_.program().question(), catom, last_parts);
         Result<void> within;
         bool found = false, lacks = false;
         // As in derive().
@@ -148,7 +148,7 @@ class Why {
     bool given(std::size_t i) {
         const Known& fact = facts_[i].fact;
         if (!e_.is_base(fact)) return false;
-        node(i).is = e_.makers(fact.predicate).empty() ? Node::Is::Given : Node::Is::Made;
+        node(i).is = e_.linear_rules(fact.predicate).empty() ? Node::Is::Given : Node::Is::Made;
         return true;
     }
 
@@ -189,7 +189,7 @@ class Why {
         }
         if (node(i).is == Node::Is::Unknown) node(i).is = Node::Is::Derived;
         if (facts_[i].depth > 0 || !facts_[i].fact.whole()) return {};
-        Result<std::vector<std::string>> others = runners_up(e_, facts_[i].fact);
+        Result<std::vector<std::string>> others = alternatives(e_, facts_[i].fact);
         if (!others) return tl::unexpected<Error>(others.error());
         node(i).others = std::move(*others);
         return {};
@@ -225,17 +225,17 @@ class Why {
 
     Result<Outcome> by_rule(std::size_t i, const Rule& rule, const How& how) {
         const Known fact = facts_[i].fact;
-        const std::optional<Fitted> fitted = e_.fit(rule, rule.heads[0].atom, fact, false);
-        if (!fitted || !e_.cannot(fitted->body).empty()) return Outcome{};
+        const std::optional<PartialMatch> match = e_.match_head(rule, rule.heads[0].atom, fact, false);
+        if (!match || !e_.cannot(match->body).empty()) return Outcome{};
         const Explainer::Search search{.age = fact.age,
                                        .spread = how.spread,
-                                       .allowed = how.ranks == Ranks::Compared ? lower_.than(*fitted, fact) : LowerRanks::Allowed{},
+                                       .allowed = how.ranks == Ranks::Compared ? lower_.than(*match, fact) : LowerRanks::Allowed{},
                                        .recursion = e_.recursion_of(fact.predicate)};
         Outcome out;
         Result<void> within;
-        const Result<bool> done = e_.search(*fitted, search, [&](const Solution& solution) {
+        const Result<bool> done = e_.search(*match, search, [&](const Solution& solution) {
             if (out.found < how.most) {
-                auto way = way_of(i, *fitted, search, solution);
+                auto way = way_of(i, *match, search, solution);
                 if (!way) {
                     within = tl::unexpected<Error>(way.error());
                     return false;
@@ -264,23 +264,23 @@ class Why {
 
     // ---- how a body is met
 
-    Result<Way> way_of(std::size_t i, const Fitted& fitted, const Explainer::Search& search, const Solution& solution) {
-        Way way = e_.way_of(*fitted.of);
-        const Bound bound = bound_by(fitted);
-        const Rule named = e_.named(fitted, solution.values, bound);
-        way.with = e_.with(fitted, solution.values, looked_at(e_, fitted, bound, search));
-        for (std::size_t c = 0; c < fitted.own; ++c) {
-            const Clause& clause = fitted.body[c];
+    Result<Way> way_of(std::size_t i, const PartialMatch& match, const Explainer::Search& search, const Solution& solution) {
+        Way way = e_.way_of(*match.of);
+        const Bound bound = bound_by(match);
+        const Rule named = e_.named(match, solution.values, bound);
+        way.with = e_.with(match, solution.values, looked_at(e_, match, bound, search));
+        for (std::size_t c = 0; c < match.own; ++c) {
+            const Clause& clause = match.body[c];
             switch (clause.kind) {
                 case Clause::Kind::Atom: {
-                    const std::size_t age = search.age + e_.age_of(fitted, clause, search.spread);
-                    const std::size_t child = add(read_by(e_, fitted, clause, *solution.facts[c], age, search), facts_[i].depth + 1);
+                    const std::size_t age = search.age + e_.age_of(match, clause, search.spread);
+                    const std::size_t child = add(read_by(e_, match, clause, *solution.facts[c], age, search), facts_[i].depth + 1);
                     way.parts.push_back({.text = node(child).fact, .node = child});
                     break;
                 }
                 case Clause::Kind::Not:
                     way.parts.push_back(
-                        {.is = Part::Is::Absent, .text = e_.print(named, clause.inner), .tick = oldest_tick(e_, fitted, clause, search)});
+                        {.is = Part::Is::Absent, .text = e_.print(named, clause.inner), .tick = oldest_tick(e_, match, clause, search)});
                     break;
                 case Clause::Kind::Test:
                     if (says_nothing(e_, named, clause)) break;
@@ -294,7 +294,7 @@ class Why {
                 ++ways;
                 for (std::size_t n = 0; n < clause.inner.size() && ways <= most_ways(); ++n) {
                     if (inner.facts[n] == nullptr) continue;
-                    const std::size_t age = search.age + e_.age_of(fitted, clause.inner[n], search.spread);
+                    const std::size_t age = search.age + e_.age_of(match, clause.inner[n], search.spread);
                     const std::size_t child = add(e_.keep(clause.inner[n].atom.predicate, *inner.facts[n], age), facts_[i].depth + 1);
                     way.parts.push_back({.text = node(child).fact, .node = child});
                 }
@@ -302,7 +302,7 @@ class Why {
             };
             const std::size_t at = way.parts.size() - 1;
             // Its own result is known to the body, and not to its matches.
-            if (auto done = e_.search_part(fitted, clause.inner, solution.values, bound, search, one); !done)
+            if (auto done = e_.search_part(match, clause.inner, solution.values, bound, search, one); !done)
                 return tl::unexpected<Error>(done.error());
             way.parts[at].note = fmt::format("of {} match{}", ways, ways == 1 ? "" : "es");
         }
@@ -323,10 +323,10 @@ class Why {
         // A settled run has read what is there now.
         const bool spread = !e_.states().settled || group.age > 0;
         for (const Rule* rule : e_.views(group.predicate)) {
-            std::optional<Fitted> fitted = e_.fit(*rule, rule->heads[0].atom, group, false);
-            if (!fitted) continue;
-            tell_apart(*fitted);
-            if (const std::string why = e_.cannot(fitted->body); !why.empty()) {
+            std::optional<PartialMatch> match = e_.match_head(*rule, rule->heads[0].atom, group, false);
+            if (!match) continue;
+            tell_apart(*match);
+            if (const std::string why = e_.cannot(match->body); !why.empty()) {
                 node(i).ways.push_back(e_.way_of(*rule));
                 node(i).ways.back().note = "this rule cannot be looked up: " + why;
                 continue;
@@ -334,7 +334,7 @@ class Why {
             Explainer::Search search{.age = group.age, .spread = spread};
             Result<void> within;
             const auto one = [&](const Solution& solution) {
-                const Result<std::optional<bool>> counts = waited(e_, *fitted, search, solution);
+                const Result<std::optional<bool>> counts = delay_has_passed(e_, *match, search, solution);
                 if (!counts) {
                     within = tl::unexpected<Error>(counts.error());
                     return false;
@@ -344,22 +344,21 @@ class Why {
                     ++node(i).more;
                     return true;
                 }
-                auto way = way_of(i, *fitted, search, solution);
+                auto way = way_of(i, *match, search, solution);
                 if (!way) {
                     within = tl::unexpected<Error>(way.error());
                     return false;
                 }
-                way->note =
-                    "gives " + check::print(e_.checked(), e_.named(*fitted, solution.values, bound_by(*fitted)), rule->heads[0].atom);
+                way->note = "gives " + check::print(e_.checked(), e_.named(*match, solution.values, bound_by(*match)), rule->heads[0].atom);
                 if (!counts->has_value()) way->note += "; whether for long enough is not known";
                 node(i).ways.push_back(std::move(*way));
                 return true;
             };
-            Result<bool> done = e_.search(*fitted, search, one);
+            Result<bool> done = e_.search(*match, search, one);
             if (done && !*done && spread && e_.before_the_first()) {
                 search.spread = false;
                 node(i).note = fmt::format("as of tick {}: what it was computed from may have changed since", node(i).tick);
-                done = e_.search(*fitted, search, one);
+                done = e_.search(*match, search, one);
             } else if (done && !*done) {
                 node(i).note = fmt::format("it rests on facts of earlier ticks; ask in tick {}", node(i).tick);
             }
@@ -391,8 +390,8 @@ Result<Explanation> explained(timeline::Timeline& timeline, const std::string& b
         return {};
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
-    if (!options.makers) return out;
-    if (auto found = find_makers(timeline, out); !found) return tl::unexpected<Error>(found.error());
+    if (!options.origins) return out;
+    if (auto found = find_origins(timeline, out); !found) return tl::unexpected<Error>(found.error());
     return out;
 }
 

@@ -16,7 +16,7 @@ constexpr std::size_t kWhyDepth = 12, kWhyNotDepth = 4;
 struct WhyOptions {
     std::size_t depth = kWhyDepth;  // 0: to the end.
     bool all = false;               // All facts that match, and all ways in which each of them holds; otherwise the first.
-    bool makers = true;             // What made linear facts is looked for, by making the run again.
+    bool origins = true;            // What made linear facts is looked for, by making the run again.
     std::size_t most_ways = 10;     // Of an aggregate; the others are counted. All of them with `all`.
 };
 

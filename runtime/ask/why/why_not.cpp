@@ -95,15 +95,15 @@ class WhyNot {
             node(i).note = other->text;
             if (other->for_good) return {};
         }
-        const std::vector<const Rule*> views = e_.views(fact.predicate), makers = e_.makers(fact.predicate);
-        if (views.empty() && makers.empty()) return note(i, "it was never given, and no rule derives it");
+        const std::vector<const Rule*> views = e_.views(fact.predicate), linear_rules = e_.linear_rules(fact.predicate);
+        if (views.empty() && linear_rules.empty()) return note(i, "it was never given, and no rule derives it");
         if (options_.depth != 0 && facts_[i].depth >= options_.depth) {
             node(i).note += (node(i).note.empty() ? "" : "; ") + std::string("ask about it for more");
             return {};
         }
         for (const Rule* rule : views)
             if (auto done = by_rule(i, *rule, rule->heads[0].atom, {}, fact); !done) return done;
-        for (const Rule* rule : makers)
+        for (const Rule* rule : linear_rules)
             if (auto done = by_heads(i, *rule); !done) return done;
         if (e_.base_of(fact.predicate)) node(i).ways.push_back({.note = "and it was not given"});
         return {};
@@ -182,22 +182,22 @@ class WhyNot {
     Result<void> by_rule(std::size_t i, const Rule& rule, const check::Atom& head, const std::vector<Clause>& more, const Known& fact,
                          bool of_results = false) {
         Way way = e_.way_of(rule);
-        std::optional<Fitted> fitted = e_.fit(rule, head, fact, true, more);
-        const std::string cannot = fitted ? e_.cannot(fitted->body) : "";
-        if (!fitted || !cannot.empty()) {
-            way.note = fitted ? "it cannot be looked up: " + cannot : "its head is never this fact";
+        std::optional<PartialMatch> match = e_.match_head(rule, head, fact, true, more);
+        const std::string cannot = match ? e_.cannot(match->body) : "";
+        if (!match || !cannot.empty()) {
+            way.note = match ? "it cannot be looked up: " + cannot : "its head is never this fact";
             node(i).ways.push_back(std::move(way));
             return {};
         }
         Attempt best;
         std::optional<Known> missing;
-        const auto further = [&](const Attempt& attempt) { missing = note_attempt(*fitted, attempt, way); };
+        const auto further = [&](const Attempt& attempt) { missing = note_attempt(*match, attempt, way); };
         Offers offers;
-        Result<bool> done = offered(fact, head, *fitted, {.best = &best, .further = further}, offers);
+        Result<bool> done = offered(fact, head, *match, {.best = &best, .further = further}, offers);
         if (!done) return tl::unexpected<Error>(done.error());
         if (missing) way.parts.back().node = add(*missing, facts_[i].depth + 1);
         if (!offers.facts.empty()) {
-            if (!rule.linear) done = offered(fact, head, *fitted, {.spread = true}, offers);
+            if (!rule.linear) done = offered(fact, head, *match, {.spread = true}, offers);
             if (!done) return tl::unexpected<Error>(done.error());
             Result<std::string> yet = met_and_yet(rule, head, offers, of_results);
             if (!yet) return tl::unexpected<Error>(yet.error());
@@ -213,9 +213,10 @@ class WhyNot {
         std::map<std::string, Known> facts = {};
         std::string instead = {};
     };
-    Result<bool> offered(const Known& fact, const check::Atom& head, const Fitted& fitted, const Explainer::Search& search, Offers& out) {
-        const Bound bound = bound_by(fitted);
-        return e_.search(fitted, search, [&](const Solution& solution) {
+    Result<bool> offered(const Known& fact, const check::Atom& head, const PartialMatch& match, const Explainer::Search& search,
+                         Offers& out) {
+        const Bound bound = bound_by(match);
+        return e_.search(match, search, [&](const Solution& solution) {
             Known one = fact.whole() ? fact : in_its_group(fact, head, solution, bound);
             const std::optional<Instead> other = fact.whole() ? std::nullopt : instead_of(one);
             if (other && other->for_good)
@@ -227,11 +228,11 @@ class WhyNot {
     }
 
     // The parts that can be met together, and the one that then cannot; the fact that is not there, if it is that.
-    std::optional<Known> note_attempt(const Fitted& fitted, const Attempt& attempt, Way& way) {
+    std::optional<Known> note_attempt(const PartialMatch& match, const Attempt& attempt, Way& way) {
         way.parts.clear();
-        way.with = e_.with(fitted, attempt.values, attempt.bound);
-        const Rule named = e_.named(fitted, attempt.values, attempt.bound);
-        const auto own = [&](const Clause* c) { return static_cast<std::size_t>(c - fitted.body.data()) < fitted.own; };
+        way.with = e_.with(match, attempt.values, attempt.bound);
+        const Rule named = e_.named(match, attempt.values, attempt.bound);
+        const auto own = [&](const Clause* c) { return static_cast<std::size_t>(c - match.body.data()) < match.own; };
         for (const Clause* c : attempt.met) {
             if (c == attempt.failed || !own(c) || (c->kind != Clause::Kind::Atom && c->kind != Clause::Kind::Not)) continue;
             const bool absent = c->kind == Clause::Kind::Not;
@@ -246,7 +247,7 @@ class WhyNot {
         if (c.kind == Clause::Kind::Atom) {
             missing = pattern(c.atom, attempt.bound, values);
         } else if (c.kind == Clause::Kind::Not) {
-            static_cast<void>(e_.search_part(fitted, c.inner, values, attempt.bound, {}, [&](const Solution& inner) {
+            static_cast<void>(e_.search_part(match, c.inner, values, attempt.bound, {}, [&](const Solution& inner) {
                 for (std::size_t n = 0; n < c.inner.size(); ++n)
                     if (inner.facts[n] != nullptr)
                         part.note += (part.note.empty() ? "" : ", ") + e_.text(e_.keep(c.inner[n].atom.predicate, *inner.facts[n], 0));
@@ -305,14 +306,14 @@ class WhyNot {
     // or was not met when it was read.
     Result<std::string> group_in_quarantine(const Rule& rule, const check::Atom& head, const Known& fact) {
         const check::Stratum* const recursion = e_.recursion_of(fact.predicate);
-        const std::optional<Fitted> fitted = recursion != nullptr ? e_.fit(rule, head, fact, true) : std::nullopt;
-        if (!fitted) return "";
+        const std::optional<PartialMatch> match = recursion != nullptr ? e_.match_head(rule, head, fact, true) : std::nullopt;
+        if (!match) return "";
         std::string group;
-        const Result<bool> done = e_.search(*fitted, {.spread = true}, [&](const Solution& solution) {
-            const Rule named = e_.named(*fitted, solution.values, bound_by(*fitted));
-            for (std::size_t c = 0; c < fitted->own && group.empty(); ++c)
-                if (fitted->body[c].kind == Clause::Kind::Atom && e_.asks_existence(*fitted, fitted->body[c], recursion))
-                    group = e_.print(named, fitted->body[c]);
+        const Result<bool> done = e_.search(*match, {.spread = true}, [&](const Solution& solution) {
+            const Rule named = e_.named(*match, solution.values, bound_by(*match));
+            for (std::size_t c = 0; c < match->own && group.empty(); ++c)
+                if (match->body[c].kind == Clause::Kind::Atom && e_.asks_existence(*match, match->body[c], recursion))
+                    group = e_.print(named, match->body[c]);
             return false;
         });
         if (!done) return tl::unexpected<Error>(done.error());
@@ -322,12 +323,12 @@ class WhyNot {
     // Empty: it is in none.
     Result<std::string> quarantine_of(const Rule& rule, const check::Atom& head, const Known& fact) {
         const std::optional<Tombstone> lost = loss_of(fact);
-        const std::optional<Fitted> fitted = lost ? e_.fit(rule, head, fact, true) : std::nullopt;
-        if (!fitted) return "";
+        const std::optional<PartialMatch> match = lost ? e_.match_head(rule, head, fact, true) : std::nullopt;
+        if (!match) return "";
         // What the catom has read may have come of other facts than there are now, with other ranks.
         bool read = false;
         for (const bool spread : {false, true}) {
-            const auto rank = least_rank(fact, *fitted, {.spread = spread, .recursion = e_.recursion_of(fact.predicate)});
+            const auto rank = least_rank(fact, *match, {.spread = spread, .recursion = e_.recursion_of(fact.predicate)});
             if (!rank) return tl::unexpected<Error>(rank.error());
             const i64 ready = *rank ? trusted_from(&*lost, **rank, e_.states().latency) : 0;
             if (ready > e_.states().tick)
@@ -342,22 +343,22 @@ class WhyNot {
     }
 
     // The rank that the fact would have by the body; nothing: it is not met.
-    Result<std::optional<u32>> least_rank(const Known& fact, const Fitted& fitted, const Explainer::Search& search) {
+    Result<std::optional<u32>> least_rank(const Known& fact, const PartialMatch& match, const Explainer::Search& search) {
         std::optional<u32> least;
-        const Result<bool> done = e_.search(fitted, search, [&](const Solution& solution) {
-            const u32 rank = rank_of(fact, fitted, solution);
+        const Result<bool> done = e_.search(match, search, [&](const Solution& solution) {
+            const u32 rank = rank_of(fact, match, solution);
             if (!least || rank < *least) least = rank;
             return true;
         });
         if (!done) return tl::unexpected<Error>(done.error());
         return least;
     }
-    u32 rank_of(const Known& head, const Fitted& fitted, const Solution& solution) const {
+    u32 rank_of(const Known& head, const PartialMatch& match, const Solution& solution) const {
         const check::Stratum* const recursion = e_.recursion_of(head.predicate);
         u32 rank = 0;
-        for (std::size_t c = 0; c < fitted.own && recursion != nullptr; ++c) {
+        for (std::size_t c = 0; c < match.own && recursion != nullptr; ++c) {
             const Fact* const f = c < solution.facts.size() ? solution.facts[c] : nullptr;
-            if (f != nullptr && f->rank != kAbsent && recursion->contains(fitted.body[c].atom.predicate)) rank = std::max(rank, f->rank);
+            if (f != nullptr && f->rank != kAbsent && recursion->contains(match.body[c].atom.predicate)) rank = std::max(rank, f->rank);
         }
         return rank + 1;
     }
@@ -375,9 +376,9 @@ class WhyNot {
         Known group = fact;
         for (std::size_t a = p.aggregate_at - 1; a < group.arguments.size(); ++a) group.arguments[a].reset();
         for (const Rule* rule : e_.views(fact.predicate)) {
-            const std::optional<Fitted> fitted = e_.fit(*rule, rule->heads[0].atom, group, false);
-            if (!fitted || !e_.cannot(fitted->body).empty()) continue;
-            const Result<bool> done = e_.search(*fitted, {.spread = true}, [&](const Solution& solution) {
+            const std::optional<PartialMatch> match = e_.match_head(*rule, rule->heads[0].atom, group, false);
+            if (!match || !e_.cannot(match->body).empty()) continue;
+            const Result<bool> done = e_.search(*match, {.spread = true}, [&](const Solution& solution) {
                 for (const check::VariableId v : rule->contributors) silent.erase(solution.values[v.index()].catom);
                 return true;
             });
@@ -426,7 +427,7 @@ Result<Explanation> why_not(timeline::Timeline& timeline, const std::string& fac
     if (absent) mine.write(*absent);
     const std::vector<std::byte> first = timeline.simulation().subdomain().comm.allgather_any(mine.view()).front();
     if (first.empty()) return out;
-    const Result<std::string> when = when_gone(timeline, ByteReader(first, "a catom").read<u64>());
+    const Result<std::string> when = when_removed(timeline, ByteReader(first, "a catom").read<u64>());
     if (!when) return tl::unexpected<Error>(when.error());
     if (absent && !when->empty()) out.nodes[out.roots.front()].note += ": " + *when;
     return out;

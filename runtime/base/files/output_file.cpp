@@ -155,7 +155,7 @@ Result<OutputFile> OutputFile::open(const std::string& path, Appears appears, Du
         if (!S_ISREG(status.st_mode)) {
             OutputFile file(path, durability);
             file.stream_ = true;
-            const pulse::WritesToStream writes;
+            const liveness::WritesToStream writes;
             file.descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
             if (file.descriptor_ < 0) return failed(errno);
             return file;
@@ -280,8 +280,8 @@ void OutputFile::give_to_system() {
 
 void OutputFile::put(std::string_view text) {
     if (text.empty() || !make_file()) return;
-    pulse::beat();
-    std::optional<pulse::WritesToStream> writes;
+    liveness::beat();
+    std::optional<liveness::WritesToStream> writes;
     if (stream_) writes.emplace();
     if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
     if (error_ == 0 && !write_all(descriptor_, text)) set_error(errno);
@@ -415,7 +415,7 @@ Result<void> write_file(const std::string& path, std::string_view text) {
     return file->commit();
 }
 
-std::set<std::string> begun_beside(const std::string& target) {
+std::set<std::string> partial_outputs_of(const std::string& target) {
     std::set<std::string> found;
     const std::optional<std::string> place = resolve(target);
     if (!place) return found;

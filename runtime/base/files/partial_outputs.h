@@ -1,4 +1,4 @@
-// What runs have begun to write and not brought to its end.
+// Outputs that a run has begun to write and not finished.
 #pragma once
 
 #include <set>
@@ -6,8 +6,8 @@
 
 namespace meld {
 
-// The files beside a target that have been begun under names of their own (output_file.h), for it or by runs that were killed. Cost: a
-// look at its folder.
-std::set<std::string> begun_beside(const std::string& target);
+// The files in the folder of `target` that hold a part of it, under names of their own (output_file.h), from this run or from runs that
+// were killed. Cost: one listing of the folder.
+std::set<std::string> partial_outputs_of(const std::string& target);
 
 }  // namespace meld

@@ -32,7 +32,7 @@ void prepare_standard_streams() {
 }
 
 Result<void> print(std::FILE* stream, std::string_view text) {
-    const pulse::WritesToStream writes;
+    const liveness::WritesToStream writes;
     errno = 0;
     if (std::fwrite(text.data(), 1, text.size(), stream) == text.size() && std::fflush(stream) == 0) return {};
     const int error = errno != 0 ? errno : EIO;

@@ -67,7 +67,7 @@ void set_waiting(int how, std::initializer_list<int> signals) {
     if (words != nullptr && signal == kTimer) words = words_when_time_is_up.data();
     // Where standard error takes nothing, nobody can be told.
     if (words != nullptr && ::write(STDERR_FILENO, words, std::strlen(words)) < 0) errno = 0;
-    if (words != nullptr) pulse::note_told();
+    if (words != nullptr) liveness::note_told();
     if (by_signal.load() && signal != kTimer) {
         std::signal(signal, SIG_DFL);
         set_waiting(SIG_UNBLOCK, {signal});
@@ -147,7 +147,7 @@ void end_by_signal() { by_signal.store(true); }
 
 void set_last_words(const char* words) {
     last_words.store(words);
-    if (words == nullptr) pulse::note_told();
+    if (words == nullptr) liveness::note_told();
 }
 
 void set_last_step(void (*step)()) { last_step.store(step); }

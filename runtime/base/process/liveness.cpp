@@ -7,7 +7,7 @@
 
 #include <cstdlib>
 
-namespace meld::pulse {
+namespace meld::liveness {
 
 Place* detail::own = nullptr;
 
@@ -34,4 +34,4 @@ bool attach(std::size_t place, int here) {
     return parent_supervises;
 }
 
-}  // namespace meld::pulse
+}  // namespace meld::liveness

@@ -1,4 +1,4 @@
-// Signs of life of a run, for the process that supervises it: a table in shared memory with a place for each process. A sign is given
+// Signs of life of a run, for the process that supervises it: a table in shared memory with a place for each process. Code calls beat()
 // wherever work gets on: a block of catoms, an operation between processes, a piece of a file. Without a supervisor nothing is stored.
 #pragma once
 
@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <string>
 
-namespace meld::pulse {
+namespace meld::liveness {
 
-// What a process is at.
+// What a process is doing.
 enum class Phase : std::uint32_t { SetUp, Modules, Evaluation, Exchange, Recording, Checkpoint };
 
 struct alignas(64) Place {
@@ -21,15 +21,15 @@ struct alignas(64) Place {
     std::atomic<std::int32_t> writes;   // How many of its threads write to a stream, whose reader may take any time.
     std::atomic<std::int32_t> here;     // How many processes of the run are on its machine.
     std::atomic<bool> left;             // It has come to its own end: nothing that it had to do is lost.
-    std::atomic<bool> told;             // If it speaks for the run, it has said how that ended.
+    std::atomic<bool> told;             // Of process 0: it has reported how the run ended.
 };
 
 // The variable by which a supervisor tells its processes where the table is.
-inline constexpr const char* kVariable = "CLAYMELD_PULSE";
+inline constexpr const char* kVariable = "CLAYMELD_LIVENESS";
 
-// Takes the place with this number in the supervisor's table, if there is one; further processes started from here have none. So many
-// processes of the run are on this machine. Call it once, before other threads start. Returns whether the supervisor is the parent of this
-// process.
+// Takes the place with this number in the supervisor's table, if there is one; further processes started from here have none. `here` is the
+// number of processes of the run on this machine. Call it once, before other threads start. Returns whether the supervisor is the parent of
+// this process.
 bool attach(std::size_t place, int here);
 
 namespace detail {
@@ -59,7 +59,7 @@ inline void wait(bool waits) {
     if (detail::own != nullptr) detail::own->waits.store(waits, std::memory_order_relaxed);
 }
 
-// While it lives, this thread writes to a stream, or opens one: a terminal or a pipe takes no more until somebody has read.
+// Exists while this thread writes to a stream, or opens one: a terminal or a pipe may block it until its reader has read.
 class WritesToStream {
   public:
     WritesToStream() {
@@ -73,4 +73,4 @@ class WritesToStream {
     WritesToStream& operator=(const WritesToStream&) = delete;
 };
 
-}  // namespace meld::pulse
+}  // namespace meld::liveness

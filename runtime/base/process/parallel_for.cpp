@@ -85,7 +85,7 @@ struct Workers::Shared {
             if (index >= count) return;
             try {
                 (*body)(worker, index);
-                pulse::beat();
+                liveness::beat();
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 if (!failed.exchange(true)) failure = std::current_exception();

@@ -54,7 +54,7 @@ bool has_ended(pid_t process) {
     return state == '?' ? kill(process, 0) != 0 && errno == ESRCH : state == 'Z' || state == 'X';
 }
 
-std::vector<pid_t> offspring_of(pid_t process) {
+std::vector<pid_t> descendants_of(pid_t process) {
     std::multimap<pid_t, pid_t> children;
     std::error_code none;
     for (std::filesystem::directory_iterator entry("/proc", none), end; !none && entry != end; entry.increment(none)) {

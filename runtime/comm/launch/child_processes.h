@@ -1,4 +1,4 @@
-// What a process has started, as the system tells.
+// The children of a process and their state, as /proc has them.
 #pragma once
 
 #include <sys/types.h>
@@ -9,8 +9,8 @@
 
 namespace meld::comm {
 
-// Whoever watches processes looks now and then. The longest time between two looks that counts: while the one who looks was stopped,
-// the others may have been, too.
+// Code that watches processes looks at them now and then. A longer time between two looks counts as this: while the watching process was
+// stopped, the others may have been, too.
 inline constexpr double kMaxBetweenLooks_s = 1;
 
 // Whether it has been stopped, by a signal or a debugger.
@@ -20,7 +20,7 @@ bool is_stopped(pid_t process);
 bool has_ended(pid_t process);
 
 // Its children, their children and so on, without those that have ended. It looks at all processes of the machine: microseconds each.
-std::vector<pid_t> offspring_of(pid_t process);
+std::vector<pid_t> descendants_of(pid_t process);
 
 // The file of a program; 0, 0 if there is none. It stays the same file when another takes its path.
 using ProgramFile = std::pair<dev_t, ino_t>;

@@ -12,24 +12,24 @@
 namespace meld::comm {
 
 Heartbeat::Heartbeat(int processes, double seconds) : count_(static_cast<std::size_t>(processes)), seconds_(seconds) {
-    const std::size_t bytes = count_ * sizeof(pulse::Place);
-    file_ = memfd_create("claymeld-pulse", MFD_CLOEXEC);
+    const std::size_t bytes = count_ * sizeof(liveness::Place);
+    file_ = memfd_create("claymeld-liveness", MFD_CLOEXEC);
     // Also without a table: it tells a child that it is supervised.
     place_ = fmt::format("/proc/{}/fd/{}", getpid(), file_);
     if (file_ < 0 || ftruncate(file_, static_cast<off_t>(bytes)) != 0) return;
     void* const table = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
     if (table == MAP_FAILED) return;
-    table_ = static_cast<pulse::Place*>(table);
+    table_ = static_cast<liveness::Place*>(table);
     begin();
 }
 
 Heartbeat::~Heartbeat() {
-    if (table_ != nullptr) munmap(table_, count_ * sizeof(pulse::Place));
+    if (table_ != nullptr) munmap(table_, count_ * sizeof(liveness::Place));
     if (file_ >= 0) close(file_);
 }
 
 void Heartbeat::begin() {
-    if (table_ != nullptr) std::memset(static_cast<void*>(table_), 0, count_ * sizeof(pulse::Place));
+    if (table_ != nullptr) std::memset(static_cast<void*>(table_), 0, count_ * sizeof(liveness::Place));
     last_beats_ = 0;
     silent_s_ = 0;
     last_look_ = Clock::now();
@@ -55,7 +55,7 @@ Heartbeat::Standing Heartbeat::standing() const {
     Standing out;
     if (table_ == nullptr) return out;
     for (std::size_t i = 0; i < count_; ++i) {
-        const pulse::Place& place = table_[i];
+        const liveness::Place& place = table_[i];
         out.tick = std::max(out.tick, place.tick.load());
         const bool stopped = place.process.load() != 0 && is_stopped(place.process.load());
         // Whoever is stopped keeps the others waiting, whatever it was at.
@@ -69,19 +69,19 @@ Heartbeat::Standing Heartbeat::standing() const {
     return out;
 }
 
-const char* describe(pulse::Phase phase) {
+const char* describe(liveness::Phase phase) {
     switch (phase) {
-        case pulse::Phase::SetUp:
+        case liveness::Phase::SetUp:
             return "while it set up";
-        case pulse::Phase::Modules:
+        case liveness::Phase::Modules:
             return "in its motion or another module";
-        case pulse::Phase::Evaluation:
+        case liveness::Phase::Evaluation:
             return "in the evaluation of the program";
-        case pulse::Phase::Exchange:
+        case liveness::Phase::Exchange:
             return "in the exchange between processes";
-        case pulse::Phase::Recording:
+        case liveness::Phase::Recording:
             return "in a module after the tick";
-        case pulse::Phase::Checkpoint:
+        case liveness::Phase::Checkpoint:
             return "in writing a checkpoint";
     }
     return "";

@@ -18,10 +18,10 @@ class Heartbeat {
     Heartbeat(const Heartbeat&) = delete;
     Heartbeat& operator=(const Heartbeat&) = delete;
 
-    // Where processes find the table, for the variable pulse::kVariable.
+    // Where processes find the table, for the variable liveness::kVariable.
     const std::string& place() const { return place_; }
     // The table; empty if there can be none. A place is the process with that number.
-    std::span<const pulse::Place> places() const { return {table_, table_ == nullptr ? 0 : count_}; }
+    std::span<const liveness::Place> places() const { return {table_, table_ == nullptr ? 0 : count_}; }
     // Before the processes start, also again.
     void begin();
     // To be called every second at least while they run. Time in which this process itself was stopped does not count, nor time in which
@@ -32,7 +32,7 @@ class Heartbeat {
         int busy = 0;           // How many did not wait for others.
         int process = -1;       // The only one of them.
         std::int64_t tick = 0;  // The greatest of all; 0: none had begun.
-        pulse::Phase phase = pulse::Phase::SetUp;
+        liveness::Phase phase = liveness::Phase::SetUp;
         bool stopped = false;  // By a signal, or a debugger.
     };
     Standing standing() const;
@@ -46,13 +46,13 @@ class Heartbeat {
     double seconds_;
     int file_ = -1;
     std::string place_;
-    pulse::Place* table_ = nullptr;
+    liveness::Place* table_ = nullptr;
     std::uint64_t last_beats_ = 0;
     double silent_s_ = 0;
     Clock::time_point last_look_;
 };
 
 // "in the evaluation of the program".
-const char* describe(pulse::Phase phase);
+const char* describe(liveness::Phase phase);
 
 }  // namespace meld::comm

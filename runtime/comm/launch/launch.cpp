@@ -59,7 +59,7 @@ std::map<std::string, std::string> settings_for(int processes, const Heartbeat* 
         settings["PMIX_MCA_gds"] = "hash";
         settings["OMPI_MCA_btl"] = "self,tcp";
     }
-    if (heartbeat != nullptr) settings[pulse::kVariable] = heartbeat->place();
+    if (heartbeat != nullptr) settings[liveness::kVariable] = heartbeat->place();
     // Only then: a process that has a core of its own, and yields it at each poll, waits for the time slices of all other programs. Beside
     // three of them a run of two processes took more than 300 seconds instead of 1.6.
     if (processes > sysconf(_SC_NPROCESSORS_ONLN)) settings["OMPI_MCA_mpi_yield_when_idle"] = "1";
@@ -154,23 +154,23 @@ struct Trouble {
     Heartbeat::Standing standing = {};
 };
 
-Trouble look(Heartbeat& heartbeat, Losses& losses) {
+Trouble look(Heartbeat& heartbeat, LostProcess& lost_process) {
     using Kind = Trouble::Kind;
-    const Losses::Sees seen = losses.look();
-    const Kind kind = seen == Losses::Sees::AllEnded  ? Kind::MpirunHung
-                      : seen != Losses::Sees::Nothing ? Kind::Lost
-                      : heartbeat.missed()            ? Kind::Hung
-                                                      : Kind::None;
+    const LostProcess::Sees seen = lost_process.look();
+    const Kind kind = seen == LostProcess::Sees::AllEnded  ? Kind::MpirunHung
+                      : seen != LostProcess::Sees::Nothing ? Kind::Lost
+                      : heartbeat.missed()                 ? Kind::Hung
+                                                           : Kind::None;
     if (kind == Kind::None) return {};
     return {kind, heartbeat.standing()};
 }
 
 // What becomes of the outcome of mpirun when the processes have been told to end, or have been killed.
-LaunchOutcome complete(LaunchOutcome outcome, Ending& ending, int interrupted_by, const Trouble& trouble, const Heartbeat* heartbeat) {
+LaunchOutcome complete(LaunchOutcome outcome, Shutdown& shutdown, int interrupted_by, const Trouble& trouble, const Heartbeat* heartbeat) {
     outcome.interrupted_by = interrupted_by;
     outcome.told = heartbeat != nullptr && heartbeat->told();
-    const bool killed = ending.killed();
-    if (killed || outcome.exit_code > 128) ending.clean_up();
+    const bool killed = shutdown.killed();
+    if (killed || outcome.exit_code > 128) shutdown.clean_up();
     if (heartbeat != nullptr) outcome.standing = heartbeat->standing();
     if (trouble.kind != Trouble::Kind::None) {
         outcome.standing = trouble.standing;
@@ -182,18 +182,18 @@ LaunchOutcome complete(LaunchOutcome outcome, Ending& ending, int interrupted_by
     }
     if (killed) outcome = {.exit_code = 128 + SIGINT, .interrupted_by = interrupted_by, .told = outcome.told};
     // Whatever mpirun makes of processes that it had to end.
-    if (ending.insisted() && outcome.exit_code != 0) outcome.exit_code = 128 + SIGTERM;
+    if (shutdown.insisted() && outcome.exit_code != 0) outcome.exit_code = 128 + SIGTERM;
     return outcome;
 }
 
 // Waits for the child; hands the user's signals on, and what it writes. The signals are blocked, so none is lost between two looks.
-LaunchOutcome wait_for(pid_t child, Ending& ending, const sigset_t& awaited, Relay& relay, Relay::Input input, Heartbeat* heartbeat) {
+LaunchOutcome wait_for(pid_t child, Shutdown& shutdown, const sigset_t& awaited, Relay& relay, Relay::Input input, Heartbeat* heartbeat) {
     // A session takes kEndWellSignal for Ctrl-C, which does not end it.
     const auto given_as = [&](int signal) { return input == Relay::Input::Typed && signal != SIGINT ? SIGTERM : kEndWellSignal; };
     int interrupted_by = 0;
     std::uint64_t shown_before = 0;
     int looks_unheard = 0;
-    Losses losses(heartbeat == nullptr ? std::span<const pulse::Place>() : heartbeat->places(), child, ending.program());
+    LostProcess lost_process(heartbeat == nullptr ? std::span<const liveness::Place>() : heartbeat->places(), child, shutdown.program());
     Trouble trouble;
     while (true) {
         std::optional<LaunchOutcome> outcome = outcome_of(child);
@@ -203,27 +203,27 @@ LaunchOutcome wait_for(pid_t child, Ending& ending, const sigset_t& awaited, Rel
             if (signal == SIGCHLD) continue;
             if (interrupted_by == 0) interrupted_by = signal;
             if (outcome) break;
-            if (ending.asked())
-                ending.insist();
+            if (shutdown.asked())
+                shutdown.insist();
             else
-                ending.ask(given_as(signal));
+                shutdown.ask(given_as(signal));
             shown_before = relay.shown();
         }
-        if (outcome) return complete(*outcome, ending, interrupted_by, trouble, heartbeat);
+        if (outcome) return complete(*outcome, shutdown, interrupted_by, trouble, heartbeat);
         relay.pass(kLookMilliseconds);
-        const bool answered = interrupted_by == SIGINT && ending.heard() && !ending.insisted() && relay.shown() > shown_before;
+        const bool answered = interrupted_by == SIGINT && shutdown.heard() && !shutdown.insisted() && relay.shown() > shown_before;
         if (input == Relay::Input::Typed && answered) {
             interrupted_by = 0;
-            ending.forget();
+            shutdown.forget();
         }
         // Nobody hears what the processes say: they end as if the user had asked for it, unless they are at their end anyway. A signal
         // that reaches mpirun while it ends makes it crash.
-        if (relay.output_error() != 0 && ++looks_unheard > kLooksUntilToldToEnd) ending.ask(given_as(SIGTERM));
-        if (heartbeat != nullptr && !ending.asked()) {
-            trouble = look(*heartbeat, losses);
-            if (trouble.kind != Trouble::Kind::None) ending.kill_now();
+        if (relay.output_error() != 0 && ++looks_unheard > kLooksUntilToldToEnd) shutdown.ask(given_as(SIGTERM));
+        if (heartbeat != nullptr && !shutdown.asked()) {
+            trouble = look(*heartbeat, lost_process);
+            if (trouble.kind != Trouble::Kind::None) shutdown.kill_now();
         }
-        ending.look();
+        shutdown.look();
     }
 }
 
@@ -255,8 +255,8 @@ LaunchOutcome launch_mpi(int processes, const std::vector<std::string>& command,
     relay.leave_child();
     LaunchOutcome outcome{.exit_code = kCannotStart};
     if (child >= 0) {
-        Ending ending(child, command[0], processes);
-        outcome = wait_for(child, ending, awaited, relay, typed, heartbeat);
+        Shutdown shutdown(child, command[0], processes);
+        outcome = wait_for(child, shutdown, awaited, relay, typed, heartbeat);
     }
     relay.finish();
     outcome.output_error = relay.output_error();

@@ -111,12 +111,12 @@ LaunchOutcome launch_alone(const std::vector<std::string>& command, Heartbeat& h
     struct sigaction child_default = {}, child_before = {};
     child_default.sa_handler = SIG_DFL;
     sigaction(SIGCHLD, &child_default, &child_before);
-    setenv(pulse::kVariable, heartbeat.place().c_str(), 1);
+    setenv(liveness::kVariable, heartbeat.place().c_str(), 1);
     heartbeat.begin();
     const pid_t parent = getpid();
     const pid_t child = fork();
     if (child == 0) become(words, parent, before);
-    unsetenv(pulse::kVariable);
+    unsetenv(liveness::kVariable);
     const LaunchOutcome outcome = child < 0 ? LaunchOutcome{.exit_code = kCannotStart} : Child(child, heartbeat).wait(awaited);
     sigaction(SIGCHLD, &child_before, nullptr);
     sigprocmask(SIG_SETMASK, &before, nullptr);

@@ -8,23 +8,24 @@
 
 namespace meld::comm {
 
-Losses::Losses(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program) : Losses(places, mpirun, program, Patience()) {}
+LostProcess::LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program)
+    : LostProcess(places, mpirun, program, Patience()) {}
 
-Losses::Losses(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program, Patience patience)
+LostProcess::LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program, Patience patience)
     : places_(places), mpirun_(mpirun), program_(program), patience_(patience), last_look_(Clock::now()) {}
 
-std::size_t Losses::on_their_way() const {
-    std::vector<pid_t> found = offspring_of(getpid());
+std::size_t LostProcess::on_their_way() const {
+    std::vector<pid_t> found = descendants_of(getpid());
     std::erase_if(found, [&](pid_t process) {
-        const auto is_of = [&](const pulse::Place& place) { return place.process.load() == process; };
+        const auto is_of = [&](const liveness::Place& place) { return place.process.load() == process; };
         return program_of(process) != program_ || std::ranges::any_of(places_, is_of);
     });
     return found.size();
 }
 
-Losses::Sees Losses::state() {
+LostProcess::Sees LostProcess::state() {
     std::size_t come = 0, ended = 0, here = 0;
-    for (const pulse::Place& place : places_) {
+    for (const liveness::Place& place : places_) {
         if (place.process.load() == 0) continue;
         ++come;
         here = std::max(here, static_cast<std::size_t>(std::max(0, place.here.load())));
@@ -39,7 +40,7 @@ Losses::Sees Losses::state() {
     return coming + come < std::max(here, most_here_) ? Sees::NeverCame : Sees::Nothing;
 }
 
-Losses::Sees Losses::look() {
+LostProcess::Sees LostProcess::look() {
     const Clock::time_point now = Clock::now();
     if (places_.empty() || now < last_look_ + patience_.between_looks) return Sees::Nothing;
     const double since = std::min(kMaxBetweenLooks_s, std::chrono::duration<double>(now - last_look_).count());

@@ -14,7 +14,7 @@
 namespace meld::comm {
 
 // Of processes on other machines, which have no place in the table, nothing is assumed.
-class Losses {
+class LostProcess {
   public:
     struct Patience {
         // mpirun hears of the end of a process at once, gives the others a second, and is slow where many processes share a core.
@@ -24,11 +24,11 @@ class Losses {
         std::chrono::milliseconds between_looks{250};
     };
     // The places of the processes; `program` is what mpirun runs.
-    Losses(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program);
-    Losses(std::span<const pulse::Place> places, pid_t mpirun, ProgramFile program, Patience patience);
+    LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program);
+    LostProcess(std::span<const liveness::Place> places, pid_t mpirun, ProgramFile program, Patience patience);
 
-    // To be called often, as long as mpirun goes on. What it has had the time to notice itself: a process is gone; one is that has not even
-    // taken its place; or all have come to their ends.
+    // Call it often, as long as mpirun runs. It returns what mpirun should have noticed by now and has not: that a process is gone, that
+    // one ended before it took its place, or that all have ended.
     enum class Sees { Nothing, Gone, NeverCame, AllEnded };
     Sees look();
 
@@ -39,7 +39,7 @@ class Losses {
     // How many processes of the run are on this machine and have not taken their places.
     std::size_t on_their_way() const;
 
-    std::span<const pulse::Place> places_;
+    std::span<const liveness::Place> places_;
     pid_t mpirun_;
     ProgramFile program_;
     Patience patience_;

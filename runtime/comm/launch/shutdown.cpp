@@ -47,14 +47,14 @@ ProgramFile find_program(const std::string& name) {
 
 }  // namespace
 
-Ending::Ending(pid_t mpirun, const std::string& program, int processes)
+Shutdown::Shutdown(pid_t mpirun, const std::string& program, int processes)
     : mpirun_(mpirun), program_(find_program(program)), processes_of_run_(static_cast<std::size_t>(processes)) {
     prctl(PR_SET_CHILD_SUBREAPER, 1);
 }
 
-Ending::~Ending() { prctl(PR_SET_CHILD_SUBREAPER, 0); }
+Shutdown::~Shutdown() { prctl(PR_SET_CHILD_SUBREAPER, 0); }
 
-void Ending::ask(int signal) {
+void Shutdown::ask(int signal) {
     if (asked_) return;
     asked_ = true;
     signal_ = signal;
@@ -64,31 +64,31 @@ void Ending::ask(int signal) {
     look();
 }
 
-void Ending::forget() {
+void Shutdown::forget() {
     asked_ = false;
     told_.clear();
 }
 
-void Ending::insist() {
+void Shutdown::insist() {
     if (insisted_) return;
     asked_ = insisted_ = true;
     insisted_at_ = Clock::now();
     kill(mpirun_, SIGTERM);
 }
 
-void Ending::kill_now() {
+void Shutdown::kill_now() {
     asked_ = insisted_ = true;
     kill_all();
 }
 
-std::vector<pid_t> Ending::processes() const {
-    std::vector<pid_t> found = offspring_of(getpid());
+std::vector<pid_t> Shutdown::processes() const {
+    std::vector<pid_t> found = descendants_of(getpid());
     std::erase_if(found, [&](pid_t process) { return program_of(process) != program_; });
     return found;
 }
 
 // A signal that finds no handler ends a process; that is for mpirun to do.
-void Ending::tell(const std::vector<pid_t>& processes) {
+void Shutdown::tell(const std::vector<pid_t>& processes) {
     for (const pid_t process : processes) {
         if (told_.contains(process) || !catches(process, signal_)) continue;
         // Those on other machines hear of it through mpirun, and so do those here once more: a session would take that for another request.
@@ -98,7 +98,7 @@ void Ending::tell(const std::vector<pid_t>& processes) {
     }
 }
 
-void Ending::look() {
+void Shutdown::look() {
     const Clock::time_point now = Clock::now();
     if (!asked_ || now < next_look_) return;
     next_look_ = now + kBetweenLooks;
@@ -117,13 +117,13 @@ void Ending::look() {
     kill_all();
 }
 
-void Ending::kill_all() {
+void Shutdown::kill_all() {
     killed_ = true;
-    for (const pid_t process : offspring_of(getpid())) kill(process, SIGKILL);
+    for (const pid_t process : descendants_of(getpid())) kill(process, SIGKILL);
 }
 
 // mpirun removes it itself, unless it is killed.
-void Ending::remove_session() const {
+void Shutdown::remove_session() const {
     std::array<char, 256> name{};
     gethostname(name.data(), name.size() - 1);
     const std::string host = name.data();
@@ -137,7 +137,7 @@ void Ending::remove_session() const {
     }
 }
 
-void Ending::clean_up() {
+void Shutdown::clean_up() {
     const Clock::time_point end = Clock::now() + kUntilGone;
     bool left = true;
     while (left && Clock::now() < end) {

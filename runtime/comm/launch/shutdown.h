@@ -1,4 +1,4 @@
-// How a run under mpirun is ended when somebody asks for it, whatever mpirun makes of that.
+// Ends a run under mpirun on request, even if mpirun hangs or loses the signal.
 //
 // Open MPI 4.1 loses a signal that it is to hand on before it has started the processes, and waits for itself for ever if one of them
 // ends while it greets them. So the processes are told without it; and whoever is not at an orderly end after a while is killed.
@@ -15,36 +15,37 @@
 
 namespace meld::comm {
 
-class Ending {
+class Shutdown {
   public:
     // `program` is what mpirun was told to run, as so many processes. The caller is the parent of mpirun and has no other children; it also
     // becomes that of processes whose parent ends, as long as this object lives.
-    Ending(pid_t mpirun, const std::string& program, int processes);
-    ~Ending();
-    Ending(const Ending&) = delete;
-    Ending& operator=(const Ending&) = delete;
+    Shutdown(pid_t mpirun, const std::string& program, int processes);
+    ~Shutdown();
+    Shutdown(const Shutdown&) = delete;
+    Shutdown& operator=(const Shutdown&) = delete;
 
-    // The processes are to end well: each gets this signal as soon as it handles it. Only kEndWellSignal reaches those on other machines.
+    // Asks the processes to end in an orderly way: each gets this signal as soon as it has a handler for it. Only kEndWellSignal reaches
+    // those on other machines.
     void ask(int signal);
-    // They have done what they were asked for, and have not ended.
+    // The processes have done what the signal asked for and go on: forgets that they were asked.
     void forget();
-    // They are to end at once.
+    // Asks the processes to end at once.
     void insist();
-    // They do nothing any more, and are killed, mpirun too.
+    // Kills the processes and mpirun.
     void kill_now();
-    // To be called every few milliseconds until mpirun has ended: goes on with what was asked.
+    // Call it every few milliseconds until mpirun has ended: it carries on what was asked.
     void look();
-    // mpirun has ended and has been waited for. Whatever has outlived it, and what it has left behind, goes.
+    // Call it once mpirun has ended and has been waited for: kills what has outlived it, and removes the files that it has left.
     void clean_up();
 
     // What mpirun was told to run.
     const ProgramFile& program() const { return program_; }
     bool asked() const { return asked_; }
-    // A process has been told, and says what comes of it; otherwise none had come so far.
+    // Whether a process has received the signal, and so prints what follows from it.
     bool heard() const { return !told_.empty(); }
-    // Not all have ended by themselves.
+    // Whether some have not ended by themselves.
     bool insisted() const { return insisted_; }
-    // mpirun has not.
+    // Whether they had to be killed.
     bool killed() const { return killed_; }
 
   private:

@@ -35,7 +35,7 @@ class VirtualProcess final : public Communicator {
         begin("allgather");
         std::vector<std::byte> all;
         for (const std::vector<std::byte>& each : transport_.meet(bytes)) {
-            if (each.size() != bytes.size()) network_.turns.break_with("processes call allgather with different sizes");
+            if (each.size() != bytes.size()) network_.scheduler.break_with("processes call allgather with different sizes");
             all.insert(all.end(), each.begin(), each.end());
         }
         return all;
@@ -52,7 +52,7 @@ class VirtualProcess final : public Communicator {
     }
 
     [[noreturn]] void abort(int exit_code) override {
-        network_.turns.fail(std::make_exception_ptr(ProcessAborted(exit_code)));
+        network_.scheduler.fail(std::make_exception_ptr(ProcessAborted(exit_code)));
         throw ProcessAborted(exit_code);
     }
 
@@ -76,14 +76,14 @@ ClusterRun run_cluster(const ClusterOptions& options, const std::function<void(C
         const auto number = static_cast<int>(index);
         VirtualProcess process(network, options, number);
         try {
-            network.turns.begin(number);
+            network.scheduler.begin(number);
             body(process);
-            network.turns.end(number);
+            network.scheduler.end(number);
         } catch (...) {
-            network.turns.fail(std::current_exception());
+            network.scheduler.fail(std::current_exception());
         }
     });
-    return network.turns.outcome();
+    return network.scheduler.outcome();
 }
 
 }  // namespace meld::comm

@@ -21,7 +21,7 @@ struct ClusterOptions {
 };
 
 struct ClusterRun {
-    std::uint64_t steps = 0;  // Turns that were taken.
+    std::uint64_t steps = 0;  // ClusterScheduler that were taken.
     std::uint64_t trace = 0;  // A hash of who took them: equal for equal options and bodies.
     int killed = -1;          // The process that was killed; -1: none.
 };

@@ -24,15 +24,15 @@ enum Use : std::uint64_t { kOfDraw = 1, kOfTurn, kOfSpeed };
 
 }  // namespace
 
-Turns::Turns(const ClusterOptions& options)
+ClusterScheduler::ClusterScheduler(const ClusterOptions& options)
     : options_(options), woken_(static_cast<std::size_t>(options.processes)), there_(static_cast<std::size_t>(options.processes), true) {
     turn_ = next();
 }
 
-std::uint64_t Turns::draw(std::uint64_t limit) { return random_bits(options_.seed, kOfDraw, draws_++, 0) % limit; }
+std::uint64_t ClusterScheduler::draw(std::uint64_t limit) { return random_bits(options_.seed, kOfDraw, draws_++, 0) % limit; }
 
 // The speed of a process is a power of two, so that one is often far ahead of another.
-int Turns::next() {
+int ClusterScheduler::next() {
     std::uint64_t sum = 0;
     const auto speed = [&](std::size_t process) {
         if (!there_[process]) return std::uint64_t{0};
@@ -46,17 +46,17 @@ int Turns::next() {
     return static_cast<int>(process);
 }
 
-void Turns::wait_for_turn(std::unique_lock<std::mutex>& lock, int process) {
+void ClusterScheduler::wait_for_turn(std::unique_lock<std::mutex>& lock, int process) {
     woken_[static_cast<std::size_t>(process)].wait(lock, [&] { return turn_ == process || failed_; });
     if (failed_) throw OtherProcessFailed();
 }
 
-void Turns::begin(int process) {
+void ClusterScheduler::begin(int process) {
     std::unique_lock lock(mutex_);
     wait_for_turn(lock, process);
 }
 
-void Turns::end(int process) {
+void ClusterScheduler::end(int process) {
     const std::lock_guard lock(mutex_);
     there_[static_cast<std::size_t>(process)] = false;
     note_progress();
@@ -64,7 +64,7 @@ void Turns::end(int process) {
     if (turn_ >= 0) woken_[static_cast<std::size_t>(turn_)].notify_one();
 }
 
-void Turns::hand_over(int process) {
+void ClusterScheduler::hand_over(int process) {
     std::unique_lock lock(mutex_);
     if (failed_) throw OtherProcessFailed();
     MELD_EXPECT(turn_ == process, "process {} acts in the turn of process {}", process, turn_);
@@ -84,19 +84,19 @@ void Turns::hand_over(int process) {
     wait_for_turn(lock, process);
 }
 
-void Turns::fail(std::exception_ptr failure) {
+void ClusterScheduler::fail(std::exception_ptr failure) {
     const std::lock_guard lock(mutex_);
     if (!failed_) failure_ = std::move(failure);
     failed_ = true;
     for (std::condition_variable& each : woken_) each.notify_all();
 }
 
-void Turns::break_with(const std::string& what) {
+void ClusterScheduler::break_with(const std::string& what) {
     fail(std::make_exception_ptr(std::logic_error(what)));
     std::rethrow_exception(failure_);
 }
 
-ClusterRun Turns::outcome() const {
+ClusterRun ClusterScheduler::outcome() const {
     if (failure_ && killed_ < 0) std::rethrow_exception(failure_);
     return {steps_, trace_, killed_};
 }

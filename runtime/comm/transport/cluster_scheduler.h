@@ -1,4 +1,4 @@
-// Whose turn it is in the virtual cluster. Private to runtime/comm.
+// The scheduler of the virtual cluster: decides which of its processes runs next. Private to runtime/comm.
 #pragma once
 
 #include <condition_variable>
@@ -15,20 +15,20 @@ namespace meld::comm {
 // Thrown in the process that is killed.
 struct ProcessKilled {};
 
-class Turns {
+class ClusterScheduler {
   public:
-    explicit Turns(const ClusterOptions& options);
+    explicit ClusterScheduler(const ClusterOptions& options);
 
     std::uint64_t now() const { return steps_; }
-    // Below `limit`, and the same in each run with this seed. Only in one's turn.
+    // A random number below `limit`, the same in each run with this seed. Only the process that runs may call it.
     std::uint64_t draw(std::uint64_t limit);
 
-    // The rest of a process's life lies between these.
+    // Every process calls begin() first and end() last.
     void begin(int process);
     void end(int process);
-    // Hands over to another process, or goes on. Throws if the run has failed, or this process is killed.
+    // Lets another process run, or goes on with this one. Throws if the run has failed, or this process is killed.
     void hand_over(int process);
-    // Something has moved, so that the processes do not wait for each other for ever.
+    // A process has got on. If none does for long, all wait for each other, which is a failure.
     void note_progress() { idle_steps_ = 0; }
 
     void fail(std::exception_ptr failure);

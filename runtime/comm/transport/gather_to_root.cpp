@@ -4,7 +4,7 @@
 
 namespace meld::comm {
 
-std::vector<std::vector<std::byte>> at_first(Communicator& comm, std::vector<std::byte> mine) {
+std::vector<std::vector<std::byte>> gather_to_root(Communicator& comm, std::vector<std::byte> mine) {
     const bool first = comm.process() == 0;
     std::vector<std::vector<std::byte>> all(first ? static_cast<std::size_t>(comm.processes()) : 0);
     std::vector<Packet> packets;

@@ -1,4 +1,4 @@
-// What all processes know, brought to the one that speaks for them.
+// Gathers bytes of all processes at process 0.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace meld::comm {
 
-// On process 0 what each has given, in the order of processes; on others nothing. Every process calls it.
-std::vector<std::vector<std::byte>> at_first(Communicator& comm, std::vector<std::byte> mine);
+// Collective. Process 0 receives every process's argument, ordered by process number; the others receive an empty list.
+std::vector<std::vector<std::byte>> gather_to_root(Communicator& comm, std::vector<std::byte> mine);
 
 }  // namespace meld::comm

@@ -101,7 +101,7 @@ class Mpi final : public Communicator {
         by_counts_ = options.exchange == ExchangeKind::Counts ||
                      (options.exchange == ExchangeKind::Automatic && processes_ <= kMaxProcessesByCounts);
         ++live_communicators;
-        Backoff::set_peers(&peers_);
+        Backoff::set_stragglers(&stragglers_);
     }
 
     // If an exception ended this process while the others wait for it, they would wait for ever: end all.
@@ -110,7 +110,7 @@ class Mpi final : public Communicator {
             std::fprintf(stderr, "process %d of %d failed; ending all processes\n", process_, processes_);
             Mpi::abort(static_cast<int>(ExitCode::OurBug));
         }
-        Backoff::set_peers(nullptr);
+        Backoff::set_stragglers(nullptr);
         MPI_Comm_free(&communicator_);
         if (--live_communicators == 0 && we_initialised) MPI_Finalize();
     }
@@ -123,12 +123,12 @@ class Mpi final : public Communicator {
 
     std::vector<Packet> exchange(std::vector<Packet> packets) override {
         check_packets(packets, process_, processes_);
-        peers_.begin_operation();
+        stragglers_.begin_operation();
         return by_counts_ ? exchange_.by_counts(packets) : exchange_.by_consensus(packets);
     }
 
     std::vector<std::byte> allgather(std::span<const std::byte> bytes) override {
-        peers_.begin_operation();
+        stragglers_.begin_operation();
         std::vector<std::byte> all(bytes.size() * static_cast<std::size_t>(processes_));
         for_each_chunk(bytes.size(), [&](std::size_t begin, int size) {
             if (size == static_cast<int>(bytes.size())) {
@@ -145,7 +145,7 @@ class Mpi final : public Communicator {
     }
 
     std::vector<std::vector<std::byte>> allgather_any(std::span<const std::byte> bytes) override {
-        peers_.begin_operation();
+        stragglers_.begin_operation();
         const std::uint64_t own_size = bytes.size();
         std::vector<std::uint64_t> sizes(static_cast<std::size_t>(processes_));
         allgather_now(&own_size, sizeof own_size, sizes.data());
@@ -156,10 +156,10 @@ class Mpi final : public Communicator {
     }
 
     void barrier() override {
-        peers_.begin_operation();
+        stragglers_.begin_operation();
         MPI_Request request = MPI_REQUEST_NULL;
         MPI_Ibarrier(communicator_, &request);
-        wait_patiently(request);
+        wait_with_backoff(request);
     }
 
     [[noreturn]] void abort(int exit_code) override {
@@ -172,7 +172,7 @@ class Mpi final : public Communicator {
     void allgather_now(const void* from, int size, void* to) const {
         MPI_Request request = MPI_REQUEST_NULL;
         MPI_Iallgather(from, size, MPI_BYTE, to, size, MPI_BYTE, communicator_, &request);
-        wait_patiently(request);
+        wait_with_backoff(request);
     }
 
     template <class Action>
@@ -196,7 +196,7 @@ class Mpi final : public Communicator {
         MPI_Request request = MPI_REQUEST_NULL;
         MPI_Iallgatherv(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, all.data(), counts.data(), begins.data(), MPI_BYTE,
                         communicator_, &request);
-        wait_patiently(request);
+        wait_with_backoff(request);
         std::vector<std::vector<std::byte>> result;
         for (std::size_t process = 0; process < sizes.size(); ++process)
             result.emplace_back(all.begin() + begins[process], all.begin() + begins[process] + counts[process]);
@@ -216,7 +216,7 @@ class Mpi final : public Communicator {
     }
 
     MPI_Comm communicator_;
-    Peers peers_{communicator_};
+    Stragglers stragglers_{communicator_};
     MpiTransport transport_;
     SparseExchange exchange_;
     std::size_t chunk_bytes_;

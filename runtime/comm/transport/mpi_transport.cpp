@@ -47,7 +47,7 @@ bool MpiTransport::barrier_is_over() {
 void MpiTransport::swap_words(std::span<const std::uint64_t> mine, std::span<std::uint64_t> theirs) {
     MPI_Request words = MPI_REQUEST_NULL;
     MPI_Ialltoall(mine.data(), 1, MPI_UINT64_T, theirs.data(), 1, MPI_UINT64_T, communicator_, &words);
-    wait_patiently(words);
+    wait_with_backoff(words);
 }
 
 }  // namespace meld::comm

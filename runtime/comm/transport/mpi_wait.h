@@ -22,7 +22,7 @@ class Backoff {
     Backoff(const Backoff&) = delete;
     Backoff& operator=(const Backoff&) = delete;
     void reset() {
-        if (naps_ > 0) pulse::wait(false);
+        if (naps_ > 0) liveness::wait(false);
         polls_ = naps_ = 0;
     }
     void wait() {
@@ -30,20 +30,20 @@ class Backoff {
             const Clock::time_point now = Clock::now();
             if (polls_++ == 0) first_ = now;
             if (polls_ <= hard_polls && now - first_ < kHardTime) return;
-            pulse::wait(true);
+            liveness::wait(true);
         }
         std::this_thread::sleep_for(kNap);
-        if (++naps_ % kNapsPerLook == 0 && peers != nullptr) peers->look();
+        if (++naps_ % kNapsPerLook == 0 && stragglers != nullptr) stragglers->look();
     }
     // Set once, before the first exchange.
     static void expect_crowd() { hard_polls = 20; }
     // Called from time to time in a long wait; nullptr: nothing is called.
-    static void set_peers(Peers* looked_at) { peers = looked_at; }
+    static void set_stragglers(Stragglers* of_run) { stragglers = of_run; }
 
   private:
     using Clock = std::chrono::steady_clock;
     static inline int hard_polls = std::numeric_limits<int>::max();
-    static inline Peers* peers = nullptr;
+    static inline Stragglers* stragglers = nullptr;
     static constexpr auto kHardTime = std::chrono::milliseconds(1);
     static constexpr auto kNap = std::chrono::microseconds(20);
     static constexpr int kNapsPerLook = 1024;  // About a tenth of a second.
@@ -51,7 +51,7 @@ class Backoff {
     int polls_ = 0, naps_ = 0;
 };
 
-inline void wait_patiently(MPI_Request& request) {
+inline void wait_with_backoff(MPI_Request& request) {
     Backoff backoff;
     for (int complete = 0;;) {
         MPI_Test(&request, &complete, MPI_STATUS_IGNORE);

@@ -43,7 +43,7 @@ void say(const std::string& line) {
 
 }  // namespace
 
-Peers::Peers(MPI_Comm communicator) {
+Stragglers::Stragglers(MPI_Comm communicator) {
     int process = 0, processes = 0;
     MPI_Comm_rank(communicator, &process);
     MPI_Comm_size(communicator, &processes);
@@ -52,7 +52,7 @@ Peers::Peers(MPI_Comm communicator) {
     Address mine;
     gethostname(mine.host.data(), mine.host.size() - 1);
     mine.pid = getpid();
-    const int memory = memfd_create("claymeld-peers", MFD_CLOEXEC);
+    const int memory = memfd_create("claymeld-stragglers", MFD_CLOEXEC);
     if (memory >= 0 && ftruncate(memory, static_cast<off_t>(bytes)) == 0) mine.file = memory;
     std::vector<Address> all(static_cast<std::size_t>(processes));
     MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, communicator);
@@ -68,25 +68,25 @@ Peers::Peers(MPI_Comm communicator) {
         if (each >= 0) close(each);
 }
 
-Peers::~Peers() {
+Stragglers::~Stragglers() {
     if (table_ != nullptr) munmap(table_, sizeof(Place) * count());
 }
 
-bool Peers::late(std::size_t process) const {
+bool Stragglers::late(std::size_t process) const {
     return pids_[process] != 0 && table_[process].operations.load(std::memory_order_relaxed) < operations_;
 }
 
-bool Peers::stopped(std::size_t process) const { return pids_[process] != 0 && process != process_ && is_stopped(pids_[process]); }
+bool Stragglers::stopped(std::size_t process) const { return pids_[process] != 0 && process != process_ && is_stopped(pids_[process]); }
 
-bool Peers::speaks() const {
+bool Stragglers::speaks() const {
     for (std::size_t p = 0; p < process_; ++p)
         if (pids_[p] != 0 && !late(p) && !stopped(p)) return false;
     return true;
 }
 
-void Peers::begin_operation() {
+void Stragglers::begin_operation() {
     ++operations_;
-    pulse::beat();
+    liveness::beat();
     if (table_ != nullptr) table_[process_].operations.store(operations_, std::memory_order_relaxed);
     if (!waits_since_) return;
     for (const std::size_t process : told_)
@@ -95,7 +95,7 @@ void Peers::begin_operation() {
     waits_since_.reset();
 }
 
-void Peers::look() {
+void Stragglers::look() {
     if (!waits_since_) waits_since_ = Clock::now();
     const double seconds = seconds_since(*waits_since_);
     if (seconds < kStopped_s || !speaks()) return;

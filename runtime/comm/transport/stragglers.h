@@ -15,13 +15,13 @@ namespace meld::comm {
 
 // The processes of a run on this machine share a table in memory with the number of operations each has begun, at the cost of one store per
 // operation; of the others only their existence elsewhere is known.
-class Peers {
+class Stragglers {
   public:
     // Collective.
-    explicit Peers(MPI_Comm communicator);
-    ~Peers();
-    Peers(const Peers&) = delete;
-    Peers& operator=(const Peers&) = delete;
+    explicit Stragglers(MPI_Comm communicator);
+    ~Stragglers();
+    Stragglers(const Stragglers&) = delete;
+    Stragglers& operator=(const Stragglers&) = delete;
 
     // This process begins a collective operation, so it no longer waits for the last one.
     void begin_operation();

@@ -21,7 +21,7 @@ constexpr std::uint64_t kLooks = 3;
 
 VirtualNetwork::VirtualNetwork(const ClusterOptions& options)
     : processes(options.processes),
-      turns(options),
+      scheduler(options),
       barriers(static_cast<std::size_t>(processes)),
       meetings(static_cast<std::size_t>(processes)),
       channels_(static_cast<std::size_t>(processes) * static_cast<std::size_t>(processes)),
@@ -33,11 +33,11 @@ void VirtualNetwork::begin_operation(int process, const std::string& name) {
     const std::uint64_t number = begun_[static_cast<std::size_t>(process)]++;
     const std::size_t at = number - known_;
     if (at == names_.size()) names_.push_back(name);
-    if (names_[at] != name) turns.break_with(fmt::format("a process calls {} while another one calls {}", name, names_[at]));
+    if (names_[at] != name) scheduler.break_with(fmt::format("a process calls {} while another one calls {}", name, names_[at]));
     const std::uint64_t all = std::ranges::min(begun_);
     for (; known_ < all; ++known_) names_.pop_front();
-    turns.note_progress();
-    turns.hand_over(process);
+    scheduler.note_progress();
+    scheduler.hand_over(process);
 }
 
 // A send that is not synchronous may be complete at once, because the library has copied it, or with its receipt: programs must not rely
@@ -46,8 +46,8 @@ void VirtualTransport::send(std::span<const std::byte> bytes, int to, int tag, K
     auto message = std::make_shared<VirtualNetwork::Message>();
     message->tag = tag;
     message->bytes = bytes;
-    message->seen_from = network_.turns.now() + network_.turns.draw(kLongestWay);
-    message->complete = kind == Kind::Standard && network_.turns.draw(2) == 0;
+    message->seen_from = network_.scheduler.now() + network_.scheduler.draw(kLongestWay);
+    message->complete = kind == Kind::Standard && network_.scheduler.draw(2) == 0;
     if (message->complete) {
         message->kept.assign(bytes.begin(), bytes.end());
         message->bytes = message->kept;
@@ -55,8 +55,8 @@ void VirtualTransport::send(std::span<const std::byte> bytes, int to, int tag, K
         sent_.push_back(message);
     }
     network_.channel(process_, to).push_back(std::move(message));
-    network_.turns.note_progress();
-    network_.turns.hand_over(process_);
+    network_.scheduler.note_progress();
+    network_.scheduler.hand_over(process_);
 }
 
 void VirtualTransport::receive(std::span<std::byte> bytes, int from, int tag) { wanted_.push_back({bytes, from, tag}); }
@@ -64,7 +64,7 @@ void VirtualTransport::receive(std::span<std::byte> bytes, int from, int tag) { 
 std::shared_ptr<VirtualNetwork::Message> VirtualTransport::first(int from, int tag) const {
     for (const auto& message : network_.channel(from, process_)) {
         if (message->tag != tag) continue;
-        return message->seen_from <= network_.turns.now() ? message : nullptr;
+        return message->seen_from <= network_.scheduler.now() ? message : nullptr;
     }
     return nullptr;
 }
@@ -73,7 +73,7 @@ void VirtualTransport::remove(int from, const std::shared_ptr<VirtualNetwork::Me
     VirtualNetwork::Channel& channel = network_.channel(from, process_);
     channel.erase(std::ranges::find(channel, message));
     message->complete = true;
-    network_.turns.note_progress();
+    network_.scheduler.note_progress();
 }
 
 bool VirtualTransport::complete() {
@@ -84,24 +84,24 @@ bool VirtualTransport::complete() {
         const auto message = first(w.from, w.tag);
         if (!message) continue;
         if (message->bytes.size() > w.bytes.size())
-            network_.turns.break_with(fmt::format("process {} has room for {} bytes of process {}, which sends {}", process_,
-                                                  w.bytes.size(), w.from, message->bytes.size()));
+            network_.scheduler.break_with(fmt::format("process {} has room for {} bytes of process {}, which sends {}", process_,
+                                                      w.bytes.size(), w.from, message->bytes.size()));
         std::ranges::copy(message->bytes, w.bytes.begin());
         remove(w.from, message);
         w.complete = true;
     }
     const bool all = std::ranges::all_of(wanted_, &Wanted::complete) &&
                      std::ranges::all_of(sent_, [](const auto& message) { return message->complete; });
-    if (!all || network_.turns.draw(kLooks) != 0) return false;
+    if (!all || network_.scheduler.draw(kLooks) != 0) return false;
     wanted_.clear();
     sent_.clear();
-    network_.turns.note_progress();
+    network_.scheduler.note_progress();
     return true;
 }
 
 std::optional<Packet> VirtualTransport::take(int tag) {
-    if (network_.turns.draw(kLooks) != 0) return std::nullopt;
-    const auto begin = static_cast<int>(network_.turns.draw(static_cast<std::uint64_t>(processes())));
+    if (network_.scheduler.draw(kLooks) != 0) return std::nullopt;
+    const auto begin = static_cast<int>(network_.scheduler.draw(static_cast<std::uint64_t>(processes())));
     for (int i = 0; i < processes(); ++i) {
         const int from = (begin + i) % processes();
         const auto message = first(from, tag);
@@ -115,13 +115,13 @@ std::optional<Packet> VirtualTransport::take(int tag) {
 
 void VirtualTransport::begin_barrier() {
     ++network_.barriers[static_cast<std::size_t>(process_)];
-    network_.turns.note_progress();
+    network_.scheduler.note_progress();
 }
 
 bool VirtualTransport::barrier_is_over() {
     const std::uint64_t mine = network_.barriers[static_cast<std::size_t>(process_)];
-    if (std::ranges::min(network_.barriers) < mine || network_.turns.draw(kLooks) != 0) return false;
-    network_.turns.note_progress();
+    if (std::ranges::min(network_.barriers) < mine || network_.scheduler.draw(kLooks) != 0) return false;
+    network_.scheduler.note_progress();
     return true;
 }
 
@@ -129,7 +129,7 @@ std::vector<std::vector<std::byte>> VirtualTransport::meet(std::span<const std::
     const std::uint64_t meeting = network_.meetings[static_cast<std::size_t>(process_)]++;
     auto& offers = network_.offers[meeting % 2];
     offers[static_cast<std::size_t>(process_)].assign(offer.begin(), offer.end());
-    network_.turns.note_progress();
+    network_.scheduler.note_progress();
     // Nobody is two meetings ahead, so nobody offers there anew before all have looked.
     while (std::ranges::min(network_.meetings) <= meeting) pause();
     const std::vector<std::vector<std::byte>> all = offers;

@@ -35,7 +35,7 @@ struct VirtualNetwork {
     std::uint64_t operations(int process) const { return begun_[static_cast<std::size_t>(process)]; }
 
     const int processes;
-    Turns turns;
+    ClusterScheduler scheduler;
     std::vector<std::uint64_t> barriers;  // That a process has begun.
     // What processes have offered in the meeting of this number and the one before.
     std::array<std::vector<std::vector<std::byte>>, 2> offers;
@@ -61,7 +61,7 @@ class VirtualTransport final : public Transport {
     void begin_barrier() override;
     bool barrier_is_over() override;
     void swap_words(std::span<const std::uint64_t> mine, std::span<std::uint64_t> theirs) override;
-    void pause() override { network_.turns.hand_over(process_); }
+    void pause() override { network_.scheduler.hand_over(process_); }
     void go_on() override {}
 
     // What all processes offer, by process. Every process calls it, and it waits for all.

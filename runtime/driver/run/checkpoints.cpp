@@ -79,7 +79,7 @@ void Checkpoints::at_end() {
 void Checkpoints::write() {
     sim::Subdomain& subdomain = simulation_.subdomain();
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
-    pulse::enter(pulse::Phase::Checkpoint);
+    liveness::enter(liveness::Phase::Checkpoint);
     const ByteWriter counters = simulation_.counters();
     const auto save = [&](sim::ShareSink& sink) { return simulation_.save(counters.view(), sink); };
     const auto digest = [&] { return record::state_digest(subdomain).to_string(); };

@@ -30,7 +30,7 @@ bool take_place(bool under_mpi) {
         const char* const text = under_mpi ? std::getenv(variable) : nullptr;
         return text != nullptr ? std::atoi(text) : otherwise;
     };
-    return pulse::attach(static_cast<std::size_t>(number("OMPI_COMM_WORLD_RANK", 0)), number("OMPI_COMM_WORLD_LOCAL_SIZE", 1));
+    return liveness::attach(static_cast<std::size_t>(number("OMPI_COMM_WORLD_RANK", 0)), number("OMPI_COMM_WORLD_LOCAL_SIZE", 1));
 }
 
 // The process that reports for the run also reports when it is ended at once. One that is supervised gets every request twice, from the

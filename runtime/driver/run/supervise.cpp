@@ -149,7 +149,7 @@ LaunchOutcome start(const RunOptions& options, const std::string& module, const 
 std::set<std::string> begun(const RunOptions& options) {
     std::set<std::string> all;
     for (const OutputOption& output : kOutputs)
-        if (const std::string& path = options.*output.path; !path.empty() && path != "-") all.merge(begun_beside(path));
+        if (const std::string& path = options.*output.path; !path.empty() && path != "-") all.merge(partial_outputs_of(path));
     return all;
 }
 

@@ -87,7 +87,7 @@ Result<void> explain_caught(inspect::Watches& watches, sim::Simulation& simulati
     };
     timeline::Timeline timeline(make, inputs.registry, {.limits = {options.ticks, options.strict}, .history_bytes = 0});
     if (auto there = timeline.start(&shares); !there) return there;
-    const auto why = inspect::why_body(timeline, watches.witness(), {.depth = kWitnessDepth, .makers = false});
+    const auto why = inspect::why_body(timeline, watches.witness(), {.depth = kWitnessDepth, .origins = false});
     if (!why) return tl::unexpected<Error>(why.error());
     Result<void> printed;
     if (comm.process() == 0) printed = watches.explain(*watches.caught_now(), visible(why->to_text()));

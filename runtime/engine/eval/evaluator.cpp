@@ -10,7 +10,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/random.h"
-#include "runtime/engine/eval/rotation.h"
+#include "runtime/engine/eval/nearest_rotation.h"
 #include "runtime/engine/eval/worker.h"
 #include "runtime/module/kernel/values.h"
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "runtime/engine/eval/agenda.h"
-#include "runtime/engine/eval/memory.h"
 #include "runtime/engine/eval/requests.h"
 #include "runtime/engine/eval/tick_arena.h"
+#include "runtime/engine/eval/timers.h"
 #include "runtime/module/abi/module_abi.h"
 
 namespace meld::eval {

@@ -57,7 +57,7 @@ void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table,
 std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const FactTable& table) {
     ByteWriter out;
     for (const auto& [id, catom] : catoms_by_id(subdomain)) {
-        pulse::beat();
+        liveness::beat();
         const std::vector<std::vector<Value>> facts = sorted_facts(subdomain, table.predicate, catom);
         if (facts.empty()) continue;
         ByteWriter packed;
@@ -77,7 +77,7 @@ void merge(const std::vector<std::vector<std::byte>>& parts, FactsFile& file) {
         if (!readers[i].done()) next.emplace(readers[i].read<u64>(), i);
     }
     while (!next.empty()) {
-        pulse::beat();
+        liveness::beat();
         const std::size_t i = next.top().second;
         next.pop();
         file.rows(readers[i].read_block());

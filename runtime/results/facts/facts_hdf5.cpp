@@ -181,7 +181,7 @@ void Hdf5FactsFile::rows(std::span<const std::byte> packed) {
 }
 
 void Hdf5FactsFile::write_waiting() {
-    pulse::beat();
+    liveness::beat();
     const hsize_t count = std::exchange(waiting_rows_, 0), end = rows_ + count;
     if (!failure_ && count > 0) {
         check(H5Dset_extent(dataset_, &end));

@@ -36,7 +36,7 @@ H5FD_t* open_file(const char* name, unsigned flags, hid_t access, haddr_t most) 
 }
 
 haddr_t give_space(H5FD_t* file, H5FD_mem_t type, hid_t, hsize_t size_bytes) {
-    pulse::beat();
+    liveness::beat();
     haddr_t address = next_address(file);
     // What can only be read as a whole is in one page, so that a kill leaves it as it was before a write or after it.
     if (size_bytes <= (type == H5FD_MEM_DRAW ? kShortData_bytes : kPage_bytes) && address % kPage_bytes + size_bytes > kPage_bytes)

@@ -182,7 +182,7 @@ Gathered RunStatistics::gather(const sim::Subdomain& subdomain) const {
         const eval::CatomLoad& load = catom.load;
         return Candidate{catom.id, {load.evaluations, load.messages(), load.greatest_link()}, known.size() - 1};
     };
-    for (const auto& bytes : comm::at_first(subdomain.comm, mine.take())) {
+    for (const auto& bytes : comm::gather_to_root(subdomain.comm, mine.take())) {
         ByteReader in(bytes, "what a process has counted");
         for (RuleCounts& rule : all.rules) eval::add(rule, in.read<RuleCounts>());
         for (PredicateLoad& sum : all.predicates) {

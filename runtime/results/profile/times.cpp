@@ -99,7 +99,7 @@ Json process_json(const Times& times) {
 
 void add_times(const sim::Subdomain& subdomain, const TickLog& log, const eval::CpuSeconds& cpu, Json& statistics) {
     const ModuleInfo& module = subdomain.module;
-    const std::vector<std::vector<std::byte>> all = comm::at_first(subdomain.comm, pack(log, cpu));
+    const std::vector<std::vector<std::byte>> all = comm::gather_to_root(subdomain.comm, pack(log, cpu));
     if (subdomain.comm.process() != 0) return;
 
     std::vector<double> rules(module.rule_count, 0.0), predicates(module.predicate_count, 0.0);

@@ -52,7 +52,7 @@ Drawn Drawing::drawn(sim::Subdomain& subdomain) {
     ByteWriter out;
     marks_.send(out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
-        pulse::beat();
+        liveness::beat();
         if (subdomain.owned(c)) out.write(DrawnRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
     }
     std::vector<std::vector<std::byte>> all;

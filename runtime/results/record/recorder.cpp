@@ -150,7 +150,7 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
     marks_.send(out);
     if (load_) load_->send(subdomain, out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
-        pulse::beat();
+        liveness::beat();
         if (!subdomain.owned(c)) continue;
         out.write(RecordedRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
         if (load_) out.write(LoadMap::here(subdomain, c));
@@ -178,7 +178,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         marks_.receive(in);
         if (load_) load_->receive(in);
         while (!in.done()) {
-            pulse::beat();
+            liveness::beat();
             const std::size_t at = all[part].size() - in.left();
             rows.push_back({in.read<RecordedRow>().id, part, at});
             if (load_) in.read<LoadMap::Load>();
@@ -192,7 +192,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     step.diameters.reserve(rows.size());
     step.colours.reserve(3 * rows.size());
     for (const auto& [id, part, at] : rows) {
-        pulse::beat();
+        liveness::beat();
         const std::span<const std::byte> bytes = all[part];
         ByteReader in(bytes.subspan(at), "a row of a recording");
         const auto row = in.read<RecordedRow>();

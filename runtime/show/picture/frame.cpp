@@ -173,7 +173,7 @@ void Looker::keep_exposed(std::vector<bool>& shown) const {
         if (neighbours < subdomain_.lattice.ports()) mine.write(id);
     }
     std::vector<bool> exposed(shown.size());
-    for (const auto& bytes : comm::at_first(subdomain_.comm, mine.take()))
+    for (const auto& bytes : comm::gather_to_root(subdomain_.comm, mine.take()))
         for (ByteReader in(bytes, "catoms that are exposed"); !in.done();)
             if (const auto at = drawn_.find(in.read<u64>())) exposed[*at] = true;
     for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = shown[i] && exposed[i];
@@ -311,7 +311,7 @@ std::vector<Looker::Link> Looker::links_now() const {
         });
     }
     std::vector<Link> out;
-    for (const auto& bytes : comm::at_first(subdomain_.comm, mine.take()))
+    for (const auto& bytes : comm::gather_to_root(subdomain_.comm, mine.take()))
         for (ByteReader in(bytes, "links"); !in.done();) {
             const auto less = in.read<std::uint64_t>();
             out.emplace_back(less, in.read<std::uint64_t>());

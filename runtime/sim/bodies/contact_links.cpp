@@ -199,7 +199,7 @@ void ContactLinks::connect_promised(Subdomain& subdomain) {
     // After the first step, which has brought all touches at once, their memory is freed.
     if (waiting_.capacity() > std::max(kFewPairs, 4 * kept)) {
         waiting_.shrink_to_fit();
-        give_back(offered_);
+        release_memory(offered_);
     }
 }
 

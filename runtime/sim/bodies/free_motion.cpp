@@ -150,7 +150,7 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
     senses_.note_obstacles(subdomain, events());
     links_.note(subdomain, fixed_touches_.empty() ? events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
-    give_back(fixed_touches_);
+    release_memory(fixed_touches_);
     lost_.clear();
     physics_.scene->forget_events();
     links_.connect(subdomain, divided);

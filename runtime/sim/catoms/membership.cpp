@@ -77,7 +77,7 @@ Cell Membership::start_cell(Catom catom) const {
     return start_cells_[catom];
 }
 
-void Membership::forget_start_cells() { give_back(start_cells_); }
+void Membership::forget_start_cells() { release_memory(start_cells_); }
 
 Cell Membership::cell_in_regions(Catom catom) const {
     if (!ensemble.is_free()) return ensemble.cell(catom);

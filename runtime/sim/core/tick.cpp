@@ -14,7 +14,7 @@ namespace meld::sim {
 void Tick::begin() {
     Subdomain& s = subdomain_;
     const i64 now = ++s.abi_.now;
-    pulse::begin_tick(now);
+    liveness::begin_tick(now);
     if (s.log() != nullptr) s.log()->begin_tick(now);
     const auto here = [&](u32 catom) { return catom < s.ensemble.index_count() && s.owned(catom); };
     const auto wake = [&](u32 catom, u64 bits) {
@@ -51,20 +51,20 @@ const Totals& Tick::end() {
     eval::Failure failure;
     {
         const StageClock clock(evaluation_s_);
-        pulse::enter(pulse::Phase::Evaluation);
+        liveness::enter(liveness::Phase::Evaluation);
         enter(s.log(), TickLog::Stage::Evaluation);
         eval::Evaluator::OnExport note;
         if (exchange_.follows_exports()) note = [&](int worker, u32 catom, u16 column) { exchange_.note_export(worker, catom, column); };
         failure = s.facts_.evaluator.evaluate(s.abi_, note);
     }
     const StageClock clock(exchange_s_);
-    pulse::enter(pulse::Phase::Exchange);
+    liveness::enter(liveness::Phase::Exchange);
     enter(s.log(), TickLog::Stage::Exchange);
     exchange_.run();
     s.share_routes();
     enter(s.log(), TickLog::Stage::Agreement);
     s.status_.totals = agree(totals_of_this_process(failure));
-    pulse::enter(pulse::Phase::Recording);
+    liveness::enter(liveness::Phase::Recording);
     enter(s.log(), TickLog::Stage::Recording);
     s.status_.end_tick(s.tick(), s.totals.failure.trap == Trap::None && !s.totals.tick.cut);
     return s.totals;

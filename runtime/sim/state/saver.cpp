@@ -71,7 +71,7 @@ Result<void> Saver::save_homes(ShareSink& sink) const {
 }
 
 void Saver::state(std::span<const Catom> catoms, ByteWriter& out) const {
-    pulse::beat();
+    liveness::beat();
     subdomain_.facts_.save(catoms, out);
     for (const NamedModule& each : modules_) {
         const std::size_t begun = out.begin_block();

@@ -123,7 +123,7 @@ Result<void> ShareFiles::check() const {
 }
 
 Result<BlockView> ShareFiles::read(std::size_t share, std::size_t block, Block& room) const {
-    pulse::beat();
+    liveness::beat();
     const File& file = files_[share];
     const Place& place = file.blocks[block];
     // At once as much as any block takes: to grow means to copy, and new memory comes from the system page by page.

@@ -113,7 +113,7 @@ std::vector<BrickKey> bricks_of_list(const World& world, const Lattice& lattice)
 }  // namespace
 
 BrickCells cells_of_body(const World& world, const Lattice& lattice, Cell brick) {
-    pulse::beat();
+    liveness::beat();
     BrickCells bits = cells_in_shape(world.body, lattice, brick);
     if (world.cells.empty()) return bits;
     const BrickCells listed = listed_cells(world, lattice, lattice.brick_key(brick));

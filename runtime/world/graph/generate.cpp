@@ -11,7 +11,7 @@
 #include "runtime/world/graph/fields.h"
 #include "runtime/world/graph/generators.h"
 #include "runtime/world/graph/layout.h"
-#include "runtime/world/graph/room.h"
+#include "runtime/world/graph/memory_check.h"
 
 namespace meld::graph {
 namespace {
@@ -191,7 +191,7 @@ Result<Graph> generate(std::string_view text, std::uint64_t seed, const MemoryLi
     if (const auto fine = check_meaning(*call); !fine) return tl::unexpected<Error>(fine.error());
     const auto [nodes, about_links] = size_of(*call);
     const double need_bytes = kMaking_node * nodes + making_link(call->info->name) * about_links;
-    if (const auto fits = check_room(call->text, nodes, about_links, need_bytes, room); !fits) return tl::unexpected<Error>(fits.error());
+    if (const auto fits = check_memory(call->text, nodes, about_links, need_bytes, room); !fits) return tl::unexpected<Error>(fits.error());
     std::vector<Point> places;
     Result<Links> links = links_of(*call, seed, places);
     if (!links) return tl::unexpected<Error>(links.error());

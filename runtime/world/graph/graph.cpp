@@ -162,7 +162,7 @@ Made make(std::uint64_t nodes, std::vector<Link> links, bool directed, std::vect
     }
     const bool keep_rows = directed || !columns.empty();
     Entries entries = by_node(nodes, links, directed, keep_rows);
-    give_back(links);
+    release_memory(links);
     entries = transposed(entries);
     merge(entries, columns, directed, made);
     made.graph.directed = directed;

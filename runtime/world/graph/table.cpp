@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "runtime/base/release_memory.h"
-#include "runtime/world/graph/room.h"
+#include "runtime/world/graph/memory_check.h"
 
 namespace meld::graph {
 namespace {
@@ -95,7 +95,7 @@ Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLi
     // A line may say that there are nodes without links, as many as it likes.
     const double all = static_cast<double>(std::max<std::uint64_t>(table.node_count, table.nodes.size()));
     const double links_listed = static_cast<double>(table.ends.size());
-    if (const auto fits = check_room(table.path, all, links_listed, kMaking_node * all + kMaking_link * links_listed, room); !fits)
+    if (const auto fits = check_memory(table.path, all, links_listed, kMaking_node * all + kMaking_link * links_listed, room); !fits)
         return tl::unexpected<Error>(fits.error());
     std::vector<std::uint64_t> numbers = numbers_of(table);
     if (numbers.size() > kMaxNodes) return fail(fmt::format("{} has {} nodes, and there may be {}", table.path, numbers.size(), kMaxNodes));
@@ -115,7 +115,7 @@ Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLi
     std::vector<Link> links;
     links.reserve(table.ends.size());
     for (const Ends& ends : table.ends) links.push_back({node(ends.from), node(ends.to)});
-    give_back(table.ends);
+    release_memory(table.ends);
 
     Made made = make(numbers.size(), std::move(links), directed.value_or(table.directed.value_or(false)), std::move(table.columns));
     Graph& graph = made.graph;

@@ -44,7 +44,7 @@ class Lattice {
 
     // Cell (0,0,0) is centred on the origin on every lattice. hex: axial coordinates, row y shifted by y/2. fcc: layers
     // sqrt(1/2) apart, odd layers shifted by (1/2, 1/2); so the cells of a neighbour depend on the parity of z.
-    // Ports are numbered so that docs/worlds.md can print the table; square: E N W S; hex: 0..5 counter-clockwise from
+    // Ports are numbered so that docs/reference/worlds.md can print the table; square: E N W S; hex: 0..5 counter-clockwise from
     // east (axial coordinates); cubic: +x -x +y -y +z -z; fcc: the 4 of the layer (E N W S), 4 above and 4
     // below (each NE NW SW SE).
     int ports() const { return ports_; }

@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "runtime/base/did_you_mean.h"
-#include "runtime/world/model/in_child.h"
+#include "runtime/world/model/run_in_child.h"
 
 namespace meld::model {
 namespace {
@@ -87,8 +87,8 @@ Result<Triangles> read_model(std::string_view bytes, const std::string& path) {
     } else {
         // Damaged files make the library compute for ever; whole ones take some microseconds for each hundred bytes.
         const ChildLimits limits{.processor_s = 2 + bytes.size() / 1'000'000};
-        const Result<std::string> answer =
-            in_child([&] { return packed(read_mesh_unprotected(bytes, format, path)); }, fmt::format("{} cannot be read", path), limits);
+        const Result<std::string> answer = run_in_child([&] { return packed(read_mesh_unprotected(bytes, format, path)); },
+                                                        fmt::format("{} cannot be read", path), limits);
         read = answer ? unpacked(*answer, path) : tl::unexpected(answer.error());
     }
     if (read && read->corners.empty()) return fail(fmt::format("{} has no triangles", path), "export the model as a mesh");

@@ -25,7 +25,7 @@ struct Box {
 //   gyroid(size, thickness, period = size / 2): a cube of a sheet that divides space into two labyrinths
 //   trumpet(length, bell = length / 3, wall = 2): a horn along x: its stem begins at the origin, its rim is at x = length
 //   campus(size): a made-up group of buildings `size` long in x, standing on the plane z = 0 around the origin
-//   mesh('part.stl', size) or mesh('part.stl', scale = f): a model from a file (docs/worlds.md)
+//   mesh('part.stl', size) or mesh('part.stl', scale = f): a model from a file (docs/reference/worlds.md)
 // Combinations: union(s, ...)  intersect(s, ...)  minus(s, t, ...): s without t, ...
 //   shell(s, thickness): the points of s nearer than that to its surface
 //   move(s, x, y, z = 0)  rotate(s, axis, degrees): about x, y or z, right-handed  scale(s, f): about the origin

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "runtime/engine/eval/memory.h"
+#include "runtime/engine/eval/timers.h"
 
 namespace meld::eval {
 namespace {

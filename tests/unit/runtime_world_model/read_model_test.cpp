@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "runtime/world/model/in_child.h"
+#include "runtime/world/model/run_in_child.h"
 #include "runtime/world/model/solid.h"
 #include "tests/unit/runtime_world_model/surfaces.h"
 
@@ -83,9 +83,9 @@ TEST(ReadModel, SurvivesDamagedFiles) {
 }
 
 TEST(InChild, ReportsCrashesAndLimits) {
-    EXPECT_EQ(*in_child([] { return std::string("fine"); }, "x", {}), "fine");
+    EXPECT_EQ(*run_in_child([] { return std::string("fine"); }, "x", {}), "fine");
     const auto message = [](const std::function<std::string()>& work, const ChildLimits& limits) {
-        const Result<std::string> done = in_child(work, "part.stl cannot be read", limits);
+        const Result<std::string> done = run_in_child(work, "part.stl cannot be read", limits);
         return done ? "fine" : done.error().problem;
     };
     EXPECT_THAT(message([]() -> std::string { std::abort(); }, {}), StartsWith("part.stl cannot be read: its reader crashed, "));

@@ -1,4 +1,4 @@
-// Cells of lattices and where they are; the numbers of docs/worlds.md.
+// Cells of lattices and where they are; the numbers of docs/reference/worlds.md.
 import {LATTICES} from "./cover.js";
 
 const THIRD = Math.sqrt(3) / 2, LAYER = Math.SQRT1_2;
