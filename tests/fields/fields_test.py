@@ -1,4 +1,4 @@
-"""Disturbs the blocks of aggregate programming and compares what they have afterwards with what is computed here from the final state alone:
+"""Disturbs the blocks of aggregate programming and compares what they have afterwards with what the final state alone gives:
 fields_test.py MELDSIM BLOCK. For an example, in its own world, with the events that stand there: fields_test.py MELDSIM EXAMPLE.
 
 A block stabilizes by itself if its values depend on its inputs and on the network as they are now, and on nothing that was before. So
