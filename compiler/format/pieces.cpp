@@ -154,7 +154,8 @@ std::vector<Entry> entries_of(std::vector<Piece> pieces) {
             // An include needs no full stop.
             const bool include = piece.is(TokenKind::IncludePath) ||
                                  (piece.is(TokenKind::String) && at > 0 && (is(at - 1, TokenKind::Include) || is(at - 1, TokenKind::Use)));
-            ended = piece.is(TokenKind::Period) || (include && !is(at + 1, TokenKind::Period));
+            const bool named = is(at + 1, TokenKind::Name) && pieces[at + 1].text == "as";
+            ended = piece.is(TokenKind::Period) || (include && !named && !is(at + 1, TokenKind::Period));
             entry.item.push_back(std::move(pieces[at++]));
         }
         while (at < pieces.size() && pieces[at].comment() && !pieces[at].own_line()) entry.comments.push_back(std::move(pieces[at++]));

@@ -30,6 +30,7 @@ std::size_t end_of(const source::File& file, const std::vector<Token>& tokens, s
     std::size_t at = begin + 1;
     if (kind(begin) == TokenKind::IncludePath || (include && kind(at) == TokenKind::String)) {
         at += include ? 1 : 0;
+        if (include && kind(at) == TokenKind::Name && tokens[at].text == "as" && kind(at + 1) == TokenKind::Name) at += 2;
         return kind(at) == TokenKind::Period ? at + 1 : at;
     }
     if (kind(begin) == TokenKind::Period) return at;

@@ -225,9 +225,10 @@ class Classifier {
                 in_declaration_ = false;
                 break;
             case TokenKind::String:
-                // include "x" and use "x" end here, with or without a full stop.
+                // include "x" and use "x" end here, with or without a full stop, unless `as` and a name follow.
                 if (last() == TokenKind::Include || last() == TokenKind::Use) {
-                    item_start_ = true;
+                    in_declaration_ = next() == TokenKind::Name && this->token(1).text == "as";
+                    item_start_ = !in_declaration_;
                     return;
                 }
                 break;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,10 @@ class Includes {
     // The unit of a file that is a module.
     std::optional<std::uint32_t> module_of(std::uint32_t file) const;
     void set_module(std::uint32_t file, std::uint32_t unit) { modules_[file] = unit; }
+    // Whether the unit has no instance of this file by this name yet; from now on it has.
+    bool first_instance(std::uint32_t file, std::uint32_t user, const std::string& alias) {
+        return instances_.emplace(file, user, alias).second;
+    }
 
     // One file inside another. False if that is too deep, which is reported.
     bool enter(source::Span where, diagnostics::Reporter& report);
@@ -61,6 +66,7 @@ class Includes {
     std::map<std::string, std::uint32_t> by_identity_;
     std::map<std::uint32_t, std::uint32_t> modules_;
     std::set<std::pair<std::uint32_t, std::uint32_t>> read_;
+    std::set<std::tuple<std::uint32_t, std::uint32_t, std::string>> instances_;
     std::string trouble_, help_;
     int depth_ = 0;
     std::optional<std::vector<std::optional<std::uint32_t>>> meant_;

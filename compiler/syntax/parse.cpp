@@ -96,24 +96,53 @@ class FileParser {
         return index;
     }
 
-    // include "f".  #include <f>  include #f  use "library".  The full stop after it may be omitted. Without `includes_` it is skipped.
+    // include "f".  #include <f>  include #f  use "library".  use "library" as name.  The full stop after it may be omitted. Without
+    // `includes_` it is skipped.
     bool read_include(Tree& tree) {
         const TokenKind kind = tokens_[at_].kind;
         const bool with_text = (kind == TokenKind::Include || kind == TokenKind::Use) && tokens_[at_ + 1].kind == TokenKind::String;
         if (kind != TokenKind::IncludePath && !with_text) return false;
         const std::size_t path = with_text ? at_ + 1 : at_;
         at_ = path + 1;
+        const std::optional<Name> alias = with_text ? read_alias() : std::nullopt;
         if (tokens_[at_].kind == TokenKind::Period) ++at_;
         tree.includes.push_back({tokens_[path].span, std::nullopt});
         if (includes_ == nullptr) return true;
         const auto included =
             includes_->find(kind == TokenKind::Use ? Lookup::Use : Lookup::Include, file_, tokens_[path].text, tokens_[path].span, report_);
         tree.includes.back().file = included;
-        if (included)
-            read_file(*included, tokens_[path].span, tree);
-        else
+        if (!included)
             tree.lost_file = true;
+        else if (alias)
+            read_instance(*included, *alias, tokens_[path].span, tree);
+        else
+            read_file(*included, tokens_[path].span, tree);
         return true;
+    }
+
+    // The `as name` behind a file.
+    std::optional<Name> read_alias() {
+        if (tokens_[at_].kind != TokenKind::Name || tokens_[at_].text != "as") return std::nullopt;
+        const Token& name = tokens_[at_ + 1];
+        if (name.kind == TokenKind::Name) {
+            at_ += 2;
+            return Builder::to_name(name);
+        }
+        ++error_count_;
+        report_.add(Kind::SyntaxError, tokens_[at_].span, "there is no name behind this `as`").help =
+            "a name begins with a lowercase letter, as in use \"gradient\" as near.";
+        at_ = next_period(at_);
+        return std::nullopt;
+    }
+
+    // The file once more, with names and facts of its own, whether or not it is a module.
+    void read_instance(std::uint32_t file, const Name& alias, Span where, Tree& tree) {
+        if (!includes_->first_instance(file, unit_, alias.text) || !includes_->enter(where, report_)) return;
+        const auto unit = static_cast<std::uint32_t>(tree.units.size());
+        const std::string& user = tree.units[unit_].name;
+        tree.units.push_back({user.empty() ? alias.text : user + "-" + alias.text, alias.span, alias.text, unit_});
+        if (includes_->first_time(file, unit)) FileParser(files_, file, report_, includes_).run(unit, tree);
+        includes_->leave();
     }
 
     // A module has names of its own and is read once; the names of another file are those of the file that includes it.

@@ -309,6 +309,9 @@ using Item = std::variant<Declaration, Constant, Function, Extern, Alias, NodeKi
 struct Unit {
     std::string name;  // Empty: the program.
     Span span = {};    // Where it is named, or the beginning of its file.
+    // An instance of a module: the name that the unit which uses it gives it, and that unit.
+    std::string alias = {};
+    std::uint32_t user = 0;
 };
 
 // A file with everything it includes and uses, in order. Items of included files stand where the include stood.

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "compiler/check/check.h"
@@ -147,7 +148,8 @@ class Separator {
         for (const syntax::Name& m : d.modifiers) text += m.text + " ";
         for (const syntax::Argument& a : d.arguments) text += "," + a.aggregate + " " + syntax::print(a.type);
         const auto [place, first] = of_the_world_.emplace(std::pair(d.name.text, d.arguments.size()), std::pair(unit, text));
-        if (!first && place->second.first != unit && place->second.second == text) dropped_.insert({d.name.span.file, d.name.span.begin});
+        if (!first && place->second.first != unit && place->second.second == text)
+            dropped_.insert({unit, d.name.span.file, d.name.span.begin});
     }
 
     void same_module_names() {
@@ -207,6 +209,13 @@ class Separator {
         d.fixes = {diagnostics::write(i.as.span, (renamed ? "" : name + " as ") + "other-" + name)};
     }
 
+    // What a program may replace in a module that it uses: `const near-reach = 3.` for the `const reach = 2.` of near.
+    static bool is_parameter(Sort sort) { return sort != Sort::Predicate; }
+    // The program uses all modules, a module its own instances of others.
+    bool uses(std::uint32_t user, std::uint32_t unit) const {
+        return user == 0 || (tree_.units[unit].user == user && !tree_.units[unit].alias.empty());
+    }
+
     // `gradient-source` declared beside a module gradient that has a `source`.
     void clashes() {
         for (std::uint32_t unit = 1; unit < names_.size(); ++unit)
@@ -219,6 +228,11 @@ class Separator {
                     const std::string theirs = full.substr(prefix.size());
                     const Span* declared = names_[other].find(key.first, theirs);
                     if (declared == nullptr) continue;
+                    if (is_parameter(key.first) && uses(unit, other) && names_[other].shows(theirs)) continue;  // Seen from there.
+                    if (is_parameter(key.first) && uses(other, unit) && names_[unit].shows(key.second)) {
+                        dropped_.insert({unit, span.file, span.begin});
+                        continue;
+                    }
                     auto& d = report_.add(Kind::ModuleClash, *declared,
                                           fmt::format("`{}` is the name of `{}` in the module `{}`", full, key.second, module(unit)));
                     d.labels = {{span, "declared here"}};
@@ -228,7 +242,7 @@ class Separator {
                             said != nullptr && said->name.span.file == declared->file && said->name.span.begin == declared->begin)
                             d.fixes = {diagnostics::leave_out(said->span, "this declaration", Fit::Item)};
                     names_[other].declared.erase({key.first, theirs});
-                    dropped_.insert({declared->file, declared->begin});
+                    dropped_.insert({other, declared->file, declared->begin});
                     // The iterators of names_[unit] stay good: another unit has lost a name.
                 }
     }
@@ -254,7 +268,7 @@ class Separator {
         ++kept_;
     }
     void rename_declared(Sort sort, syntax::Name& name) {
-        if (dropped_.contains({name.span.file, name.span.begin})) drop_ = true;
+        if (dropped_.contains({unit_, name.span.file, name.span.begin})) drop_ = true;
         if (names_[unit_].find(sort, name.text) != nullptr) name.text = full_name(unit_, name.text);
     }
     void rename_declared(syntax::Declaration& d) {
@@ -283,6 +297,7 @@ class Separator {
             name = full_name(unit_, name);
             return;
         }
+        if (unit_ != 0) name_of_instance(name);
         if (outside_.contains({sort, name}) || qualified(sort, name, span) || unit_ == 0) return;
         if (const Span* declared = names_[0].find(sort, name)) {
             // In a file of original Meld a bare name is a variable, whatever else it may mean elsewhere.
@@ -302,6 +317,15 @@ class Separator {
         d.labels = {{declared, "declared here"}};
         d.help = "declare and export a predicate in the module, and let the program derive it";
         drop_ = true;
+    }
+
+    // `near-dist` in the module channel that says use "gradient" as near: `channel-near-dist` in full.
+    void name_of_instance(std::string& name) const {
+        for (const syntax::Unit& unit : tree_.units)
+            if (unit.user == unit_ && !unit.alias.empty() && name.starts_with(unit.alias + "-")) {
+                name = full_name(unit_, name);
+                return;
+            }
     }
 
     // `gradient-dist`: a name of the module gradient. False where no module comes into question.
@@ -353,9 +377,10 @@ class Separator {
     std::set<std::pair<Sort, std::string>> outside_;  // Names that no module owns.
     std::map<std::pair<std::string, std::size_t>, std::pair<std::uint32_t, std::string>> of_the_world_;
     std::set<std::uint32_t> linear_files_;
-    std::set<std::uint32_t> twins_;                              // Units whose name another has.
-    std::set<std::pair<std::string, std::size_t>> prelude_;      // Predicates of the prelude, with their number of arguments.
-    std::set<std::pair<std::uint32_t, std::uint32_t>> dropped_;  // Places of declarations that clash with a module's name.
+    std::set<std::uint32_t> twins_;                          // Units whose name another has.
+    std::set<std::pair<std::string, std::size_t>> prelude_;  // Predicates of the prelude, with their number of arguments.
+    // Units and places of declarations that clash with a module's name.
+    std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> dropped_;
     std::uint32_t unit_ = 0;
     std::set<std::string> parameters_;
     bool drop_ = false;

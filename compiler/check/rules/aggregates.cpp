@@ -23,9 +23,9 @@ class Aggregates {
         for (const syntax::Item& item : tree_.items) {
             const auto* d = std::get_if<syntax::Declaration>(&item);
             if (d == nullptr) continue;
-            // A declaration that repeats another one has no predicate of its own.
+            // A declaration that repeats another one has no predicate of its own; one in a file that is read twice has two, with two names.
             const auto own = std::find_if(program_.predicates.begin(), program_.predicates.end(), [&](const Predicate& p) {
-                return p.span.file == d->name.span.file && p.span.begin == d->name.span.begin;
+                return p.span.file == d->name.span.file && p.span.begin == d->name.span.begin && p.name == d->name.text;
             });
             if (own == program_.predicates.end()) continue;
             const std::size_t errors = report_.error_count();
