@@ -143,7 +143,7 @@ class Ports {
 
     void read(const Rule& rule) {
         std::vector<Named> literals;
-        const auto each = [&](const Atom& atom, bool) { read(atom, literals); };
+        const auto each = [&](const Atom& atom, bool) { read(rule, atom, literals); };
         each_atom(rule.body, each);
         each_head(rule.heads, [&](const Head& h) {
             each_atom(h.body, each);
@@ -160,12 +160,24 @@ class Ports {
         });
     }
 
-    void read(const Atom& atom, std::vector<Named>& literals) {
+    // What a variable is equal to in the body, as in neighbor(A, B, P), P = 5.
+    static const Term& value_of(const Rule& rule, const Term& term) {
+        if (!term.is_variable()) return term;
+        for (const Clause& c : rule.body) {
+            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal || c.test.operands.size() != 2) continue;
+            for (const std::size_t side : {std::size_t{0}, std::size_t{1}})
+                if (c.test.operands[side].is_variable() && c.test.operands[side].variable == term.variable)
+                    return c.test.operands[1 - side];
+        }
+        return term;
+    }
+
+    void read(const Rule& rule, const Atom& atom, std::vector<Named>& literals) {
         const Predicate& p = program_.predicates[atom.predicate];
         if (!p.prelude) return;
         for (std::size_t i = 0; i < atom.arguments.size(); ++i) {
             if (!is_port(p.arguments[i])) continue;
-            const Term& term = atom.arguments[i];
+            const Term& term = value_of(rule, atom.arguments[i]);
             if (term.op == Op::Int) literals.push_back({term.integer, {}, {}, term.span});
             if (term.op != Op::Constant) continue;
             const Constant& constant = program_.constants[term.constant];

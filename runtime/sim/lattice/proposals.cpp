@@ -18,9 +18,8 @@ namespace {
 using Proposal = LatticeMotion::Proposal;
 using Proposals = LatticeMotion::Proposals;
 
-// A claim is on an empty cell, on the catom in a cell (it stands still, receives, or is removed), or on the actor's right to act.
+// A claim is on an empty cell, or on the catom in a cell: it acts, stands still, receives, or is removed. Keys of cells have 63 bits.
 constexpr CellKey kBody = CellKey{1} << 63;
-constexpr CellKey kActor = CellKey{3} << 62;
 
 // Whether the catom is no longer in its cell afterwards.
 bool leaves(const Proposal& p) {
@@ -148,7 +147,7 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
             refuse(subdomain, action.catom, kind, Refusal::Repeated);
             continue;
         }
-        out.claims.push_back(kActor | subdomain.ensemble.key_of(action.catom));
+        out.claims.push_back(kBody | subdomain.ensemble.key_of(action.catom));
         p.claim_count = static_cast<std::uint32_t>(out.claims.size()) - p.first_claim;
         out.list.push_back(p);
     }
