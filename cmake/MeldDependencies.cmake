@@ -58,6 +58,11 @@ add_library(meld_metis INTERFACE)
 target_include_directories(meld_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
 target_link_libraries(meld_metis INTERFACE ${METIS_LIBRARY})
 
+# Only runtime/driver/study sees SQLite: the results of a sweep as a file.
+pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3)
+add_library(meld_sqlite INTERFACE)
+target_link_libraries(meld_sqlite INTERFACE PkgConfig::SQLITE)
+
 # Only runtime/ask/debug sees libedit: lines that are typed at its prompt.
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)

@@ -1,10 +1,13 @@
-"""Runs over a grid of worlds, parameters and seeds: claymeld.sweep()."""
+"""Runs over a grid of worlds, parameters and seeds, or those of a study: claymeld.sweep()."""
 
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import itertools
 import os
+import pathlib
+import sqlite3
 import sys
 import threading
 from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
@@ -13,8 +16,8 @@ import pandas
 
 from .data.sources import World
 from .running import Call, Run
-from .tool.calls import Child, Path, wants_progress
-from .tool.errors import Interrupted, MeldsimError
+from .tool.calls import Child, Path, find, wants_progress
+from .tool.errors import Interrupted, MeldsimError, error
 
 Parameters = Union[Mapping[str, Sequence[Any]], Iterable[Mapping[str, Any]]]
 
@@ -22,12 +25,13 @@ Parameters = Union[Mapping[str, Sequence[Any]], Iterable[Mapping[str, Any]]]
 def sweep(program: Path, worlds: Any = None, parameters: Parameters = (), seeds: Union[int, Iterable[int], None] = None, *,
           workers: Optional[int] = None, measure: Optional[Callable[[Run], Mapping[str, Any]]] = None, record: bool = False,
           progress: Optional[bool] = None, **options: Any) -> pandas.DataFrame:
-    """Runs a program in every world with all combinations of parameters and seeds, several at once.
+    """Runs a program in every world with all combinations of parameters and seeds, several at once; or makes the runs of a study that
+    are missing, as `meldsim sweep` does.
 
     Parameters
     ----------
     program : path or str
-        As of run().
+        As of run(). A `.toml` file is a study, which says everything else; only `workers`, `progress` and `meldsim` go with it.
     worlds : world, list of worlds, or dict of them by name
         Each as of run(). A dict with a key "body" or "lattice" is one world.
     parameters : dict of lists, or list of dicts
@@ -51,12 +55,19 @@ def sweep(program: Path, worlds: Any = None, parameters: Parameters = (), seeds:
         A row for each run, in the order of worlds, parameters and seeds, whatever finished first: "world", the name, path or number of the
         world; the parameters, by name; "seed"; the numbers and texts of the summary; what `measure` returns; "error", the kind of the
         exception, and "message". Of a run that ends well these two are missing; one that fails is a row as well.
+        Of a study: the rows that `meldsim sweep` writes, with its columns.
 
     Raises
     ------
     Interrupted
-        Ctrl-C: the runs at work have ended, and the others do not begin.
+        Ctrl-C: the runs at work have ended, and the others do not begin. Of a study, what has been made is kept.
+    MeldsimError
+        The study has a mistake.
     """
+    if os.fspath(program).endswith(".toml"):
+        if worlds is not None or parameters or seeds is not None or measure is not None or record or set(options) - {"meldsim"}:
+            raise TypeError(f"{os.fspath(program)} is a study, which says all this itself: give only workers, progress and meldsim with it")
+        return _study(program, workers, progress, options.get("meldsim"))
     chosen: list[Optional[int]] = [None] if seeds is None else list(range(1, seeds + 1) if isinstance(seeds, int) else seeds)
     jobs = [{"world": name, "of": world, "set": values, "seed": seed}
             for (name, world), values, seed in itertools.product(_worlds(worlds), _combinations(parameters), chosen)]
@@ -112,6 +123,22 @@ def sweep(program: Path, worlds: Any = None, parameters: Parameters = (), seeds:
     for column in ("error", "message"):
         frame[column] = pandas.Series([row.get(column) for row in rows], dtype=object)
     return frame
+
+
+def _study(study: Path, workers: Optional[int], progress: Optional[bool], meldsim: Optional[Path]) -> pandas.DataFrame:
+    """The rows of a study, those that were missing now made."""
+    path = os.fspath(study)
+    shown = wants_progress(progress)
+    command = [find(meldsim), "sweep", path if not path.startswith("-") else os.path.join(".", path)]
+    command += [] if workers is None else ["--jobs", str(workers)]
+    done = Child(command if shown else [*command, "--quiet"], shown).wait()
+    if done.interrupted:
+        raise Interrupted(None, command)
+    # Rows that have failed are rows.
+    if done.code not in (0, 3):
+        raise error(done.code, done.said, command)
+    with contextlib.closing(sqlite3.connect(pathlib.Path(path).with_suffix(".results") / "rows.sqlite")) as database:
+        return pandas.read_sql_query("SELECT * FROM rows", database)
 
 
 def _numbers(run: Run) -> dict[str, Any]:

@@ -24,6 +24,7 @@
 #include "runtime/driver/session/debug.h"
 #include "runtime/driver/session/view.h"
 #include "runtime/driver/setup/option_groups.h"
+#include "runtime/driver/study/sweep_command.h"
 
 namespace {
 
@@ -32,7 +33,7 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Fork, Diff, Bisect, Replay, Debug, Serve, Inquire, Profile, World } command = Command::Run;
+    enum class Command { Run, Resume, Fork, Diff, Bisect, Replay, Debug, Serve, Inquire, Profile, World, Sweep } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
     ForkOptions fork = {};
@@ -47,6 +48,7 @@ struct CommandLine {
            view = {};
     ProfileOptions profile = {};
     WorldOptions world = {};
+    SweepOptions sweep = {};
 };
 
 // ---- the commands
@@ -255,6 +257,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     add_export(app, line.exported);
     const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world);
+    const CLI::App* sweep = add_sweep(app, line.sweep);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
@@ -289,6 +292,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     }
     if (*profile) line.command = CommandLine::Command::Profile;
     if (*world) line.command = CommandLine::Command::World;
+    if (*sweep) line.command = CommandLine::Command::Sweep;
     // The processes are told where the module is; nobody has typed that.
     std::vector<std::string>& typed = line.run.command;
     if (!line.run.module.empty() && typed.size() > 2 && typed[typed.size() - 2] == "--module") typed.resize(typed.size() - 2);
@@ -331,6 +335,8 @@ int run_program(int argc, char** argv) {
             return profile_command(line.profile);
         case CommandLine::Command::World:
             return world_command(line.world);
+        case CommandLine::Command::Sweep:
+            return sweep_command(line.sweep);
     }
     return 0;
 }

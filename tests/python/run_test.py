@@ -257,6 +257,21 @@ class Sweeps(Runs):
         frame = claymeld.sweep(GRADIENT, {"lattice": "graph", "graph": "ring(8)"})
         self.assertEqual((frame["world"].tolist(), frame["catoms"].tolist()), ([0], [8]))
 
+    def test_a_study(self):
+        """The file that `meldsim sweep` reads. A row that has failed is a row."""
+        self.write("flood.meld", GRADIENT)
+        self.write("study.toml", 'program = "flood.meld"\nseeds = 2\n[world]\nlattice = "graph"\ngraph = "ring({n})"\n[set]\nn = [8, 16]\n'
+                                 '[measure]\nsize = "catoms"\n[expect]\nsmall = "count : { id(_, _) } = 8"\n')
+        for workers in (None, 1):
+            frame = claymeld.sweep("study.toml", workers=workers)
+            self.assertEqual(frame[["n", "seed", "size", "status"]].values.tolist(),
+                             [[8, 1, 8, "fine"], [8, 2, 8, "fine"], [16, 1, 16, "failed"], [16, 2, 16, "failed"]])
+        with self.assertRaises(TypeError):
+            claymeld.sweep("study.toml", seeds=3)
+        self.write("study.toml", "program = 7\n")
+        with self.assertRaisesRegex(claymeld.WorldError, "study.toml:1:11: program is an integer"):
+            claymeld.sweep("study.toml")
+
     def test_ctrl_c_ends_all(self):
         self.write("stop.py", "import claymeld\ntry:\n    claymeld.sweep('forever.meld', 'w.toml', seeds=20, workers=2)\n"
                    "except claymeld.Interrupted:\n    print('ended')\n")

@@ -20,7 +20,7 @@ VARIABLE = "CLAYMELD_MELDSIM"
 # Seconds until the next signal is tried on a child that is to end: it ends within about two, with its files whole.
 PATIENCE = 4.0
 ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
-PROGRESS = re.compile(r"^(tick \d+.* awake of |compiling ).*$")
+PROGRESS = re.compile(r"^(tick \d+.* awake of |compiling |[\d,]+ of [\d,]+ runs).*$")
 
 
 def find(path: Optional[Path] = None) -> str:

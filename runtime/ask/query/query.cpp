@@ -38,17 +38,14 @@ std::string name_of(Trap trap) {
     }
 }
 
-Result<Table> answer(sim::Subdomain& subdomain, Facts& facts, const std::string& body, const std::function<void(std::uint64_t)>& looked) {
-    Result<Program> program = Program::read(subdomain.module, body);
-    if (!program) return tl::unexpected<Error>(program.error());
-    const check::Rule& question = program->question();
-    if (auto can = program->can_ask(question.body); !can) return tl::unexpected<Error>(can.error());
+Result<Table> answer(sim::Subdomain& subdomain, Facts& facts, const Program& program, const std::function<void(std::uint64_t)>& looked) {
+    const check::Rule& question = program.question();
     const std::vector<check::VariableId> variables = front::answers(question);
     std::vector<Table::Column> columns;
     for (const check::VariableId v : variables) columns.push_back({question.variables[v].name, question.variables[v].type});
     Table table(std::move(columns));
-    Terms terms(*program, subdomain.view());
-    Solver solver(*program, facts, terms);
+    Terms terms(program, subdomain.view());
+    Solver solver(program, facts, terms);
     std::vector<Value> row(variables.size());
     const Result<void> searched = solver.search(question, question.body, {}, {},
                                                 [&](const Solution& found) {
@@ -67,17 +64,43 @@ Result<Table> answer(sim::Subdomain& subdomain, Facts& facts, const std::string&
 
 }  // namespace
 
-Result<Table> query(sim::Subdomain& subdomain, const std::string& body, const std::function<void(std::uint64_t)>& looked) {
+Result<Program> read_question(const ModuleInfo& module, const std::string& body) {
+    Result<Program> program = Program::read(module, body);
+    if (!program) return program;
+    if (auto can = program->can_ask(program->question().body); !can) return tl::unexpected<Error>(can.error());
+    return program;
+}
+
+namespace {
+
+const Program& program_of(const Program& program) { return program; }
+const Program& program_of(const Program* program) { return *program; }
+
+// Process 0 reads the body, if it has not been read, and searches; the others give it their facts.
+template <class Read>
+Result<Table> query_by(sim::Subdomain& subdomain, const Read& read, const std::function<void(std::uint64_t)>& looked) {
     Table table;
     sim::Subdomain* const states[] = {&subdomain};
     const Result<void> asked = ask(states, [&](std::span<Facts* const> facts) -> Result<void> {
-        Result<Table> found = answer(subdomain, *facts[0], body, looked);
+        const auto program = read();
+        if (!program) return tl::unexpected<Error>(program.error());
+        Result<Table> found = answer(subdomain, *facts[0], program_of(*program), looked);
         if (!found) return tl::unexpected<Error>(found.error());
         table = std::move(*found);
         return {};
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
     return table;
+}
+
+}  // namespace
+
+Result<Table> query(sim::Subdomain& subdomain, const std::string& body, const std::function<void(std::uint64_t)>& looked) {
+    return query_by(subdomain, [&] { return read_question(subdomain.module, body); }, looked);
+}
+
+Result<Table> query(sim::Subdomain& subdomain, const Program& program, const std::function<void(std::uint64_t)>& looked) {
+    return query_by(subdomain, [&] { return Result<const Program*>(&program); }, looked);
 }
 
 }  // namespace meld::inspect

@@ -52,8 +52,8 @@ namespace {
 // The steps of a run, in their order. Each returns the same on all processes.
 class Run {
   public:
-    Run(const RunOptions& options, comm::Communicator& comm)
-        : options_(options), comm_(comm), speaks_(comm.process() == 0), again_(!options.replay.empty()) {}
+    Run(const RunOptions& options, comm::Communicator& comm, RunObserver* observer)
+        : options_(options), comm_(comm), observer_(observer), speaks_(comm.process() == 0), again_(!options.replay.empty()) {}
 
     Result<void> read(const std::string& module_path);
     // Instead of all that follows: somebody walks through the run.
@@ -83,6 +83,7 @@ class Run {
 
     const RunOptions& options_;
     comm::Communicator& comm_;
+    RunObserver* const observer_;  // Null: nobody.
     const bool speaks_;
     const bool again_;  // It is the run of a recording.
     std::optional<Inputs> inputs_;
@@ -186,6 +187,7 @@ Result<void> Run::add_watchers() {
     }
     watches_ = new_watches_.get();
     if (watches_ != nullptr) simulation_->add(std::move(new_watches_), "watches");
+    if (observer_ != nullptr) observer_->begin(*simulation_);
     if (!options_.digest.empty())
         simulation_->add(std::make_unique<record::DigestFile>(options_.digest, durability(options_), std::move(outputs_.digest)),
                          "digests");
@@ -396,6 +398,7 @@ Result<void> Run::write_results() {
     const Result<void> checked = check_watches();
     note(checked);
     note(write_junit(checked));
+    if (observer_ != nullptr && all) note(observer_->end(*simulation_, watches_, false));
     return all;
 }
 
@@ -414,6 +417,7 @@ Result<int> Run::run() {
     const bool too_long = time_is_up(options_, comm_);
     const std::int64_t tick = simulation_->subdomain().tick();
     if (!ran && again_) return end_replay(options_, ran, tick, false, comm_);
+    if (!ran && observer_ != nullptr) static_cast<void>(observer_->end(*simulation_, watches_, true));
     if (!ran) return tl::unexpected<Error>(after_failure(too_long ? with_time_limit(options_, ran.error()) : ran.error()));
     if (auto written = write_results(); !written) return tl::unexpected<Error>(written.error());
     warn();
@@ -432,10 +436,10 @@ Result<int> Run::run() {
 
 }  // namespace
 
-Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path) {
+Result<int> simulate(const RunOptions& options, comm::Communicator& comm, const std::string& module_path, RunObserver* observer) {
     std::optional<interrupt::TimeLimit> limit;
     if (options.timeout_seconds > 0) limit.emplace("meldsim", options.timeout_seconds);
-    Run run(options, comm);
+    Run run(options, comm, observer);
     Result<void> ready = run.read(module_path);
     if (ready && options.debug) return run.debug();
     if (ready) ready = run.open();

@@ -1,0 +1,145 @@
+#include "runtime/driver/study/row_pool.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "runtime/base/process/interrupt.h"
+#include "runtime/base/process/stage_clock.h"
+#include "runtime/base/terminal/progress.h"
+#include "runtime/base/units.h"
+#include "runtime/driver/study/study_table.h"
+
+namespace meld::driver {
+
+namespace {
+
+constexpr int kWait_ms = 200;
+constexpr double kRefresh_s = 1;
+// Reading the journals of many takes its time; no more than this part of the time is spent on it.
+constexpr double kRefreshPart = 0.05;
+
+class RowPool {
+  public:
+    RowPool(const StudyPlan& plan, RowStore& store, int jobs, bool quiet)
+        : plan_(plan), store_(store), jobs_(static_cast<std::size_t>(jobs)), begun_(seconds_now()) {
+        if (!quiet) progress_.emplace();
+        for (std::size_t row = 0; row < plan.rows().size(); ++row)
+            if (!is_made(row)) todo_.push_back(row);
+        total_ = todo_.size();
+    }
+
+    Result<PoolOutcome> run();
+
+  private:
+    bool is_made(std::size_t row) const { return store_.find(plan_.rows()[row], plan_.study()) != nullptr; }
+    Result<void> start_more();
+    Result<void> collect();
+    void look_at_others();
+    std::string line() const;
+
+    const StudyPlan& plan_;
+    RowStore& store_;
+    std::size_t jobs_, total_ = 0;
+    std::deque<std::size_t> todo_;     // Rows that this process has not tried yet.
+    std::vector<std::size_t> others_;  // That others have claimed.
+    std::vector<RowRun> running_;
+    std::optional<Progress> progress_;
+    double begun_, next_refresh_ = 0;
+    PoolOutcome outcome_;
+    std::size_t failed_ = 0;
+};
+
+std::string RowPool::line() const {
+    const std::size_t left = todo_.size() + running_.size() + others_.size(), done = total_ - left;
+    std::string text = fmt::format("{} of {} runs", grouped(done), grouped(total_));
+    if (failed_ > 0) text += fmt::format(", {} failed", grouped(failed_));
+    const double seconds = seconds_now() - begun_;
+    if (done > 0 && seconds > 0) {
+        const double rate = static_cast<double>(done) / seconds;
+        text += fmt::format(", {} a second, {} left", format_count(rate), format_duration(static_cast<double>(left) / rate));
+    }
+    if (!others_.empty()) text += fmt::format(", {} elsewhere", grouped(others_.size()));
+    return text;
+}
+
+Result<void> RowPool::start_more() {
+    while (running_.size() < jobs_ && !todo_.empty()) {
+        const std::size_t row = todo_.front();
+        todo_.pop_front();
+        if (is_made(row)) continue;
+        const Result<bool> mine = store_.claim(plan_.rows()[row]);
+        if (!mine) return tl::unexpected<Error>(mine.error());
+        if (!*mine) {
+            others_.push_back(row);
+            continue;
+        }
+        Result<RowRun> run = RowRun::start(plan_, row);
+        if (!run) return tl::unexpected<Error>(run.error());
+        running_.push_back(std::move(*run));
+    }
+    return {};
+}
+
+// Waits a little for runs that end.
+Result<void> RowPool::collect() {
+    std::vector<pollfd> ends;
+    for (const RowRun& run : running_) ends.push_back({run.descriptor(), POLLIN, 0});
+    poll(ends.data(), ends.size(), kWait_ms);
+    for (std::size_t i = ends.size(); i-- > 0;) {
+        std::optional<RowResult> result;
+        if (ends[i].revents != 0) result = running_[i].take();
+        if (!result) result = running_[i].end_if_late(plan_.study().timeout_seconds);
+        if (!result) continue;
+        const StudyRow& row = plan_.rows()[running_[i].row()];
+        running_.erase(running_.begin() + static_cast<std::ptrdiff_t>(i));
+        // A signal that has reached the run is no result of it.
+        if (result->exit == static_cast<int>(ExitCode::Interrupted)) continue;
+        if (auto added = store_.add(row, *result); !added) return added;
+        ++outcome_.made;
+        if (!failure_of(*result, plan_.study()).empty()) ++failed_;
+    }
+    return {};
+}
+
+// Rows that others have claimed: made by now, or to be tried again, since their owner may be gone.
+void RowPool::look_at_others() {
+    const double now = seconds_now();
+    if (now < next_refresh_) return;
+    store_.refresh();
+    next_refresh_ = seconds_now() + std::max(kRefresh_s, (seconds_now() - now) / kRefreshPart);
+    if (!todo_.empty()) return;
+    for (const std::size_t row : others_)
+        if (!is_made(row)) todo_.push_back(row);
+    others_.clear();
+}
+
+Result<PoolOutcome> RowPool::run() {
+    const interrupt::Answering patiently(interrupt::Answer::Patiently);
+    while (!todo_.empty() || !running_.empty() || !others_.empty()) {
+        if (interrupt::received() != 0) {
+            outcome_.interrupted = true;
+            break;
+        }
+        look_at_others();
+        if (auto started = start_more(); !started) return tl::unexpected<Error>(started.error());
+        if (auto collected = collect(); !collected) return tl::unexpected<Error>(collected.error());
+        store_.beat();
+        if (progress_) progress_->update([&] { return line(); });
+    }
+    outcome_.missing = todo_.size() + running_.size() + others_.size();
+    running_.clear();
+    return outcome_;
+}
+
+}  // namespace
+
+Result<PoolOutcome> make_rows(const StudyPlan& plan, RowStore& store, int jobs, bool quiet) {
+    return RowPool(plan, store, jobs, quiet).run();
+}
+
+}  // namespace meld::driver

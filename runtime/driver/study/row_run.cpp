@@ -1,0 +1,275 @@
+#include "runtime/driver/study/row_run.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "runtime/ask/query/query.h"
+#include "runtime/base/process/available_memory.h"
+#include "runtime/base/process/stage_clock.h"
+#include "runtime/base/terminal/terminal_text.h"
+#include "runtime/driver/run/simulate.h"
+#include "runtime/driver/study/run_counts.h"
+#include "runtime/results/record/state_digest.h"
+#include "runtime/sim/ending_name.h"
+
+namespace meld::driver {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostSaid_bytes = 2000;
+
+// The value of a body: the only one that it gives; 1 and 0 for one that only holds or does not; nothing for none.
+Result<Json> value_of(const inspect::Table& table) {
+    if (table.columns().empty()) return Json(table.rows() > 0 ? 1 : 0);
+    if (table.rows() == 0) return Json();
+    if (table.columns().size() > 1 || table.rows() > 1)
+        return fail(fmt::format("it gives {} values in {} way{}, and a measure is one value", table.columns().size(), table.rows(),
+                                table.rows() == 1 ? "" : "s"),
+                    "Aggregate them: \"max D : { dist(A, D) }\"");
+    return table.rows_json(1)[0][0];
+}
+
+// Takes the measures of a run, and its digest.
+class Measuring : public RunObserver {
+  public:
+    Measuring(const StudyPlan& plan, const StudyModule& module, RowResult& result) : plan_(plan), module_(module), result_(result) {}
+
+    void begin(sim::Simulation& simulation) override;
+    Result<void> end(sim::Simulation& simulation, const inspect::Watches* watches, bool failed) override;
+    Result<void> after_tick(sim::Subdomain& subdomain);
+
+  private:
+    Result<void> measure(sim::Subdomain& subdomain, std::size_t number, std::int64_t tick);
+    const StudyPlan& plan_;
+    const StudyModule& module_;
+    RowResult& result_;
+};
+
+// Of those that are taken after certain ticks.
+class TickMeasures : public sim::SimModule {
+  public:
+    explicit TickMeasures(Measuring& of) : of_(of) {}
+    Result<void> after(sim::Subdomain& subdomain) override { return of_.after_tick(subdomain); }
+
+  private:
+    Measuring& of_;
+};
+
+void Measuring::begin(sim::Simulation& simulation) {
+    const auto& measures = plan_.study().measures;
+    if (std::ranges::any_of(measures, [](const StudyMeasure& m) { return !m.ticks.empty(); }))
+        simulation.add(std::make_unique<TickMeasures>(*this), "(measures)");
+}
+
+Result<void> Measuring::measure(sim::Subdomain& subdomain, std::size_t number, std::int64_t tick) {
+    const StudyMeasure& measure = plan_.study().measures[number];
+    const Result<inspect::Table> table = inspect::query(subdomain, *module_.measures[number]);
+    const Result<Json> value = table ? value_of(*table) : tl::unexpected<Error>(table.error());
+    if (!value && value.error().code == ExitCode::Interrupted) return tl::unexpected<Error>(value.error());
+    // A measure without a value is a failure of the row; the others are taken all the same.
+    result_.measures[measure_key(measure, tick)] = value ? *value : Json::object({{"error", value.error().message()}});
+    return {};
+}
+
+Result<void> Measuring::after_tick(sim::Subdomain& subdomain) {
+    const auto& measures = plan_.study().measures;
+    for (std::size_t i = 0; i < measures.size(); ++i)
+        if (std::ranges::find(measures[i].ticks, subdomain.tick()) != measures[i].ticks.end())
+            if (auto done = measure(subdomain, i, subdomain.tick()); !done) return done;
+    return {};
+}
+
+Result<void> Measuring::end(sim::Simulation& simulation, const inspect::Watches* watches, bool failed) {
+    const sim::Summary& summary = simulation.summary();
+    result_.seconds = summary.setup_seconds + summary.run_seconds;
+    result_.memory = resident_memory().peak;
+    if (failed) return {};
+    result_.ended = sim::name_of(summary.ending);
+    result_.counts = counts_of(summary);
+    result_.digest = record::state_digest(simulation.subdomain()).to_string();
+    if (watches != nullptr) {
+        const auto& demands = plan_.study().demands;
+        for (const inspect::Watches::Outcome& outcome : watches->outcomes())
+            for (const StudyDemand& demand : demands) {
+                if (outcome.name != demand.name || std::string_view(outcome.verb) != (demand.never ? "never" : "expect")) continue;
+                result_.demands[demand_key(demand)] = outcome.wrong ? outcome.found.substr(0, outcome.found.find('\n')) : "";
+            }
+    }
+    const auto& measures = plan_.study().measures;
+    for (std::size_t i = 0; i < measures.size(); ++i) {
+        if (measures[i].body.empty()) {
+            result_.measures[measure_key(measures[i])] = result_.counts[measures[i].text];
+        } else if (measures[i].ticks.empty()) {
+            if (auto done = measure(simulation.subdomain(), i, 0); !done) return done;
+        } else {
+            // A run that ended before has no value there.
+            for (const std::int64_t tick : measures[i].ticks) result_.measures.emplace(measure_key(measures[i], tick), nullptr);
+        }
+    }
+    return {};
+}
+
+RowResult make_run(const StudyPlan& plan, const StudyRow& row) {
+    RowResult result;
+    const StudyModule& module = plan.module_of(row);
+    // Without a time limit: the process that has started this one looks at the clock, since timers are not inherited.
+    const RunOptions options = plan.options(row);
+    Measuring observer(plan, module, result);
+    const auto comm = comm::make_single();
+    const Result<int> done = simulate(options, *comm, module.path, &observer);
+    result.exit = done ? *done : static_cast<int>(done.error().code);
+    if (!done) result.reason = done.error().message();
+    // It has ended well; whether that is as wanted depends on what the study demands, which may change.
+    result.fine = done && result.exit != static_cast<int>(ExitCode::Interrupted);
+    return result;
+}
+
+// Never returns.
+[[noreturn]] void be_run(const StudyPlan& plan, const StudyRow& row, int pipe, int said, pid_t parent) {
+    // It ends with the process that wants its result.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(1);
+    if (const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC); nothing >= 0) dup2(nothing, STDIN_FILENO);
+    dup2(said, STDOUT_FILENO);
+    dup2(said, STDERR_FILENO);
+    const RowResult result = make_run(plan, row);
+    std::fflush(stdout);
+    std::fflush(stderr);
+    const std::string text = to_json(result).dump(-1, ' ', true, Json::error_handler_t::replace);
+    for (std::size_t at = 0; at < text.size();) {
+        const ssize_t n = write(pipe, text.data() + at, text.size() - at);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) break;
+        at += static_cast<std::size_t>(n);
+    }
+    _exit(0);
+}
+
+}  // namespace
+
+std::string measure_key(const StudyMeasure& measure, std::int64_t tick) {
+    return (tick > 0 ? fmt::format("@{} ", tick) : std::string()) + (measure.body.empty() ? measure.text : measure.body);
+}
+
+std::string demand_key(const StudyDemand& demand) { return (demand.never ? "never " : "expect ") + demand.body; }
+
+nlohmann::ordered_json to_json(const RowResult& r) {
+    return {{"fine", r.fine},         {"exit", r.exit},       {"reason", r.reason}, {"ended", r.ended},     {"counts", r.counts},
+            {"measures", r.measures}, {"demands", r.demands}, {"digest", r.digest}, {"seconds", r.seconds}, {"memory", r.memory}};
+}
+
+std::optional<RowResult> row_result(const nlohmann::ordered_json& json) {
+    try {
+        return RowResult{.fine = json.at("fine"),
+                         .exit = json.at("exit"),
+                         .reason = json.at("reason"),
+                         .ended = json.at("ended"),
+                         .counts = json.at("counts"),
+                         .measures = json.at("measures"),
+                         .demands = json.at("demands"),
+                         .digest = json.at("digest"),
+                         .seconds = json.at("seconds"),
+                         .memory = json.at("memory")};
+    } catch (const Json::exception&) {
+        return std::nullopt;
+    }
+}
+
+Result<RowRun> RowRun::start(const StudyPlan& plan, std::size_t row) {
+    RowRun run;
+    run.row_ = row;
+    run.begun_ = seconds_now();
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return fail(fmt::format("cannot make a pipe: {}", std::strerror(errno)), "", ExitCode::LimitHit);
+    run.pipe_ = ends[0];
+    run.said_ = memfd_create("said", MFD_CLOEXEC);
+    std::fflush(nullptr);
+    const pid_t parent = getpid();
+    run.process_ = fork();
+    if (run.process_ == 0) be_run(plan, plan.rows()[row], ends[1], run.said_, parent);
+    const int error = errno;
+    close(ends[1]);
+    if (run.process_ < 0)
+        return fail(fmt::format("cannot start a process: {}", std::strerror(error)), "Give a smaller --jobs", ExitCode::LimitHit);
+    return run;
+}
+
+RowRun::RowRun(RowRun&& other) noexcept { *this = std::move(other); }
+
+RowRun& RowRun::operator=(RowRun&& other) noexcept {
+    std::swap(begun_, other.begun_);
+    std::swap(row_, other.row_);
+    std::swap(process_, other.process_);
+    std::swap(pipe_, other.pipe_);
+    std::swap(said_, other.said_);
+    std::swap(text_, other.text_);
+    return *this;
+}
+
+RowRun::~RowRun() {
+    if (process_ > 0) {
+        kill(process_, SIGKILL);
+        while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+        }
+    }
+    if (pipe_ >= 0) close(pipe_);
+    if (said_ >= 0) close(said_);
+}
+
+std::optional<RowResult> RowRun::take() {
+    char buffer[65536];
+    const ssize_t n = read(pipe_, buffer, sizeof buffer);
+    if (n < 0 && errno == EINTR) return std::nullopt;
+    if (n > 0) {
+        text_.append(buffer, static_cast<std::size_t>(n));
+        return std::nullopt;
+    }
+    return finish();
+}
+
+std::optional<RowResult> RowRun::end_if_late(double most_seconds) {
+    if (most_seconds <= 0 || seconds_now() - begun_ < most_seconds) return std::nullopt;
+    kill(process_, SIGKILL);
+    RowResult result = finish();
+    if (!result.fine) {
+        result.exit = static_cast<int>(ExitCode::LimitHit);
+        result.reason = fmt::format("the time limit of {} s has passed. Raise timeout", most_seconds);
+        result.seconds = seconds_now() - begun_;
+    }
+    return result;
+}
+
+RowResult RowRun::finish() {
+    int status = 0;
+    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
+    process_ = 0;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
+        if (const Json json = Json::parse(text_, nullptr, false); !json.is_discarded())
+            if (const auto result = row_result(json)) return *result;
+    // It has crashed, or was ended: what it said last is all there is.
+    std::string said(kMostSaid_bytes, '\0');
+    const off_t size = lseek(said_, 0, SEEK_END);
+    const ssize_t n = pread(said_, said.data(), said.size(), std::max<off_t>(0, size - static_cast<off_t>(said.size())));
+    said.resize(static_cast<std::size_t>(std::max<ssize_t>(0, n)));
+    RowResult result;
+    result.exit = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    result.reason = (WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status)) : std::string("ended early")) +
+                    (said.empty() ? "" : ": " + said);
+    return result;
+}
+
+}  // namespace meld::driver

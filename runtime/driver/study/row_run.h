@@ -1,0 +1,70 @@
+// One run of a study, in a process of its own that begins as a copy of this one: the module is loaded, so it costs a few milliseconds, and
+// whatever becomes of the run, the others do not see it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "runtime/base/error.h"
+#include "runtime/driver/study/study_plan.h"
+
+namespace meld::driver {
+
+// What there is to know of a run; runtime/driver/study/row_store.h says how it is kept.
+struct RowResult {
+    bool fine = false;  // It has ended well.
+    int exit = 0;
+    std::string reason = {};                                           // Why it has not.
+    std::string ended = {};                                            // As in the summary; empty if it has failed.
+    nlohmann::ordered_json counts = nlohmann::ordered_json::object();  // By name.
+    // By text of the measure, and after "@TICK " for one that is taken after a tick; null: it has no value;
+    // an object: the error.
+    nlohmann::ordered_json measures = nlohmann::ordered_json::object();
+    // By text of what is expected or may never be: what was found instead, or an empty text.
+    nlohmann::ordered_json demands = nlohmann::ordered_json::object();
+    std::string digest = {};   // Of the state at the end, as --digest writes it.
+    double seconds = 0;        // Of set-up and run.
+    std::uint64_t memory = 0;  // At the peak.
+};
+
+nlohmann::ordered_json to_json(const RowResult& result);
+// Nothing: it is not the text of a result.
+std::optional<RowResult> row_result(const nlohmann::ordered_json& json);
+
+// The name of a value of this measure in a result.
+std::string measure_key(const StudyMeasure& measure, std::int64_t tick = 0);
+std::string demand_key(const StudyDemand& demand);
+
+// A run that has begun.
+class RowRun {
+  public:
+    // Errors: there can be no further process.
+    static Result<RowRun> start(const StudyPlan& plan, std::size_t row);
+    RowRun(RowRun&& other) noexcept;
+    RowRun& operator=(RowRun&& other) noexcept;
+    // A run that has not ended is killed.
+    ~RowRun();
+
+    std::size_t row() const { return row_; }
+    // Readable when there is something to take().
+    int descriptor() const { return pipe_; }
+    // Reads what there is; the result, when the process has ended.
+    std::optional<RowResult> take();
+
+    // Ends the run, if it has had more seconds than this; 0: it has all the time. Its result is that.
+    std::optional<RowResult> end_if_late(double most_seconds);
+
+  private:
+    RowRun() = default;
+    RowResult finish();
+    double begun_ = 0;
+    std::size_t row_ = 0;
+    pid_t process_ = 0;
+    int pipe_ = -1, said_ = -1;
+    std::string text_;
+};
+
+}  // namespace meld::driver

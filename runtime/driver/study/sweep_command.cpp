@@ -1,0 +1,253 @@
+#include "runtime/driver/study/sweep_command.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <csignal>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "runtime/base/files/output_file.h"
+#include "runtime/base/files/standard_streams.h"
+#include "runtime/base/process/interrupt.h"
+#include "runtime/base/terminal/log.h"
+#include "runtime/base/terminal/terminal_text.h"
+#include "runtime/base/units.h"
+#include "runtime/cli/command_line.h"
+#include "runtime/driver/pictures/frame_observer.h"
+#include "runtime/driver/setup/print_error.h"
+#include "runtime/driver/study/row_pool.h"
+#include "runtime/driver/study/shell_words.h"
+#include "runtime/driver/study/study_plot.h"
+#include "runtime/driver/study/study_report.h"
+#include "runtime/driver/study/study_table.h"
+
+namespace meld::driver {
+
+namespace {
+
+constexpr std::size_t kFailuresPrinted = 10;
+constexpr int kWriteAttempts = 20;
+constexpr int kWriteAgainAfter_ms = 100;
+
+std::string results_folder(const SweepOptions& options) {
+    if (!options.folder.empty()) return options.folder;
+    return std::filesystem::path(options.study).replace_extension(".results").string();
+}
+
+// rounds~n as a name of a file.
+std::string file_name(std::string text) {
+    std::ranges::replace_if(text, [](unsigned char c) { return !std::isalnum(c) && c != '.' && c != '@' && c != '_'; }, '-');
+    return text;
+}
+
+class Sweep {
+  public:
+    Sweep(const SweepOptions& options, StudyPlan plan, RowStore store)
+        : options_(options), plan_(std::move(plan)), store_(std::move(store)) {}
+
+    Result<int> run();
+
+  private:
+    Result<std::size_t> row_named(const std::string& name) const;
+    Result<int> show() const;
+    Result<int> write_job() const;
+    Result<void> write_results(const StudyTable& table, const std::vector<StudyPlot>& plots);
+    std::string said(const StudyTable& table, const PoolOutcome& outcome, std::size_t before) const;
+    std::size_t rows_made() const;
+
+    const SweepOptions& options_;
+    StudyPlan plan_;
+    RowStore store_;
+};
+
+// Its number, or the beginning of its key.
+Result<std::size_t> Sweep::row_named(const std::string& name) const {
+    std::size_t number = 0;
+    const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (read.ec == std::errc{} && read.ptr == name.data() + name.size() && number >= 1 && number <= plan_.rows().size()) return number - 1;
+    for (std::size_t i = 0; i < plan_.rows().size(); ++i)
+        if (name.size() >= 4 && plan_.rows()[i].key.starts_with(name)) return i;
+    return fail(fmt::format("the study has no row '{}'", name),
+                fmt::format("Its rows are 1 to {}, as in the column `row` of the table", plan_.rows().size()));
+}
+
+// The command that makes the run again.
+Result<int> Sweep::show() const {
+    const Result<std::size_t> row = row_named(options_.show);
+    if (!row) return tl::unexpected<Error>(row.error());
+    std::vector<std::string> words = plan_.command(plan_.rows()[*row], ".");
+    const std::string run = shell_words(words);
+    std::string text = run + "\n";
+    if (const RowResult* result = store_.find(plan_.rows()[*row], plan_.study()))
+        if (const std::string failure = failure_of(*result, plan_.study()); !failure.empty())
+            text += fmt::format("# {}\n", visible(failure.substr(0, failure.find('\n'))));
+    if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
+    return 0;
+}
+
+std::size_t Sweep::rows_made() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(plan_.rows(), [&](const StudyRow& row) { return store_.find(row, plan_.study()) != nullptr; }));
+}
+
+// Others who are at their end at the same time write the same files.
+template <class Write>
+Result<void> write_beside_others(const Write& write) {
+    Result<void> written = write();
+    for (int attempt = 1; !written && attempt < kWriteAttempts; ++attempt) {
+        poll(nullptr, 0, kWriteAgainAfter_ms);
+        written = write();
+    }
+    return written;
+}
+
+Result<void> Sweep::write_results(const StudyTable& table, const std::vector<StudyPlot>& plots) {
+    const std::string folder = store_.folder();
+    auto written = write_beside_others([&] { return write_file(folder + "/rows.csv", csv_text(table)); });
+    if (written) written = write_beside_others([&] { return write_sqlite(table, plan_.study(), folder + "/rows.sqlite"); });
+    if (written) written = write_beside_others([&] { return write_file(folder + "/report.html", report_page(plan_, table, plots)); });
+    return written;
+}
+
+// The script of a job array: its tasks are this command, and each takes what is left.
+Result<int> Sweep::write_job() const {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const std::string self = fs::read_symlink("/proc/self/exe", error).string();
+    const std::string study = fs::absolute(options_.study).lexically_normal().string();
+    const std::string folder = fs::absolute(store_.folder()).lexically_normal().string();
+    const std::string path = store_.folder() + "/sweep.sbatch";
+    const std::string script = fmt::format(
+        "#!/bin/bash\n"
+        "#SBATCH --job-name={}\n"
+        "#SBATCH --array=1-{}\n"
+        "#SBATCH --ntasks=1\n"
+        "#SBATCH --cpus-per-task=1\n"
+        "#SBATCH --output={}\n"
+        "# Each task makes rows that are missing and that no other one is at, as many at a time as it has processors. The folder of the\n"
+        "# results must be on a file system that all of them share.\n"
+        "exec {} --jobs \"${{SLURM_CPUS_PER_TASK:-1}}\"\n",
+        fs::path(study).stem().string(), options_.slurm, folder + "/task-%a.log",
+        shell_words({self.empty() ? "meldsim" : self, "sweep", study, "-o", folder}));
+    if (auto written = write_file(path, script); !written) return tl::unexpected<Error>(written.error());
+    const std::string text = fmt::format("{} of {} runs are missing. Start the tasks by: sbatch {}\n",
+                                         grouped(plan_.rows().size() - rows_made()), grouped(plan_.rows().size()), shell_words({path}));
+    if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
+    return 0;
+}
+
+std::string Sweep::said(const StudyTable& table, const PoolOutcome& outcome, std::size_t before) const {
+    const std::size_t status = *table.column("status"), reason = *table.column("reason");
+    std::string failures;
+    std::size_t failed = 0;
+    for (const auto& row : table.rows) {
+        if (text_of(row[status]) == "fine") continue;
+        if (++failed > kFailuresPrinted) continue;
+        const std::string why = text_of(row[reason]);
+        failures += fmt::format("  row {}: {}\n", text_of(row[0]), visible(why.substr(0, why.find('\n'))));
+    }
+    if (failed > kFailuresPrinted) failures += fmt::format("  and {} more\n", grouped(failed - kFailuresPrinted));
+    std::string text = fmt::format("{} run{}: {} made now, {} there before", grouped(plan_.rows().size()),
+                                   plan_.rows().size() == 1 ? "" : "s", grouped(outcome.made), grouped(before));
+    if (outcome.missing > 0) text += fmt::format(", {} missing", grouped(outcome.missing));
+    text += failed > 0 ? fmt::format("; {} failed\n{}", grouped(failed), failures) : "; none failed\n";
+    return text + fmt::format("results: {0}/rows.csv, {0}/rows.sqlite, {0}/report.html\n", store_.folder());
+}
+
+Result<int> Sweep::run() {
+    if (!options_.show.empty()) return show();
+    if (options_.slurm > 0) return write_job();
+    if (options_.again)
+        for (const StudyRow& row : plan_.rows())
+            if (const RowResult* result = store_.find(row, plan_.study()); result != nullptr && !failure_of(*result, plan_.study()).empty())
+                store_.forget(row);
+    const std::size_t before = rows_made();
+    PoolOutcome outcome{.missing = plan_.rows().size() - before};
+    if (!options_.as_is) {
+        const int jobs = options_.jobs > 0 ? options_.jobs : std::max(1, processors() / plan_.study().threads);
+        const Result<PoolOutcome> made = make_rows(plan_, store_, jobs, options_.quiet);
+        if (!made) return tl::unexpected<Error>(made.error());
+        outcome = *made;
+        if (outcome.missing == 0) store_.clean();
+    }
+    const StudyTable table = table_of(plan_, store_);
+    if (auto written = write_results(table, {}); !written) return tl::unexpected<Error>(written.error());
+    std::vector<StudyPlot> plots;
+    std::string text;
+    for (const std::string& what : options_.plots) {
+        Result<StudyPlot> plot = plot_of(table, what);
+        if (!plot) return tl::unexpected<Error>(plot.error());
+        const std::string path = options_.image.empty() ? fmt::format("{}/{}.svg", store_.folder(), file_name(what)) : options_.image;
+        if (auto written = write_plot(*plot, path); !written) return tl::unexpected<Error>(written.error());
+        text += fmt::format("{}plot: {}\n", plot->said, path);
+        plots.push_back(std::move(*plot));
+    }
+    if (!plots.empty())
+        if (auto written = write_results(table, plots); !written) return tl::unexpected<Error>(written.error());
+    if (options_.table) text += summary_text(table);
+    if (!options_.quiet && !options_.table && options_.plots.empty()) text += said(table, outcome, before);
+    if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
+    if (outcome.interrupted) {
+        log::warning("interrupted: the same command goes on with the {} runs that are missing", grouped(outcome.missing));
+        return interrupt::exit_code();
+    }
+    const std::size_t status = *table.column("status");
+    const bool failed = std::ranges::any_of(table.rows, [&](const auto& row) { return text_of(row[status]) != "fine"; });
+    return static_cast<int>(failed ? ExitCode::PropertyFailed : ExitCode::Fine);
+}
+
+Result<int> sweep(const SweepOptions& options) {
+    Result<Study> study = read_study(options.study);
+    if (!study) return tl::unexpected<Error>(study.error());
+    Result<RowStore> store = RowStore::open(results_folder(options));
+    if (!store) return tl::unexpected<Error>(store.error());
+    Result<StudyPlan> plan = StudyPlan::make(std::move(*study), store->worlds_folder());
+    if (!plan) return tl::unexpected<Error>(plan.error());
+    return Sweep(options, std::move(*plan), std::move(*store)).run();
+}
+
+}  // namespace
+
+CLI::App* add_sweep(CLI::App& app, SweepOptions& sweep) {
+    CLI::App* s = app.add_subcommand("sweep",
+                                     "Make the runs of a study, those that are missing, and write a table with a row for each. What has "
+                                     "been made stays: the same command goes on.\nExample: meldsim sweep study.toml --table");
+    s->add_option("STUDY", sweep.study, "The study, a .toml file: programs, worlds, seeds, parameters and measures")->required();
+    s->add_option("-o,--output", sweep.folder, "The folder of the results; otherwise that beside the study, STUDY.results")
+        ->type_name("DIR");
+    s->add_option("--jobs", sweep.jobs, "Runs at a time; otherwise one for each processor")
+        ->check(cli::whole_number(1, 10000))
+        ->type_name("INT");
+    s->add_flag("--table", sweep.table, "Print each combination of parameters: its runs, and of each measure the median and quartiles");
+    s->add_option("--plot", sweep.plots,
+                  "Plot a measure over a parameter, as rounds~n: medians with quartiles, the power law that fits, and a test of two "
+                  "programs; repeatable")
+        ->type_name("Y~X")
+        ->take_all()
+        ->allow_extra_args(false);
+    s->add_option("--image", sweep.image, "The file of the plot, .svg or .png; otherwise Y-X.svg in the folder of the results")
+        ->type_name("FILE")
+        ->needs("--plot");
+    s->add_option("--show", sweep.show, "Run nothing: print the command that makes this row again, with its number as in the table")
+        ->type_name("ROW");
+    s->add_option("--slurm", sweep.slurm, "Run nothing: write the script of a job array of so many tasks, which share what is missing")
+        ->check(cli::whole_number(1, 100000))
+        ->type_name("TASKS");
+    s->add_flag("--as-is", sweep.as_is, "Run nothing: take the rows that there are");
+    s->add_flag("--again", sweep.again, "Make the rows that have failed again");
+    s->add_flag("--quiet", sweep.quiet, "Print no progress line and no summary");
+    return s;
+}
+
+int sweep_command(const SweepOptions& options) {
+    interrupt::handle({SIGINT, SIGTERM, SIGHUP});
+    const Result<int> done = sweep(options);
+    return done ? *done : print_error(done.error());
+}
+
+}  // namespace meld::driver

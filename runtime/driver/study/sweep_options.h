@@ -1,0 +1,23 @@
+// Of `meldsim sweep`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace meld::driver {
+
+struct SweepOptions {
+    std::string study;
+    std::string folder = {};  // Of results; empty: beside the study, STUDY.results.
+    int jobs = 0;             // Runs at a time; 0: as there are processors.
+    bool again = false;       // Rows that have failed are made again.
+    bool as_is = false;       // Nothing is run.
+    bool table = false;
+    std::vector<std::string> plots = {};  // "Y~X"
+    std::string image = {};               // Of the last plot.
+    std::string show = {};                // A row.
+    int slurm = 0;                        // Tasks of a job array whose script is written; 0: none.
+    bool quiet = false;
+};
+
+}  // namespace meld::driver
