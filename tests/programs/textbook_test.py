@@ -1,4 +1,4 @@
-"""Runs an algorithm of the textbooks among the examples under several networks, clocks and crashes: textbook_test.py MELDSIM EXAMPLES PROGRAM.
+"""Runs an algorithm of the textbooks under several networks, clocks and crashes: textbook_test.py MELDSIM EXAMPLES PROGRAM.
 
 Its outcome is compared with networkx or a plain computation here, and what must never hold is watched in every tick. The same judge must
 refuse a program that is broken in one place, or else it would see nothing.
@@ -153,7 +153,8 @@ def failure_detector_cases():
 
 def failure_detector(case):
     rows = [row for row in case.facts["watched"] if row[0] not in case.known["hung"]]
-    case.expect("watched", {row[:2] for row in rows}, {(a, b) for a, others in case.links.items() if a not in case.known["hung"] for b in others})
+    case.expect("watched", {row[:2] for row in rows},
+                {(a, b) for a, others in case.links.items() if a not in case.known["hung"] for b in others})
     case.expect("suspects", {row[:2] for row in rows if row[4]}, {row[:2] for row in rows if row[1] in case.known["hung"]})
     # A heartbeat comes every four ticks; between two of them at most the longest delay more.
     case.at_most("limit", max(row[3] for row in rows), math.ceil(case.known["most"] / 4) + 2)
