@@ -171,7 +171,8 @@ def chandra_toueg_cases():
         draw = random.Random(f"{seed} {condition}")
         events, hung = crashes(9, draw)
         facts = "vote = [" + ", ".join(f'{{ where = "id == {a}", args = [{draw.randrange(4)}] }}' for a in range(9)) + "]"
-        yield Case(GraphWorld("complete(9)"), facts, ("--seed", str(seed), "--never", "decided(A, V), decided(B, W), V < W"),
+        yield Case(GraphWorld("complete(9)"), facts, ("--seed", str(seed), "--set", "patience=0",
+                    "--never", "decided(A, V), decided(B, W), V < W"),
                    condition.text + events, hung=hung)
 
 
