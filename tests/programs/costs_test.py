@@ -31,7 +31,9 @@ SECTIONS = {
     "luby": "maximal-independent-set", "fragments": "minimum-spanning-tree", "echo_election": "leader-election",
     "raymond": "mutual-exclusion-on-a-tree", "gossip": "gossip-and-reliable-broadcast",
     "reliable_broadcast": "gossip-and-reliable-broadcast", "byzantine": "byzantine-agreement",
-    "stabilizing_tree": "self-stabilization", "token_ring": "self-stabilization"}
+    "stabilizing_tree": "self-stabilization", "token_ring": "self-stabilization",
+    "vector_clocks": "vector-clocks", "dining_philosophers": "dining-philosophers", "synchronizer": "a-synchronizer",
+    "link_reversal": "link-reversal", "k_core": "core-numbers", "chandra_toueg": "agreement-in-spite-of-crashes"}
 HEAD = """| program | messages | the bound | rounds | time units, late | the bound |
 |---|---|---|---|---|---|
 """
@@ -88,6 +90,14 @@ def tree_diameter(run):
     return networkx.diameter(networkx.Graph(list(run.pairs("towards"))))
 
 
+def reversals(run):
+    """Each rise is told to all neighbours, and so is where each catom is at first."""
+    down = networkx.DiGraph([(max(link), min(link)) for link in run.graph.edges])
+    bad = run.n - 1 - len(networkx.ancestors(down, 99))
+    return "the degree for each of B^2 rises, and 2 E", bad ** 2 * max(d for _, d in run.graph.degree()) + 2 * run.e
+
+
+VOTES = "vote = [" + ", ".join(f'{{ where = "id == {a}", args = [{a % 2}] }}' for a in range(7)) + "]"
 ROWS = [
     Row("echo", 'root = "id == 0"', linear, lambda r: ("2 E", 2 * r.e), time_bound=lambda r: ("D + N", r.d + r.n)),
     Row("diffusing", 'root = "id == 0"', linear, lambda r: ("2 for each offer", 2 * r.messages("offer")),
@@ -116,6 +126,16 @@ ROWS = [
         '[[program]]\nwhere = "id == 1 || id == 5"\nfile = "byzantine_liar.meld"\n', linear,
         lambda r: ("3 (f + 1) N (N - 1)", 3 * 3 * 7 * 6), time_bound=lambda r: ("6 (f + 1)", 6 * 3),
         graph="complete(7)", options=("--set", "slowest={unit}")),
+    Row("vector_clocks", "", linear, lambda r: ("none of its own: those of the system", 6 * r.n)),
+    Row("dining_philosophers", "", linear, lambda r: ("2 for each meal at the two ends of a link", 2 * 2 * 3 * r.e)),
+    Row("synchronizer", 'root = "id == 0"', linear, lambda r: ("2 E for each pulse, and 4 E", 16 * 2 * r.e + 4 * r.e),
+        time_bound=lambda r: ("3 for each pulse", 3 * 16 + 2)),
+    Row("link_reversal", 'destination = "id == 99"', lambda r: r.messages("height"), reversals),
+    Row("k_core", "", lambda r: r.messages("core"), lambda r: ("the squares of the degrees", sum(d * d for _, d in r.graph.degree())),
+        time_bound=lambda r: ("N", r.n), graph="scale_free(100, 3)"),
+    Row("chandra_toueg", VOTES, lambda r: r.messages("told", "propose", "reply", "decide"),
+        lambda r: ("3 (N - 1) for each round, and N (N - 1)", 3 * (r.n - 1) * (1 + r.greatest("told")) + r.n * (r.n - 1)),
+        lambda r: r.last("decided") - 1, graph="complete(7)"),
     Row("triangles", 'root = "id == 0"', lambda r: r.summary["stats"]["algorithm"]["messages"], None),
 ]
 
@@ -128,7 +148,7 @@ def run(meldsim, row, late, folder):
         shutil.copy(ROOT / "examples" / "meld" / other, folder)
     text = (ROOT / "examples" / "meld" / f"{row.program}.meld").read_text()
     program.write_text(text + "\ntype link-of(node, node).\nlink-of(A, B) :- neighbor(A, B).\n")
-    command = [meldsim, "run", program, "--world", world, "--stats", "--json", "--facts-out", facts,
+    command = [meldsim, "run", program, "--world", world, "--stats", "--json", "--facts-out", facts, "-I", ROOT / "examples" / "meld",
                *(word.format(unit=UNIT if late else 1) for word in row.options)]
     done = subprocess.run(command, env=environment_with({"CLAYMELD_CACHE": folder / "cache"}), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -60,6 +60,8 @@ def literal(word):
         return int(word[1:])
     if word.startswith("vec3("):
         return tuple(float(part) for part in word[5:-1].split(","))
+    if word.startswith("("):
+        return tuple(literal(inner) for inner in split(word[1:-1]))
     return int(word) if re.fullmatch(r"-?\d+", word) else float(word)
 
 

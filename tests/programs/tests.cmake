@@ -15,6 +15,12 @@ foreach(program echo diffusing articulation snapshot alternating_bit luby fragme
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
+# The same, with crashes, links that break, and programs that are broken in one place.
+foreach(program vector_clocks dining_philosophers synchronizer link_reversal k_core failure_detector chandra_toueg distance_vector
+        link_state)
+  meld_sizes_test(textbook_${program} ${CMAKE_CURRENT_LIST_DIR}/textbook_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
+    ${program})
+endforeach()
 # On graphs, files among them, where messages are late and lost: programs that program_test.py runs on lattices.
 foreach(program leader flood_election pagerank pagerank_async)
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
