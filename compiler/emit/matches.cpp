@@ -172,6 +172,14 @@ void RuleEmitter::match_bag(const Match& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
+// A loop over the places around the catom; returns the name of the port.
+std::string RuleEmitter::each_place() {
+    const std::string port = fresh("port");
+    w_.open(
+        fmt::format("for (i32 {0} = 0; {0} < {1}; ++{0}) {{", port, plan_.program.by_links ? "places_of(*s.g, s.catom)" : "s.g->ports"));
+    return port;
+}
+
 void RuleEmitter::match_world(const Match& s, WorldSource source) {
     const auto value = [&](const std::string& text) { use(s, [&](std::size_t) { return text; }); };
     switch (source) {
@@ -183,20 +191,39 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
             return value(n);
         }
         case WorldSource::Vacant: {
-            const std::string port = fresh("port");
-            w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
+            const std::string port = each_place();
             // A link may be cut, but the place behind it is taken.
             if (plan_.program.by_links)
-                w_.line("if (catom_towards(*s.g, s.site, {}) >= 0) continue;", port);
+                w_.line("if (s.g->cell_catom[site_beside(*s.g, s.catom, {})] >= 0) continue;", port);
             else
                 w_.line("if (s.neighbour[{}] >= 0) continue;", port);
             return value(fmt::format("i64{{{}}}", port));
         }
         case WorldSource::TargetPort: {
-            const std::string port = fresh("port");
-            w_.open(fmt::format("for (i32 {0} = 0; {0} < s.g->ports; ++{0}) {{", port));
-            w_.line("if (!in_target(*s.g, site_towards(*s.g, s.site, {}))) continue;", port);
+            const std::string port = each_place();
+            w_.line("if (!in_target(*s.g, {})) continue;",
+                    fmt::format(fmt::runtime(plan_.program.by_links ? "site_beside(*s.g, s.catom, {})" : "site_towards(*s.g, s.site, {})"),
+                                port));
             return value(fmt::format("i64{{{}}}", port));
+        }
+        case WorldSource::Expanded:
+            return w_.open("if (is_expanded(*s.g, s.catom)) {");
+        case WorldSource::Head:
+        case WorldSource::Tail:
+            w_.open("if (is_expanded(*s.g, s.catom)) {");
+            return value(source == WorldSource::Head ? "i64{head_direction(*s.g, s.catom)}"
+                                                     : "i64{(head_direction(*s.g, s.catom) + kDirections / 2) % kDirections}");
+        case WorldSource::Port: {
+            const std::string port = each_place(), other = fresh("other");
+            w_.line("const i32 {} = s.g->cell_catom[site_beside(*s.g, s.catom, {})];", other, port);
+            w_.line("if ({0} < 0 || s.g->catom_tail == nullptr || static_cast<u32>({0}) == s.catom) continue;", other);
+            return use(s, [&](std::size_t k) {
+                const std::string there = fmt::format("static_cast<u32>({})", other);
+                return k == 1   ? fmt::format("i64{{{}}}", port)
+                       : k == 2 ? fmt::format("id_of(*s.g, {})", there)
+                       : k == 3 ? fmt::format("i64{{port_back(*s.g, s.catom, {}, {})}}", port, there)
+                                : fmt::format("i64{{is_expanded(*s.g, {}) ? 2 : 1}}", there);
+            });
         }
         case WorldSource::Target:
             return w_.open("if (in_target(*s.g, s.site)) {");

@@ -156,6 +156,7 @@ class RuleEmitter {
     std::string search_type(const Match& s) const;
     // The indexes of bags that a linear rule looks into.
     void declare_indexes();
+    std::string each_place();
     void match_world(const Match& s, WorldSource source);
 
     // ---- aggregates of matches, in bodies and heads

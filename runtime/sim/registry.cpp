@@ -36,7 +36,8 @@ bool Registry::may_give(const world::World& world) const {
         return choice && !std::holds_alternative<MakeCode>(*choice);
     };
     const std::string& motion = world.motion.kind;
-    return (motion != "none" && motion != "lattice" && motion != "bodies") || std::ranges::any_of(world.components, gives);
+    return (motion != "none" && motion != "lattice" && motion != "amoebot" && motion != "bodies") ||
+           std::ranges::any_of(world.components, gives);
 }
 
 Result<Registry::Choice> Registry::choose(const std::string& interface, const std::string& name) const {
@@ -72,8 +73,9 @@ Result<void> check_choices(const Registry& registry, const world::World& world) 
 Registry Registry::standard() {
     Registry r;
     r.add_sim("motion", "none", [](const world::World&) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<NoMotion>(); });
-    r.add_sim("motion", "lattice",
-              [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
+    for (const char* kind : {"lattice", "amoebot"})
+        r.add_sim("motion", kind,
+                  [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });
     r.add_sim("motion", "bodies",
               [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<FreeMotion>(w); });
     r.add_code("thermometer", "plane",

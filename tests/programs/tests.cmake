@@ -58,6 +58,12 @@ add_test(NAME motion_crowd
 set_tests_properties(motion_crowd PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_wishes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/wishes_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_wishes PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_amoebots COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/amoebots_test.py $<TARGET_FILE:meldsim>)
+set_tests_properties(motion_amoebots PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_compression
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
+                 $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
+set_tests_properties(motion_compression PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_connected COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/connected_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_connected PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_storm COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/storm_test.py $<TARGET_FILE:meldsim>)

@@ -18,10 +18,11 @@ using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
-// A declaration as its span has it.
-bool of_bodies(const std::string& name) {
-    return is_body_sense(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
-               return action.word == name && action.performer == ActionInfo::Performer::Bodies;
+// Whether only some worlds know the name: those of bodies, or of amoebots.
+bool of_some_worlds(const std::string& name) {
+    using Performer = ActionInfo::Performer;
+    return is_body_sense(name) || is_amoebot_sense(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
+               return action.word == name && (action.performer == Performer::Bodies || action.performer == Performer::Amoebots);
            });
 }
 
@@ -177,9 +178,9 @@ class Declarer {
             same_types && p.linear() == before.linear() && (p.kind == PredicateKind::Action) == (before.kind == PredicateKind::Action);
         // The runtime's names are common words: a program may mean its own predicate by `at(node, int, int, int)` or by `linear
         // watch(node)`, and one that also states facts of it, `neighbor(@0, @1).`, brings a world of its own. But an action without the
-        // keyword is more likely an oversight. A program that means a predicate or action of bodies writes `sensed` or `action`.
+        // keyword is more likely an oversight. A program that means one of bodies or amoebots writes `sensed` or `action`.
         const bool other_words =
-            (!same && (!same_types || p.linear())) || of_bodies(p.name) || (same && before.sensed && is_stated(d, p.arguments.size()));
+            (!same && (!same_types || p.linear())) || of_some_worlds(p.name) || (same && before.sensed && is_stated(d, p.arguments.size()));
         if (other_words && !p.sensed && p.kind != PredicateKind::Action) {
             if (before.sensed) p.hides = {before.span, form(before)};
             before = std::move(p);

@@ -95,6 +95,12 @@ bool LocalFacts::world(const Source& source, sim::Catom catom, u64 id, const Vis
             if (!tell_one(port, neighbour_at(g, catom, port))) return false;
         return true;
     };
+    // The same of (port, the site behind it), of the ports of a lattice.
+    const auto each_place = [&](const auto& tell_one) {
+        for (i32 port = 0; port < places_of(g, catom); ++port)
+            if (!tell_one(port, site_beside(g, catom, port))) return false;
+        return true;
+    };
     switch (source.world) {
         case WorldSource::Neighbor:
             return each_port([&](i32, i32 other) { return other < 0 || tell({{.catom = id_of(g, static_cast<u32>(other))}}); });
@@ -108,12 +114,28 @@ bool LocalFacts::world(const Source& source, sim::Catom catom, u64 id, const Vis
         }
         case WorldSource::Vacant:
             return subdomain_.ensemble.is_free() ||
-                   each_port([&](i32 port, i32) { return catom_towards(g, site, port) >= 0 || tell({{.integer = port}}); });
+                   each_place([&](i32 port, u32 place) { return g.cell_catom[place] >= 0 || tell({{.integer = port}}); });
         case WorldSource::Target:
             return !in_target(g, site) || tell({});
         case WorldSource::TargetPort:
             return subdomain_.ensemble.is_free() ||
-                   each_port([&](i32 port, i32) { return !in_target(g, site_towards(g, site, port)) || tell({{.integer = port}}); });
+                   each_place([&](i32 port, u32 place) { return !in_target(g, place) || tell({{.integer = port}}); });
+        case WorldSource::Expanded:
+            return !is_expanded(g, catom) || tell({});
+        case WorldSource::Head:
+            return !is_expanded(g, catom) || tell({{.integer = head_direction(g, catom)}});
+        case WorldSource::Tail:
+            return !is_expanded(g, catom) || tell({{.integer = (head_direction(g, catom) + kDirections / 2) % kDirections}});
+        case WorldSource::Port:
+            return g.catom_tail == nullptr || each_place([&](i32 port, u32 place) {
+                       const i32 at = g.cell_catom[place];
+                       if (at < 0 || static_cast<u32>(at) == catom) return true;
+                       const u32 other = static_cast<u32>(at);
+                       return tell({{.integer = port},
+                                    {.catom = id_of(g, other)},
+                                    {.integer = port_back(g, catom, port, other)},
+                                    {.integer = is_expanded(g, other) ? 2 : 1}});
+                   });
         case WorldSource::Id:
             return tell({{.integer = static_cast<i64>(id)}});
         case WorldSource::Tick:

@@ -45,15 +45,21 @@ std::string world_text(const About& about) {
 
 // Of what was not carried out because the world has no motion, or another one; empty: nothing.
 std::string warning_of_other_worlds(const sim::Summary& s) {
-    std::uint64_t lattice = 0, bodies = 0;
+    std::uint64_t all = 0;
+    // The kind of motion that carries out the first of them.
+    std::string_view kind;
     for (const sim::Refused& each : s.refused) {
         if (each.why != sim::Refusal::NotInThisWorld) continue;
-        (info(each.action).performer == ActionInfo::Performer::Lattice ? lattice : bodies) += each.count;
+        all += each.count;
+        const ActionInfo::Performer performer = info(each.action).performer;
+        if (kind.empty())
+            kind = performer == ActionInfo::Performer::Lattice    ? "lattice"
+                   : performer == ActionInfo::Performer::Amoebots ? "amoebot"
+                                                                  : "bodies";
     }
-    if (lattice + bodies == 0) return "";
-    const auto cure = [](const char* kind) { return fmt::format("[motion] kind = \"{}\"", kind); };
-    return fmt::format("{} action{} not carried out, since nothing in this world does so: give it {}", grouped(lattice + bodies),
-                       lattice + bodies == 1 ? " was" : "s were", lattice > 0 ? cure("lattice") : cure("bodies"));
+    if (all == 0) return "";
+    return fmt::format("{} action{} not carried out, since nothing in this world does so: give it [motion] kind = \"{}\"", grouped(all),
+                       all == 1 ? " was" : "s were", kind);
 }
 
 std::string warning_of_dropped(const sim::Summary& s, const world::World& world) {

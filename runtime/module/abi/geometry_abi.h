@@ -58,7 +58,26 @@ struct Geometry {
     const i32* link_read = nullptr;   // [entry]: where its exports are read: the neighbour itself, or a mailbox; or -1.
     const u32* link_there = nullptr;  // [entry]: the port at which the neighbour sees the catom.
     u32 most_ports = 0;               // No catom has more.
+
+    // Amoebots, which occupy one or two cells and have compasses of their own; null elsewhere.
+    const u32* catom_tail = nullptr;    // [catom]: the site of the second cell; that of the first if there is one cell.
+    const u8* catom_compass = nullptr;  // [catom]: the lattice's direction of port 0, plus kLeftHanded if ports run clockwise.
 };
+
+// Directions of the triangular lattice, which amoebots live on. Ports below are at an amoebot's head, the others at its tail.
+inline constexpr i32 kDirections = 6;
+inline constexpr u8 kLeftHanded = 8;
+
+// From a direction as a compass has it to the lattice's, and back.
+inline i32 lattice_direction(u8 compass, i32 direction) {
+    const i32 first = compass & 7;
+    return (compass & kLeftHanded) != 0 ? (first + kDirections - direction) % kDirections : (first + direction) % kDirections;
+}
+inline i32 own_direction(u8 compass, i32 of_lattice) {
+    const i32 first = compass & 7;
+    return (compass & kLeftHanded) != 0 ? (first + kDirections - of_lattice) % kDirections
+                                        : (of_lattice + kDirections - first) % kDirections;
+}
 
 // The global id of a catom, the same on every process.
 inline u64 id_of(const Geometry& g, u32 catom) { return catom < g.ids_implied ? g.first_id + catom : g.catom_id[catom - g.ids_implied]; }
@@ -99,6 +118,30 @@ inline void each_link(const Geometry& g, u32 catom, const Visit& visit) {
     const u32 site = g.catom_site[catom];
     for (i32 port = 0; port < g.ports; ++port)
         if (const i32 other = catom_towards(g, site, port); other >= 0) visit(port, static_cast<u32>(other));
+}
+
+// ---- places around a catom, occupied or not
+inline bool is_expanded(const Geometry& g, u32 catom) { return g.catom_tail != nullptr && g.catom_tail[catom] != g.catom_site[catom]; }
+// How many ports have a place behind them.
+inline i32 places_of(const Geometry& g, u32 catom) { return is_expanded(g, catom) ? 2 * kDirections : g.ports; }
+// The site behind a port; of an expanded amoebot this may be its own other cell.
+inline u32 site_beside(const Geometry& g, u32 catom, i32 port) {
+    if (g.catom_tail == nullptr) return site_towards(g, g.catom_site[catom], port);
+    const bool head = port < kDirections;
+    return site_towards(g, head ? g.catom_site[catom] : g.catom_tail[catom],
+                        lattice_direction(g.catom_compass[catom], head ? port : port - kDirections));
+}
+// The direction from the tail of an expanded amoebot to its head, as its compass has it.
+inline i32 head_direction(const Geometry& g, u32 catom) {
+    i32 direction = 0;
+    while (site_beside(g, catom, kDirections + direction) != g.catom_site[catom]) ++direction;
+    return direction;
+}
+// The port at which the amoebot behind a port sees the catom.
+inline i32 port_back(const Geometry& g, u32 catom, i32 port, u32 other) {
+    const i32 direction = lattice_direction(g.catom_compass[catom], port % kDirections);
+    const i32 back = own_direction(g.catom_compass[other], g.opposite[direction]);
+    return site_beside(g, catom, port) == g.catom_site[other] ? back : kDirections + back;
 }
 
 inline bool in_target(const Geometry& g, u32 site) { return (g.brick_target[site >> 6] >> (site & 63)) & 1; }

@@ -13,7 +13,7 @@ namespace {
 
 using Facts = SenseInfo::Facts;
 using Values = SenseInfo::Values;
-constexpr unsigned kCells = SenseInfo::kCells, kCentre = SenseInfo::kCentre;
+constexpr unsigned kCells = SenseInfo::kCells, kCentre = SenseInfo::kCentre, kAmoebots = SenseInfo::kAmoebots;
 
 constexpr SenseInfo kSenses[] = {
 #define MELD_SENSE(source, word, arguments, wakes, facts, values, traits) \
@@ -56,6 +56,11 @@ WorldSource world_source(std::string_view word, std::size_t arguments) {
     const auto found =
         std::ranges::find_if(kNames, [&](const SenseName& name) { return name.word == word && name.arguments == arguments; });
     return found == kNames.end() ? WorldSource::None : found->source;
+}
+
+bool is_amoebot_sense(std::string_view word) {
+    return std::ranges::any_of(kNames,
+                               [&](const SenseName& name) { return name.word == word && info(name.source).has(SenseInfo::kAmoebots); });
 }
 
 std::span<const BodySense> body_senses() { return kBodySenses; }

@@ -18,7 +18,7 @@ enum class WorldSource {
 struct SenseInfo {
     enum class Facts { One, Several, Links };
     enum class Values { Any, Port, PortCount };
-    enum Trait : unsigned { kCells = 1, kCentre = 2 };
+    enum Trait : unsigned { kCells = 1, kCentre = 2, kAmoebots = 4 };
 
     WorldSource source = WorldSource::None;
     std::string_view word;
@@ -41,6 +41,9 @@ struct SenseName {
 std::span<const SenseName> sense_names();
 // None: the ensemble has no such sense.
 WorldSource world_source(std::string_view word, std::size_t arguments);
+
+// Whether only amoebots have a sense of this name.
+bool is_amoebot_sense(std::string_view word);
 
 // Whether it says which catoms touch, so that a rule may use it as a link to a neighbour.
 inline bool is_link(WorldSource source) { return info(source).facts == SenseInfo::Facts::Links; }

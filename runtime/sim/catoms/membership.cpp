@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/hash.h"
 #include "runtime/base/release_memory.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/module/abi/senses.h"
@@ -13,6 +14,9 @@ namespace meld::sim {
 
 namespace {
 
+// Draws of compasses are not those of anything else.
+constexpr std::uint64_t kCompassDraw = 0x636f6d70617373ull;
+
 bool reads_positions(const ModuleInfo& module) {
     for (const auto& [name, arity, source] : sense_names()) {
         if (!info(source).has(SenseInfo::kCentre)) continue;
@@ -20,6 +24,16 @@ bool reads_positions(const ModuleInfo& module) {
         if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
     }
     return false;
+}
+
+// The compass of an amoebot, by the seed and its id, as Geometry has it.
+std::function<std::uint8_t(std::uint64_t)> compasses(const world::World& world) {
+    return [seed = world.seed, options = world.motion.amoebots](std::uint64_t id) {
+        const std::uint64_t drawn = hash_combine(hash_combine(seed, kCompassDraw), id);
+        const auto first = options.own_compass ? static_cast<std::uint8_t>((drawn >> 8) % kDirections) : std::uint8_t{0};
+        const bool left = options.own_chirality && (drawn & 1) != 0;
+        return static_cast<std::uint8_t>(first | (left ? kLeftHanded : 0));
+    };
 }
 
 }  // namespace
@@ -36,6 +50,7 @@ Membership::Membership(const ModuleInfo& module, const world::World& world, cons
         ensemble.set_graph();
         nodes.emplace(*world.graph);
     }
+    if (world.has_amoebots()) ensemble.set_amoebots(compasses(world));
     if (!world.is_free()) return;
     ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
                                    : std::function<bool(const world::Vec3&)>());

@@ -21,6 +21,11 @@ constexpr Words kWords[] = {
     {Refusal::NotAtRightAngles, "not_at_right_angles", "its two ports were not at right angles"},
     {Refusal::Outside, "outside", "the cell was none of the lattice"},
     {Refusal::NotANeighbour, "not_a_neighbour", "the other catom was no neighbour"},
+    {Refusal::IsExpanded, "is_expanded", "the amoebot occupied two cells already"},
+    {Refusal::IsContracted, "is_contracted", "the amoebot occupied one cell only"},
+    {Refusal::NoSuchEnd, "no_such_end", "it named neither \"head\" nor \"tail\""},
+    {Refusal::OtherExpanded, "other_expanded", "the neighbour occupied two cells already"},
+    {Refusal::OtherContracted, "other_contracted", "the neighbour occupied one cell only"},
     {Refusal::NoUnit, "no_unit", "the catom held no unit"},
     {Refusal::HoldsUnits, "holds_units", "the catom held units"},
     {Refusal::NoRoom, "no_room", "the other catom had no room for the units"},
@@ -98,7 +103,8 @@ void refuse_those_of_other_worlds(Subdomain& subdomain, ActionInfo::Performer he
     for (const eval::Action& action : subdomain.actions()) {
         const ActionKind kind = subdomain.kind_of(action);
         const Performer whose = info(kind).performer;
-        if ((whose == Performer::Lattice || whose == Performer::Bodies) && whose != here) subdomain.refuse(kind, Refusal::NotInThisWorld);
+        const bool moves = whose == Performer::Lattice || whose == Performer::Amoebots || whose == Performer::Bodies;
+        if (moves && whose != here) subdomain.refuse(kind, Refusal::NotInThisWorld);
     }
 }
 

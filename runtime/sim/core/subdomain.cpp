@@ -91,11 +91,12 @@ Catom Subdomain::add_catom(std::uint64_t id, Cell cell, CatomState state) {
 
 void Subdomain::remove_catom(Catom catom) {
     MELD_EXPECT(!ensemble.is_free() && ensemble.state(catom) != kCatomFree, "catom {}", catom);
-    const Cell cell = ensemble.cell(catom);
+    const Cell cell = ensemble.cell(catom), tail = ensemble.tail(catom);
     facts_.forget(catom, ensemble.id(catom));
     if (turns_) turns_->forget(ensemble.id(catom));
     members_.ensemble.remove(catom);
     mark_around(cell, kDirtyLinks);
+    if (tail != cell) mark_around(tail, kDirtyLinks);
 }
 
 bool Subdomain::hangs(std::uint64_t id) const { return std::ranges::binary_search(status_.hung, id); }
@@ -130,6 +131,18 @@ void Subdomain::move_catom(Catom catom, Cell to) {
     members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(to)));
     mark_around(to, kDirtyLinks);
     facts_.wake_moved(catom);
+}
+
+void Subdomain::reshape_catom(Catom catom, Cell head, Cell tail) {
+    const Cell before = ensemble.cell(catom), tail_before = ensemble.tail(catom);
+    mark_around(before, kDirtyLinks);
+    if (tail_before != before) mark_around(tail_before, kDirtyLinks);
+    members_.ensemble.reshape(catom, head, tail);
+    if (owned(catom))
+        for (const Cell cell : {head, tail}) members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(cell)));
+    mark_around(head, kDirtyLinks);
+    if (tail != head) mark_around(tail, kDirtyLinks);
+    if (owned(catom)) facts_.wake_moved(catom);
 }
 
 std::uint64_t Subdomain::take_ids(std::uint64_t count) { return std::exchange(members_.next_id, members_.next_id + count); }

@@ -163,6 +163,10 @@ class Subdomain {
     void remove_catom(Catom catom);
     // Within this process; the catom keeps its index.
     void move_catom(Catom catom, Cell to);
+    // An amoebot occupies these cells now, or this one, which others do not; it may be a ghost.
+    void reshape_catom(Catom catom, Cell head, Cell tail);
+    // The same when all is as it was saved: nobody is marked.
+    void restore_tail(Catom catom, Cell tail) { members_.ensemble.reshape(catom, ensemble.cell(catom), tail); }
     // Ids for new catoms, this many on all processes together; returns the first.
     std::uint64_t take_ids(std::uint64_t count);
 

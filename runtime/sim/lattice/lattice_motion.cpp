@@ -16,7 +16,11 @@
 
 namespace meld::sim {
 
-LatticeMotion::LatticeMotion(const world::World& world) : world_(world), lattice_(world.lattice) {}
+LatticeMotion::LatticeMotion(const world::World& world)
+    : world_(world),
+      here_(world.has_amoebots() ? ActionInfo::Performer::Amoebots : ActionInfo::Performer::Lattice),
+      activation_(world),
+      lattice_(world.lattice) {}
 
 Result<void> LatticeMotion::resume(Subdomain& subdomain) {
     // A predicate of the program's own with the same name has another kind or type.
@@ -32,6 +36,8 @@ Result<void> LatticeMotion::resume(Subdomain& subdomain) {
     known_ = {given("holds", PredicateKind::Sensed, ValueType::Int), given("failed", PredicateKind::Linear, ValueType::Int),
               given("created", PredicateKind::Linear, ValueType::Node)};
     packets_.resize(static_cast<std::size_t>(subdomain.comm.processes()));
+    partners_elsewhere_.resize(packets_.size());
+    activation_.resume(subdomain);
     return {};
 }
 
@@ -50,11 +56,13 @@ Result<void> LatticeMotion::start(Subdomain& subdomain) {
     return {};
 }
 
-void LatticeMotion::save_catoms(const Subdomain&, std::span<const Catom> catoms, ByteWriter& out) const {
+void LatticeMotion::save_catoms(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const {
+    if (world_.has_amoebots()) save_tails(subdomain, catoms, out);
     for (const Catom catom : catoms) out.write(held_[catom]);
 }
 
 void LatticeMotion::load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) {
+    if (world_.has_amoebots()) load_tails(subdomain, catoms, in);
     held_.resize(subdomain.ensemble.index_count());
     for (const tuple::SavedCatom& each : catoms) {
         const auto units = in.read<std::int32_t>();
@@ -70,10 +78,23 @@ void LatticeMotion::leave(Subdomain& subdomain, std::span<const Catom> catoms) {
     for (const Catom catom : catoms) account(subdomain, catom, -1);
 }
 
-void LatticeMotion::save_rest(const Subdomain&, ByteWriter& out) const { out.write(last_change_); }
+void LatticeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
+    out.write(last_change_);
+    out.write(moves_);
+    activation_.save(out);
+}
 
-Result<void> LatticeMotion::load_rest(Subdomain&, ByteReader& in) {
+Result<void> LatticeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
     last_change_ = std::max(last_change_, in.read<std::int64_t>());
+    // What all processes have counted becomes one's.
+    const auto moves = in.read<Moves>();
+    const bool counts = subdomain.comm.process() == 0;
+    if (counts) {
+        moves_.expansions += moves.expansions;
+        moves_.contractions += moves.contractions;
+        moves_.handovers += moves.handovers;
+    }
+    activation_.load(in, counts);
     return {};
 }
 
@@ -101,9 +122,16 @@ void LatticeMotion::refuse(Subdomain& subdomain, Catom catom, ActionKind kind, R
 }
 
 Result<void> LatticeMotion::step(Subdomain& subdomain) {
-    if (subdomain.totals.actions == 0) return {};
+    activation_.end(subdomain);
+    if (subdomain.totals.actions > 0) act(subdomain);
+    activation_.begin(subdomain);
+    return {};
+}
+
+// Carries out the actions of the last tick.
+void LatticeMotion::act(Subdomain& subdomain) {
     subdomain.refresh();
-    refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Lattice);
+    refuse_those_of_other_worlds(subdomain, here_);
     const Proposals mine = collect(subdomain);
     Teleports teleports;
     const std::vector<bool> wins = decide(subdomain, mine, share(subdomain, mine, teleports));
@@ -118,7 +146,6 @@ Result<void> LatticeMotion::step(Subdomain& subdomain) {
     apply(subdomain, exchange(subdomain));
     if (!granted.empty()) last_change_ = subdomain.tick();
     subdomain.refresh();
-    return {};
 }
 
 // Their units go with them.
@@ -184,10 +211,17 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
             case ActionKind::MoveAround:
                 relocate(subdomain, p);
                 break;
+            case ActionKind::Expand:
+            case ActionKind::Contract:
+            case ActionKind::Push:
+            case ActionKind::Pull:
+                grant_amoebot(subdomain, p);
+                break;
             default:
                 MELD_CHECK(false, "{} is no motion on a lattice", info(p.kind).word);
         }
     }
+    if (world_.has_amoebots()) exchange_partners(subdomain);
     [[maybe_unused]] const std::uint64_t first = subdomain.take_ids(creations.size());
     MELD_ENSURE(std::adjacent_find(creations.begin(), creations.end()) == creations.end(), "two catoms are made in one cell after @{}",
                 first);
@@ -240,9 +274,16 @@ void LatticeMotion::write(ByteWriter& out, const Change& change) {
     out.write(change.kind);
     out.write(change.cell);
     if (change.kind == Change::Kind::Remove) return;
+    if (change.kind == Change::Kind::Shrink || change.kind == Change::Kind::Grow) {
+        out.write(change.to);
+        out.write(change.tail);
+        return;
+    }
     out.write(change.held);
     if (change.kind == Change::Kind::Hold) return;
     out.write(change.newborn);
+    out.write(change.tail);
+    out.write(change.turn);
     change.who.write(out);
 }
 
@@ -251,10 +292,17 @@ LatticeMotion::Change LatticeMotion::read(ByteReader& in) {
     change.kind = in.read<Change::Kind>();
     change.cell = in.read<Cell>();
     if (change.kind == Change::Kind::Remove) return change;
+    if (change.kind == Change::Kind::Shrink || change.kind == Change::Kind::Grow) {
+        change.to = in.read<Cell>();
+        change.tail = in.read<Cell>();
+        return change;
+    }
     change.held = in.read<std::int32_t>();
     if (change.kind == Change::Kind::Hold) return change;
     MELD_CHECK(change.kind == Change::Kind::Add, "a change of kind {} from another process", static_cast<int>(change.kind));
     change.newborn = in.read<bool>();
+    change.tail = in.read<Cell>();
+    change.turn = in.read<std::uint8_t>();
     change.who = Migrant::read(in);
     return change;
 }
@@ -288,7 +336,10 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
             subdomain.remove_catom(*catom);
             continue;
         }
-        subdomain.move_catom(*catom, c.to);
+        if (c.kind == Change::Kind::Move)
+            subdomain.move_catom(*catom, c.to);
+        else
+            subdomain.reshape_catom(*catom, c.to, c.tail);
         account(subdomain, *catom, 1);
     }
     apply_units(subdomain);
@@ -316,6 +367,9 @@ void LatticeMotion::apply_add(Subdomain& subdomain, const Change& c) {
     held_[catom] = c.held;
     account(subdomain, catom, 1);
     if (c.newborn) hold(subdomain, catom, 0);
+    if (!world_.has_amoebots()) return;
+    if (c.tail != c.cell) subdomain.reshape_catom(catom, c.cell, c.tail);
+    activation_.set_turn(subdomain, catom, c.turn);
 }
 
 // The cells of the target in the bricks where own catoms stand and in those around them, by brick.
@@ -344,6 +398,8 @@ std::map<world::BrickKey, std::uint32_t> LatticeMotion::target_nearby(const Subd
 void LatticeMotion::finish(Subdomain& subdomain) {
     ByteWriter mine;
     mine.write(std::array{static_cast<std::int64_t>(subdomain.ensemble.owned_count()), outside_, units_, last_change_});
+    mine.write(std::exchange(moves_, {}));
+    activation_.write_counts(mine);
     if (world_.target)
         for (const auto& [brick, cells] : target_nearby(subdomain)) {
             mine.write(brick);
@@ -358,6 +414,11 @@ void LatticeMotion::finish(Subdomain& subdomain) {
         all_outside_ += counts[1];
         all_units_ += counts[2];
         last_change_ = std::max(last_change_, counts[3]);
+        const auto moves = in.read<Moves>();
+        moves_.expansions += moves.expansions;
+        moves_.contractions += moves.contractions;
+        moves_.handovers += moves.handovers;
+        activation_.add_counts(in);
         while (!in.done()) {
             const auto brick = in.read<world::BrickKey>();
             nearby[brick] = in.read<std::uint32_t>();
@@ -373,6 +434,7 @@ std::string LatticeMotion::status() const {
 }
 
 std::string LatticeMotion::outcome() const {
+    if (world_.has_amoebots()) return outcome_of_amoebots();
     if (!world_.target) return "";
     if (all_outside_ == 0 && all_units_ == 0 && all_missing_ == 0) return fmt::format("target reached in {} ticks", last_change_);
     return fmt::format("target not reached: {} catoms outside it, {} units still held, {} of its cells near the ensemble empty",

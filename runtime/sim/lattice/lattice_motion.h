@@ -1,5 +1,5 @@
 // Motion on a lattice: create, destroy, give, moveTo, slide, turn and moveAround as proposals, arbitrated so that the outcome depends
-// neither on processes nor on threads (docs/motion.md, "Conflicts").
+// neither on processes nor on threads (docs/motion.md, "Conflicts"). Amoebots expand, contract, push and pull in the same way.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/migration.h"
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/sim/lattice/activation.h"
 
 namespace meld::sim {
 
@@ -51,8 +52,12 @@ class LatticeMotion : public SimModule {
         Catom mover = 0;          // Its index on its own process.
         Catom receiver = 0;       // The same of the catom that receives units.
         Cell from = {}, to = {};  // Its cell; the cell of the new position, of the new catom, or of the receiver.
+        // The cell that is empty afterwards, if it leaves one. Of amoebots: where its tail will be; the head of whom it pushes or pulls.
+        Cell left = {}, tail = {}, partner = {};
         auto order() const { return std::tuple(kind, id, direction); }
     };
+    // A claim is on an empty cell, or on the catom in a cell: it acts, stands still, receives, or is removed. Keys of cells have 63 bits.
+    static constexpr CellKey kBody = CellKey{1} << 63;
     struct Proposals {
         std::vector<Proposal> list;
         std::vector<CellKey> claims, rests;
@@ -74,12 +79,15 @@ class LatticeMotion : public SimModule {
     // The effect of the granted proposals on a cell, sent to every process that knows it. What a catom of this process or a ghost gets or
     // gives is in units_passed_ here, since that is most.
     struct Change {
-        enum class Kind : std::uint8_t { Remove, Move, Add, Hold } kind = Kind::Remove;  // Applied in this order.
-        bool newborn = false;                                                            // Add
-        std::int32_t held = 0;                                                           // Add: its units at first; Hold: the change.
-        Cell cell = {};                                                                  // Move: the old cell.
-        Cell to = {};      // Move: the new cell; only for the process that owns both.
-        Migrant who = {};  // Add
+        // Applied in this order: what amoebots give up is empty before others take it.
+        enum class Kind : std::uint8_t { Remove, Move, Shrink, Grow, Add, Hold } kind = Kind::Remove;
+        bool newborn = false;   // Add
+        std::int32_t held = 0;  // Add: its units at first; Hold: the change.
+        Cell cell = {};         // Move, Shrink, Grow: the old cell.
+        Cell to = {};           // Move, Shrink, Grow: the new cell; Move only for the process that owns both.
+        Cell tail = {};         // Shrink, Grow, Add: of an amoebot.
+        std::uint8_t turn = 0;  // Add: of an amoebot, Activation::turn().
+        Migrant who = {};       // Add
     };
 
     struct Passed {
@@ -97,12 +105,24 @@ class LatticeMotion : public SimModule {
     Objection propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     bool full(const Subdomain& subdomain, Cell cell) const { return subdomain.ensemble.at(cell).has_value(); }
     Objection may_leave(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& rests) const;
+    // amoebot_motion.cpp: the proposals of amoebots, and what comes of them.
+    Objection propose_amoebot(const Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    Objection propose_handover(const Subdomain& subdomain, Cell cell, Cell given, Proposal& out, std::vector<CellKey>& claims) const;
+    void grant_amoebot(Subdomain& subdomain, const Proposal& p);
+    void reshape(Subdomain& subdomain, Catom catom, Cell head, Cell tail);
+    // Amoebots of other processes that ours push or pull are reshaped by their owners.
+    void exchange_partners(Subdomain& subdomain);
+    void save_tails(const Subdomain& subdomain, std::span<const Catom> catoms, ByteWriter& out) const;
+    void load_tails(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in);
+    std::string outcome_of_amoebots() const;
+
     Proposals share(Subdomain& subdomain, const Proposals& mine, Teleports& teleports) const;
     static std::vector<bool> decide(const Subdomain& subdomain, const Proposals& mine, const Proposals& all);
 
     Teleports veto_teleports(Subdomain& subdomain, std::vector<Proposal>& all) const;
 
     // lattice_motion.cpp
+    void act(Subdomain& subdomain);
     void refuse(Subdomain& subdomain, Catom catom, ActionKind kind, Refusal why);
     void grant(Subdomain& subdomain, const std::vector<Proposal>& granted);
     std::vector<CellKey> number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const;
@@ -123,8 +143,20 @@ class LatticeMotion : public SimModule {
     // Adds a catom of ours to the counts below, or subtracts it.
     void account(const Subdomain& subdomain, Catom catom, int sign);
 
+    struct Partner {
+        Cell at, head, tail;  // Where its head is, and where head and tail will be.
+    };
+    struct Moves {
+        std::uint64_t expansions = 0, contractions = 0, handovers = 0;
+    };
+
     const world::World& world_;
-    const world::Lattice lattice_;  // With its own numbers of ports, which decide between equal ways and requests.
+    // Whose actions are carried out.
+    const ActionInfo::Performer here_;
+    Activation activation_;                       // Of amoebots.
+    Moves moves_;                                 // Of amoebots of this process; after finish(), of all.
+    std::vector<ByteWriter> partners_elsewhere_;  // By process.
+    const world::Lattice lattice_;                // With its own numbers of ports, which decide between equal ways and requests.
     Known known_;
     std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
     std::vector<ByteWriter> packets_;                                 // By destination.

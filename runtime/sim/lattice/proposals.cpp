@@ -18,10 +18,9 @@ namespace {
 using Proposal = LatticeMotion::Proposal;
 using Proposals = LatticeMotion::Proposals;
 
-// A claim is on an empty cell, or on the catom in a cell: it acts, stands still, receives, or is removed. Keys of cells have 63 bits.
-constexpr CellKey kBody = CellKey{1} << 63;
+constexpr CellKey kBody = LatticeMotion::kBody;
 
-// Whether the catom is no longer in its cell afterwards.
+// Whether a cell of the catom is empty afterwards.
 bool leaves(const Proposal& p) {
     switch (p.kind) {
         case ActionKind::Destroy:
@@ -29,6 +28,7 @@ bool leaves(const Proposal& p) {
         case ActionKind::Slide:
         case ActionKind::Turn:
         case ActionKind::MoveAround:
+        case ActionKind::Contract:
             return true;
         default:
             return false;
@@ -82,7 +82,7 @@ class Ties {
     static void improve(const Proposal*& first, const Proposal& p) {
         if (first == nullptr || p.order() < first->order()) first = &p;
     }
-    CellKey key(const Proposal& p) const { return subdomain_.ensemble.key(p.from); }
+    CellKey key(const Proposal& p) const { return subdomain_.ensemble.key(p.left); }
 
     const Subdomain& subdomain_;
     bool none_;
@@ -114,16 +114,17 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
     for (const eval::Action& action : subdomain.actions()) {
         Proposal p;
         const ActionKind kind = subdomain.kind_of(action);
-        if (info(kind).performer != ActionInfo::Performer::Lattice) continue;
+        if (info(kind).performer != here_) continue;
         MELD_EXPECT(subdomain.owned(action.catom) && action.arguments != nullptr, "{} of catom {}", info(kind).word, action.catom);
         p.kind = kind;
         p.id = subdomain.ensemble.id(action.catom);
         p.mover = action.catom;
-        p.from = subdomain.ensemble.cell(action.catom);
+        p.from = p.left = subdomain.ensemble.cell(action.catom);
         p.first_claim = static_cast<std::uint32_t>(out.claims.size());
         p.first_rest = static_cast<std::uint32_t>(out.rests.size());
         Objection objection = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
                               : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
+                              : here_ == ActionInfo::Performer::Amoebots            ? propose_amoebot(subdomain, action, p, out.claims)
                                                                                     : propose(subdomain, action, p, out.claims);
         if (!objection) objection = may_leave(subdomain, p, out.rests);
         if (objection) {
@@ -278,8 +279,9 @@ LatticeMotion::Objection LatticeMotion::propose_around(Subdomain& subdomain, con
 // A slide, a turn or a moveAround rests on the catoms that keep the ensemble together without the mover.
 LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& rests) const {
     if (!world_.motion.keep_connected) return std::nullopt;
-    if (p.kind != ActionKind::Slide && p.kind != ActionKind::Turn && p.kind != ActionKind::MoveAround) return std::nullopt;
-    const auto cells = ties(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.from, p.to);
+    const bool checked = p.kind == ActionKind::Slide || p.kind == ActionKind::Turn || p.kind == ActionKind::MoveAround;
+    if (!checked && p.kind != ActionKind::Contract) return std::nullopt;
+    const auto cells = ties(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.left, p.to);
     if (!cells) return Refusal::Disconnects;
     for (const Cell cell : *cells) rests.push_back(subdomain.ensemble.key(cell));
     p.rest_count = static_cast<std::uint32_t>(cells->size());

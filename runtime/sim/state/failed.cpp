@@ -33,6 +33,8 @@ void find_in_graph(const Subdomain& subdomain, Catom catom, std::vector<Pair>& m
 
 void find_on_lattice(const Subdomain& subdomain, Catom catom, std::vector<Pair>& missing) {
     const world::Ensemble& ensemble = subdomain.ensemble;
+    // Links of amoebots are never cut.
+    if (ensemble.has_amoebots()) return;
     for (int port = 0; port < subdomain.lattice.ports(); ++port) {
         if (ensemble.links().at(catom, static_cast<Port>(port))) continue;
         const std::optional<Catom> other = ensemble.at(subdomain.lattice.neighbour(ensemble.cell(catom), port));

@@ -46,6 +46,7 @@ void Ensemble::keep_links(bool apart) {
 
 void Ensemble::link_around(Catom catom, Catom placed_until) {
     if (!links_) return;
+    if (has_amoebots()) return link_amoebot(catom, placed_until);
     links_->room(catom, static_cast<Port>(lattice_.ports()));
     const Cell here = cell(catom);
     for (int port = 0; port < lattice_.ports(); ++port) {
@@ -74,6 +75,7 @@ Geometry Ensemble::geometry() const {
     g.catom_state = state_.data();
     g.catoms = static_cast<u32>(index_count());
     if (free_links_) add_free(g);
+    if (has_amoebots()) g.catom_tail = tail_.data(), g.catom_compass = compass_.data();
     if (links_) links_->add_to(g);
     return g;
 }
@@ -206,6 +208,7 @@ void Ensemble::add_bricks(std::span<const std::pair<BrickKey, std::uint32_t>> br
         for (std::size_t i = part * kBricksAtOnce; i < std::min(bricks.size(), (part + 1) * kBricksAtOnce); ++i)
             fill_brick(static_cast<Slot>(i + 1), firsts[i], bricks[i].second, fill, state);
     });
+    if (has_amoebots()) add_tails(total);
     for (Catom catom = 0; links_ && catom < total; ++catom) link_around(catom, total);
     count(state, total);
 }
@@ -240,6 +243,7 @@ Catom Ensemble::add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_n
         site_[first + i] = site + i;
         cell_catom_[site + i] = static_cast<std::int32_t>(first + i);
     }
+    if (has_amoebots()) add_tails(first + count);
     for (Catom catom = first; links_ && catom < first + count; ++catom) link_around(catom, first + count);
     this->count(state, count);
     for (Catom catom = first; ids_.table_made() && catom < first + count; ++catom) ids_.enter(catom);
@@ -261,6 +265,7 @@ Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState stat
         state_[catom] = state;
     }
     count(state, 1);
+    if (has_amoebots()) add_tails(catom + 1), set_amoebot(catom);
     if (links_) links_->room(catom, 0);
     if (state != kCatomMailbox) ids_.enter(catom);
     return catom;
@@ -274,6 +279,7 @@ void Ensemble::remove(Catom catom) {
         cut(catom);
     else
         unlink_around(catom), cell_catom_[site_[catom]] = kNobody;
+    if (has_amoebots()) cell_catom_[tail_[catom]] = kNobody, tail_[catom] = 0;
     site_[catom] = 0;
     free_index(catom);
 }
@@ -281,6 +287,7 @@ void Ensemble::remove(Catom catom) {
 void Ensemble::move(Catom catom, Cell to) {
     MELD_EXPECT(catom < index_count() && state_[catom] != kCatomFree, "catom {}", catom);
     MELD_EXPECT(Lattice::in_range(to), "cell {} {} {}", to.x, to.y, to.z);
+    if (has_amoebots()) return reshape(catom, to, to);
     const std::uint32_t there = site(to);
     MELD_EXPECT(cell_catom_[there] == kNobody, "catom {} stands on {} {} {}", cell_catom_[there], to.x, to.y, to.z);
     unlink_around(catom);
@@ -330,7 +337,10 @@ std::optional<Catom> Ensemble::at(Cell cell) const {
 
 Cell Ensemble::cell(Catom catom) const {
     MELD_EXPECT(catom < index_count() && state_[catom] != kCatomFree, "catom {}", catom);
-    const std::uint32_t site = site_[catom];
+    return cell_at_site(site_[catom]);
+}
+
+Cell Ensemble::cell_at_site(std::uint32_t site) const {
     const std::size_t at = std::size_t{site >> kBrickCellBits} * 3;
     return Cell{origin_[at], origin_[at + 1], origin_[at + 2]} + lattice_.cell_in_brick({}, site & (kBrickCells - 1));
 }
@@ -362,7 +372,8 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
     return ids_.bytes() + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
-           size(key_) + slots_.bytes() + size(positions_) + size(link_back_) + (links_ ? links_->bytes() : 0);
+           size(key_) + slots_.bytes() + size(positions_) + size(link_back_) + size(tail_) + size(compass_) +
+           (links_ ? links_->bytes() : 0);
 }
 
 std::size_t Ensemble::bytes_for(std::size_t catoms, std::size_t bricks, std::size_t room) {

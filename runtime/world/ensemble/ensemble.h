@@ -86,6 +86,19 @@ class Ensemble {
     Catom add_mailbox(Catom of);
     void remove_mailbox(Catom mailbox);
 
+    // ---- amoebots: catoms of one or two cells (amoebot_ensemble.cpp)
+    // Catoms have a head and a tail from now on, both on cell() at first, and ports of a compass of their own: 0 to 5 at the head, 6 to 11
+    // at the tail of one with two cells. Links are listed in the table, one for each pair of catoms that touch: where they do so at several
+    // ports, at the lowest of the catom with the smaller id. Must be empty when called, on the hex lattice; keep_links() comes first.
+    void set_amoebots(std::function<std::uint8_t(std::uint64_t id)> compass_of);
+    bool has_amoebots() const { return compass_of_ != nullptr; }
+    // The cell of the tail; of a catom with one cell its only one.
+    Cell tail(Catom catom) const { return has_amoebots() ? cell_at_site(tail_[catom]) : cell(catom); }
+    bool expanded(Catom catom) const { return has_amoebots() && tail_[catom] != site_[catom]; }
+    // The catom occupies these two cells, or this one if they are the same. Others do not; what it occupied is empty if it is none of
+    // these.
+    void reshape(Catom catom, Cell head, Cell tail);
+
     // ---- catoms at arbitrary positions (free_ensemble.cpp)
     // They have no cells; their neighbours are the catoms they are linked with, over ports that are only numbers. The arrays of geometry()
     // are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
@@ -157,7 +170,18 @@ class Ensemble {
     // In the table of links, where there is one: a catom has come to its cell, or leaves it. Catoms after it and before `placed_until` have
     // come too, and are linked in their turn.
     void link_around(Catom catom, Catom placed_until = 0);
+    // Tails and compasses for catoms below this index that have none: one cell.
+    void add_tails(Catom end);
+    void set_amoebot(Catom catom);
+    void link_amoebot(Catom catom, Catom placed_until);
     void unlink_around(Catom catom);
+    // Of the bricks that are present; site 0 is in none.
+    std::uint32_t site_towards(std::uint32_t site, int port) const {
+        const std::uint32_t entry = lattice_.step_table()[static_cast<std::size_t>(port) * kBrickCells + (site & (kBrickCells - 1))];
+        return neighbours_[std::size_t{site >> kBrickCellBits} * kBrickNeighbours + (entry >> kBrickCellBits)] << kBrickCellBits |
+               (entry & (kBrickCells - 1));
+    }
+    Cell cell_at_site(std::uint32_t site) const;
 
     Lattice lattice_;
     FillTarget fill_target_;
@@ -180,6 +204,11 @@ class Ensemble {
     // A heap with the lowest free index on top.
     std::vector<Catom> free_;
     std::size_t owned_count_ = 0, ghost_count_ = 0;
+
+    // For amoebots, by catom: the site of the tail, and the compass as Geometry has it.
+    std::function<std::uint8_t(std::uint64_t)> compass_of_;
+    RawArray<std::uint32_t> tail_;
+    RawArray<std::uint8_t> compass_;
 
     // For catoms at arbitrary positions: by site and port, the port at the other end of the link.
     bool free_links_ = false, graph_ = false;

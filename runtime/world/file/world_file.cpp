@@ -12,6 +12,7 @@
 
 #include "runtime/base/did_you_mean.h"
 #include "runtime/base/files/input_file.h"
+#include "runtime/world/file/amoebot_section.h"
 #include "runtime/world/file/cells_file.h"
 #include "runtime/world/file/event_section.h"
 #include "runtime/world/file/given_facts.h"
@@ -283,6 +284,7 @@ void read_motion(TomlReader& reader, const toml::table& table, World& world) {
         world.tick_seconds = world.physics.step * world.physics.steps;
         return;
     }
+    if (kind && kind->is_string() && **kind->as_string() == "amoebot") return read_amoebots(reader, table, motion);
     const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
     section.read("kind", motion.kind);
     section.read_count("capacity", motion.capacity, 0);
@@ -354,6 +356,7 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
                      fmt::format("held = {} is more than a catom can hold, [motion] capacity = {}", world.held, world.motion.capacity));
     }
     check_free(reader, top, world);
+    if (world.has_amoebots()) check_amoebots(reader, top, world);
     if (const Error misplaced = misplaced_ports(world); !misplaced.problem.empty())
         top.wrong("ports", misplaced.problem, misplaced.suggestion);
     if (world.is_graph() && world.motion.kind != "none")
@@ -389,8 +392,10 @@ std::map<std::string, std::uint64_t> hash_parts(const TomlReader& reader, const 
 
 bool is_graph(const toml::table& top) { return top["lattice"].value<std::string_view>() == "graph"; }
 
-// Graphs, networks that take time, links that fail and catoms that hang are known by their links.
-bool by_links(const toml::table& top) { return is_graph(top) || top.contains("network") || top.contains("clock") || needs_links(top); }
+// Graphs, networks that take time, links that fail, catoms that hang and amoebots are known by their links.
+bool by_links(const toml::table& top) {
+    return is_graph(top) || top.contains("network") || top.contains("clock") || needs_links(top) || says_amoebots(top);
+}
 
 World read_sections(TomlReader& reader, const toml::table& table) {
     World world;

@@ -52,10 +52,20 @@ struct ProgramRegion {
     std::string place;
 };
 
+// [motion] kind = "amoebot".
+struct AmoebotOptions {
+    // Which amoebots are activated in a tick: all of them; one, drawn by the seed; some that are too far apart to notice each other, drawn
+    // by the seed; the same so that each is activated once in a round.
+    enum class Activation { All, One, Random, Fair } activation = Activation::All;
+    // Whether each has a compass and a chirality of its own, drawn by the seed.
+    bool own_compass = false, own_chirality = false;
+};
+
 struct MotionOptions {
-    std::string kind = "none";    // "none", "lattice", "bodies", or a name that a SimModule registered.
+    std::string kind = "none";    // "none", "lattice", "amoebot", "bodies", or a name that a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
     bool keep_connected = false;  // Refuse moves of articulation points.
+    AmoebotOptions amoebots;
 };
 
 struct RecordOptions {
@@ -124,6 +134,8 @@ struct World {
 
     // Whether catoms are bodies at arbitrary positions whose neighbours are the catoms they touch; otherwise they are on cells.
     bool is_free() const { return motion.kind == "bodies"; }
+    // Whether catoms occupy one or two cells.
+    bool has_amoebots() const { return motion.kind == "amoebot"; }
     // Whether catoms are the nodes of a graph, whose neighbours are those that they have a link with.
     bool is_graph() const { return graph != nullptr; }
     // The cells, with ports as the program numbers them. Where ports do not matter, Lattice(lattice) is the same.

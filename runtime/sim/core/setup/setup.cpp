@@ -111,6 +111,8 @@ void Setup::divide(const BrickCounts& counts) {
 }
 
 int Setup::reach(const world::World& world, const tuple::ProgramActions& actions) {
+    // The head of an amoebot that touches the tail of another is three cells from its head.
+    if (world.has_amoebots()) return 3;
     // A catom that goes around another looks once around that one.
     return world.motion.kind == "none" ? 1 : actions.uses(ActionKind::MoveAround) ? 3 : 2;
 }

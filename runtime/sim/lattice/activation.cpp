@@ -1,0 +1,157 @@
+#include "runtime/sim/lattice/activation.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/base/hash.h"
+#include "runtime/engine/tuple/facts.h"
+
+namespace meld::sim {
+
+namespace {
+
+using Way = world::AmoebotOptions::Activation;
+// Draws of activations are not those of anything else.
+constexpr std::uint64_t kDraw = 0x6163746976617465ull;
+
+}  // namespace
+
+void Activation::resume(Subdomain& subdomain) {
+    activated_.reset();
+    if (!world_.has_amoebots()) return;
+    const std::optional<u32> found = tuple::find_predicate(subdomain.module, "activated", 0);
+    // A predicate of the program's own with the same name has another kind.
+    if (!found || subdomain.module.predicates[*found].kind != PredicateKind::Linear) return;
+    const u32 base = subdomain.module.predicates[*found].base;
+    if (base != kNone16 && subdomain.module.predicates[base].column != kNone16) activated_ = base;
+}
+
+void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t turn) {
+    turn_.resize(subdomain.ensemble.index_count());
+    turn_[catom] = turn;
+    if ((turn & kNow) != 0 && subdomain.owned(catom)) now_.push_back(catom);
+}
+
+void Activation::end(Subdomain& subdomain) {
+    if (!activated_) return;
+    for (const Catom catom : now_) {
+        turn_[catom] &= static_cast<std::uint8_t>(~kNow);
+        // It may have been killed since.
+        if (subdomain.owned(catom)) subdomain.take(*activated_, catom, nullptr);
+    }
+    now_.clear();
+}
+
+void Activation::begin(Subdomain& subdomain) {
+    if (!activated_) return;
+    subdomain.refresh();
+    // A tick in which nobody is activated is not the last one.
+    subdomain.set_moving(true);
+    turn_.resize(subdomain.ensemble.index_count());
+    switch (world_.motion.amoebots.activation) {
+        case Way::All:
+            for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
+                if (subdomain.owned(c)) activate(subdomain, c);
+            ++rounds_;
+            return;
+        case Way::One:
+            return activate_one(subdomain);
+        case Way::Random:
+            return activate_class(subdomain, class_of_turn(subdomain), false);
+        case Way::Fair:
+            break;
+    }
+    activate_class(subdomain, class_of_turn(subdomain), true);
+    if (++step_ % kClasses == 0) end_pass(subdomain);
+}
+
+void Activation::activate(Subdomain& subdomain, Catom catom) {
+    subdomain.give(*activated_, catom, nullptr);
+    turn_[catom] = kNow | kInRound;
+    now_.push_back(catom);
+    ++activations_;
+}
+
+// Random: any of the classes. Fair: each pass over the classes has an order of its own.
+std::int32_t Activation::class_of_turn(const Subdomain& subdomain) const {
+    const std::uint64_t seed = hash_combine(world_.seed, kDraw);
+    if (world_.motion.amoebots.activation == Way::Random)
+        return static_cast<std::int32_t>(hash_combine(seed, static_cast<std::uint64_t>(subdomain.tick())) % kClasses);
+    std::array<std::int32_t, kClasses> order{};
+    std::iota(order.begin(), order.end(), 0);
+    std::uint64_t drawn = hash_combine(seed, static_cast<std::uint64_t>(step_ / kClasses));
+    for (std::size_t left = order.size(); left > 1; --left) {
+        drawn = mix64(drawn + left);
+        std::swap(order[left - 1], order[drawn % left]);
+    }
+    return order[static_cast<std::size_t>(step_ % kClasses)];
+}
+
+void Activation::activate_class(Subdomain& subdomain, std::int32_t which, bool once) {
+    const Geometry& g = subdomain.geometry();
+    const auto first = [](std::int32_t origin, std::int32_t wanted) {
+        const std::int32_t ahead = (wanted - origin) % kApart;
+        return ahead < 0 ? ahead + kApart : ahead;
+    };
+    for (u32 slot = 1; slot <= subdomain.ensemble.brick_count(); ++slot) {
+        const i32* const origin = g.brick_origin + std::size_t{slot} * 3;
+        for (std::int32_t y = first(origin[1], which / kApart); y < 1 << g.cell_bits[1]; y += kApart)
+            for (std::int32_t x = first(origin[0], which % kApart); x < 1 << g.cell_bits[0]; x += kApart) {
+                const u32 site = slot << kBrickCellBits | static_cast<u32>(y << g.cell_bits[0] | x);
+                const i32 there = g.cell_catom[site];
+                if (there < 0) continue;
+                const auto catom = static_cast<Catom>(there);
+                // Its tail does not count.
+                if (g.catom_site[catom] != site || !subdomain.owned(catom)) continue;
+                if (!once || (turn_[catom] & kInRound) == 0) activate(subdomain, catom);
+            }
+    }
+}
+
+// Whoever has been killed is drawn in vain, and the next tick draws another.
+void Activation::activate_one(Subdomain& subdomain) {
+    const std::uint64_t drawn = hash_combine(hash_combine(world_.seed, kDraw), static_cast<std::uint64_t>(subdomain.tick()));
+    if (subdomain.next_id() == 0) return;
+    const std::optional<Catom> catom = subdomain.ensemble.find(drawn % subdomain.next_id());
+    if (catom && subdomain.owned(*catom)) activate(subdomain, *catom);
+}
+
+void Activation::end_pass(Subdomain& subdomain) {
+    bool missing = false;
+    for (Catom c = 0; c < subdomain.ensemble.index_count() && !missing; ++c) missing = subdomain.owned(c) && (turn_[c] & kInRound) == 0;
+    if (!subdomain.alone()) {
+        ByteWriter mine;
+        mine.write(missing);
+        for (const auto& theirs : subdomain.comm.allgather_any(mine.view()))
+            missing = ByteReader(theirs, "a round").read<bool>() || missing;
+    }
+    if (missing) return;
+    ++rounds_;
+    for (std::uint8_t& turn : turn_) turn &= static_cast<std::uint8_t>(~kInRound);
+}
+
+std::optional<std::int64_t> Activation::rounds() const {
+    const Way way = world_.motion.amoebots.activation;
+    return activated_ && (way == Way::All || way == Way::Fair) ? std::optional(rounds_) : std::nullopt;
+}
+
+void Activation::save(ByteWriter& out) const {
+    out.write(step_);
+    out.write(rounds_);
+    out.write(activations_);
+}
+
+void Activation::load(ByteReader& in, bool counts) {
+    step_ = std::max(step_, in.read<std::int64_t>());
+    rounds_ = std::max(rounds_, in.read<std::int64_t>());
+    const auto activations = in.read<std::uint64_t>();
+    if (counts) activations_ += activations;
+}
+
+void Activation::write_counts(ByteWriter& out) { out.write(std::exchange(activations_, 0)); }
+void Activation::add_counts(ByteReader& in) { activations_ += in.read<std::uint64_t>(); }
+
+}  // namespace meld::sim
