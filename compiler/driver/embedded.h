@@ -3,12 +3,11 @@
 
 #include <span>
 
+#include "compiler/front/embedded.h"
+
 namespace meld::driver {
 
-struct EmbeddedText {
-    const char* name;
-    const char* text;
-};
+using front::EmbeddedText;
 
 // runtime/module/abi/extern.h, for functions in C and C++.
 extern const char kExtern[];

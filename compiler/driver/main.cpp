@@ -144,6 +144,70 @@ int run_language_server() {
     return fail_with({"cannot start " + server + ": " + std::strerror(errno), "Keep meldc-lsp beside meldc"});
 }
 
+// What `check` and `compile` have in common.
+void add_common_options(CLI::App& command, Options& options) {
+    command.add_flag("--json", options.json, "Print messages as JSON on standard output");
+    command.add_flag("--all", options.all, "Print all messages, not only the 50 most severe of a program");
+    command.add_option("-I,--library", options.compile.library_paths, "Search this folder for include, use and import; repeatable")
+        ->type_name("DIR")
+        ->take_all()
+        ->allow_extra_args(false);
+    CLI::Option* const graph =
+        command.add_flag("--graph", options.graph, "For worlds that are graphs, where facts also reach nodes that no link leads to");
+    command
+        .add_flag("--no-graph", options.no_graph, "For worlds that are no graphs; by default the program decides, as it does without a world")
+        ->excludes(graph);
+    command.add_flag("--acyclic", options.compile.acyclic,
+                     "The links of the graph lead in no circle: no warning of values that grow from link to link");
+    command.add_option("--lattice", options.compile.lattice, "The lattice of the world, for a warning about the numbers of ports")
+        ->type_name("NAME");
+    command.add_option("--ports", options.compile.ports, "Whose numbers its ports have, as the world says: no warning about them")
+        ->type_name("ROBOT");
+    command.add_option("--with", options.compile.programs, "Another program that some catoms of the same ensemble run; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_option("--timeout", options.timeout_seconds, "End after so many seconds, with exit code 4")
+        ->check(CLI::Range(0.001, 1e9).description(""))
+        ->type_name("SECONDS");
+}
+
+void add_compile_options(CLI::App& command, Options& options) {
+    command.add_option("FILE", options.file, "The program, a .meld file")->required();
+    add_common_options(command, options);
+    command
+        .add_option("-o,--output", options.output,
+                    "Write the module to this file; by default it stays in the cache, and its path is printed")
+        ->type_name("FILE");
+    command.add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
+    command.add_flag("--explain-rules", options.explain_rules,
+                     "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
+    command
+        .add_option("-O", options.compile.optimisation,
+                    "Optimization of the module, 0 to 3; the default is 2 for short modules and 1 for long ones")
+        ->check(cli::whole_number(0, 3));
+    command.add_option("--after", options.compile.plan.after, "With --emit=plan: print the program or plan after this pass of the planner")
+        ->type_name("PASS");
+    command.add_option("--without", options.compile.plan.without, "Skip an optimizing pass of the planner; results do not change")
+        ->type_name("PASS");
+    command.add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")
+        ->type_name("FILE")
+        ->take_all()
+        ->allow_extra_args(false);
+    command.add_flag("--counters", options.compile.plan.counts,
+                     "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
+    command.add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for networks that are not ideal");
+    command.add_flag("--graph-if-needed", options.graph_if_needed,
+                     "--graph, if the program makes nodes or sends facts to nodes that no link leads to");
+    command.add_flag("--places", options.compile.plan.places,
+                     "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
+    command.add_flag(
+        "--checked", options.compile.plan.checked,
+        "Let the module check what its code takes for granted, and end the run where that does not hold: to find our own bugs");
+    command.add_flag("--quiet", options.quiet, "Print no progress line");
+    command.add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
+}
+
 int run_program(int argc, char** argv) {
     Options options;
     CLI::App app{
@@ -155,66 +219,10 @@ int run_program(int argc, char** argv) {
     CLI::App* check = app.add_subcommand("check", "Report every mistake in programs.\nExample: meldc check examples/meld/gradient.meld");
     CLI::App* compile = app.add_subcommand(
         "compile", "Compile a program to a module, or print a stage of it.\nExample: meldc compile examples/meld/gradient.meld --emit=cpp");
-    for (CLI::App* sub : {check, compile}) {
-        if (sub == check)
-            sub->add_option("FILE", options.files, "The programs, .meld files")->required();
-        else
-            sub->add_option("FILE", options.file, "The program, a .meld file")->required();
-        sub->add_flag("--json", options.json, "Print messages as JSON on standard output");
-        sub->add_flag("--all", options.all, "Print all messages, not only the 50 most severe of a program");
-        sub->add_option("-I,--library", options.compile.library_paths, "Search this folder for include, use and import; repeatable")
-            ->type_name("DIR")
-            ->take_all()
-            ->allow_extra_args(false);
-        CLI::Option* const graph =
-            sub->add_flag("--graph", options.graph, "For worlds that are graphs, where facts also reach nodes that no link leads to");
-        sub->add_flag("--no-graph", options.no_graph,
-                      "For worlds that are no graphs; by default the program decides, as it does without a world")
-            ->excludes(graph);
-        sub->add_flag("--acyclic", options.compile.acyclic,
-                      "The links of the graph lead in no circle: no warning of values that grow from link to link");
-        sub->add_option("--lattice", options.compile.lattice, "The lattice of the world, for a warning about the numbers of ports")
-            ->type_name("NAME");
-        sub->add_option("--ports", options.compile.ports, "Whose numbers its ports have, as the world says: no warning about them")
-            ->type_name("ROBOT");
-        sub->add_option("--with", options.compile.programs, "Another program that some catoms of the same ensemble run; repeatable")
-            ->type_name("FILE")
-            ->take_all()
-            ->allow_extra_args(false);
-        sub->add_option("--timeout", options.timeout_seconds, "End after so many seconds, with exit code 4")
-            ->check(CLI::Range(0.001, 1e9).description(""))
-            ->type_name("SECONDS");
-    }
+    check->add_option("FILE", options.files, "The programs, .meld files")->required();
+    add_common_options(*check, options);
     check->add_flag("--fix", options.fix, "Apply the safe fixes to the files first, then print the messages that remain");
-    compile
-        ->add_option("-o,--output", options.output,
-                     "Write the module to this file; by default it stays in the cache, and its path is printed")
-        ->type_name("FILE");
-    compile->add_option("--emit", options.emit, "Print a stage instead: tokens, ast, program, plan, cpp, module")->type_name("STAGE");
-    compile->add_flag("--explain-rules", options.explain_rules,
-                      "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
-    compile
-        ->add_option("-O", options.compile.optimisation,
-                     "Optimization of the module, 0 to 3; the default is 2 for short modules and 1 for long ones")
-        ->check(cli::whole_number(0, 3));
-    compile->add_option("--after", options.compile.plan.after, "With --emit=plan: print the program or plan after this pass of the planner")
-        ->type_name("PASS");
-    compile->add_option("--without", options.compile.plan.without, "Skip an optimizing pass of the planner; results do not change")
-        ->type_name("PASS");
-    compile->add_option("--link", options.compile.link, "A C or C++ file that defines extern functions; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
-    compile->add_flag("--counters", options.compile.plan.counts,
-                      "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
-    compile->add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for networks that are not ideal");
-    compile->add_flag("--places", options.compile.plan.places,
-                      "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
-    compile->add_flag(
-        "--checked", options.compile.plan.checked,
-        "Let the module check what its code takes for granted, and end the run where that does not hold: to find our own bugs");
-    compile->add_flag("--quiet", options.quiet, "Print no progress line");
-    compile->add_option("--cache", options.compile.cache_dir, "Folder of compiled modules")->type_name("DIR");
+    add_compile_options(*compile, options);
     CLI::App* explain =
         app.add_subcommand("explain", "Explain a message: what it means, a wrong program and its cure.\nExample: meldc explain E0501");
     explain->add_option("CODE", options.code, "A code such as E0501")->required();

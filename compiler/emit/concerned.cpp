@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "compiler/check/program/op_info.h"
 #include "compiler/emit/rule_emitter.h"
 
 namespace meld::emit {
@@ -12,38 +13,9 @@ namespace meld::emit {
 namespace {
 
 // Whether a term is computed from these variables and literals alone.
-bool follows_from(const Term& t, const std::set<plan::VariableId>& known) {
-    switch (t.op) {
-        case Op::Variable:
-            return known.contains(t.variable);
-        case Op::Int:
-        case Op::Float:
-        case Op::Bool:
-        case Op::Constant:
-        case Op::Add:
-        case Op::Subtract:
-        case Op::Multiply:
-        case Op::Divide:
-        case Op::Modulo:
-        case Op::Negate:
-        case Op::Equal:
-        case Op::NotEqual:
-        case Op::Less:
-        case Op::LessEqual:
-        case Op::Greater:
-        case Op::GreaterEqual:
-        case Op::And:
-        case Op::Or:
-        case Op::Not:
-        case Op::ToFloat:
-        case Op::If:
-        case Op::Min:
-        case Op::Max:
-        case Op::Abs:
-            return std::ranges::all_of(t.operands, [&](const Term& operand) { return follows_from(operand, known); });
-        default:
-            return false;
-    }
+bool follows_from(const Term& term, const std::set<plan::VariableId>& known) {
+    return check::all_subterms(
+        term, [&](const Term& t) { return t.is_variable() ? known.contains(t.variable) : check::info(t.op).has(check::OpInfo::kOffers); });
 }
 
 }  // namespace

@@ -1,33 +1,10 @@
 // Emits what the heads of a comprehension compute from variables known outside it: the first match computes it, later ones reuse it.
 // Nothing is computed where nothing matches, and what can fail does so at the same place as before.
+#include "compiler/check/program/op_info.h"
 #include "compiler/emit/rule_emitter.h"
 #include "compiler/plan/join/invariant.h"
 
 namespace meld::emit {
-
-namespace {
-
-// Operators that cost more than the test whether their result is known.
-bool is_dear(const Term& t) {
-    switch (t.op) {
-        case Op::Call:
-        case Op::Library:
-        case Op::List:
-        case Op::Struct:
-        case Op::Tuple:
-        case Op::Cons:
-        case Op::Append:
-        case Op::Divide:
-        case Op::Modulo:
-        case Op::Power:
-        case Op::Sqrt:
-            return true;
-        default:
-            return false;
-    }
-}
-
-}  // namespace
 
 bool RuleEmitter::is_invariant(const Term& term) const {
     return plan::is_invariant(
@@ -36,9 +13,8 @@ bool RuleEmitter::is_invariant(const Term& term) const {
 
 void RuleEmitter::keep_invariant(const Term& t) {
     if (scope_.kept.contains(&t)) return;
-    bool dear = false;
-    check::each_subterm(t, [&](const Term& part) { dear = dear || is_dear(part); });
-    if (!dear) return;
+    // What is cheaper than the test whether it is known is computed each time.
+    if (!check::any_subterm(t, [](const Term& part) { return check::info(part.op).has(check::OpInfo::kDear); })) return;
     if (!is_invariant(t)) {
         for (const Term& operand : t.operands) keep_invariant(operand);
         return;

@@ -3,6 +3,8 @@
 #include <bit>
 
 #include "compiler/check/program/library.h"
+#include "compiler/check/program/op_info.h"
+#include "compiler/check/program/operators.h"
 #include "compiler/check/program/types.h"
 #include "compiler/emit/type_table.h"
 #include "compiler/emit/writer.h"
@@ -38,34 +40,8 @@ std::string real_literal(double v) {
     return v < 0 ? "(" + text + ")" : text;
 }
 
-const char* plain_infix(Op op) {
-    switch (op) {
-        case Op::Equal:
-            return "==";
-        case Op::NotEqual:
-            return "!=";
-        case Op::Less:
-            return "<";
-        case Op::LessEqual:
-            return "<=";
-        case Op::Greater:
-            return ">";
-        case Op::GreaterEqual:
-            return ">=";
-        case Op::And:
-            return "&&";
-        case Op::Or:
-            return "||";
-        case Op::Add:
-            return "+";
-        case Op::Subtract:
-            return "-";
-        case Op::Multiply:
-            return "*";
-        default:
-            return nullptr;
-    }
-}
+// The operator in C++, where it is one and needs no check.
+std::string_view plain_infix(Op op) { return op == Op::Equal ? "==" : op == Op::NotEqual ? "!=" : sign_of(op); }
 
 std::string checked(Op op) {
     switch (op) {
@@ -221,6 +197,106 @@ std::string library_call(const Scope& scope, const Term& t) {
     return is_word(f->result) ? from_word(t.type, call) : call;
 }
 
+// ---- one function a family of operators (compiler/check/program/op_info.h)
+
+std::string leaf(const Scope& scope, const Term& t) {
+    switch (t.op) {
+        case Op::Variable:
+            return scope.value(t.variable);
+        case Op::Int:
+            return t.integer == INT64_MIN ? "(-__INT64_MAX__ - 1)" : fmt::format("i64{{{}}}", t.integer);
+        case Op::Float:
+            return real_literal(t.real);
+        case Op::Bool:
+            return t.integer ? "true" : "false";
+        case Op::Node:
+            return fmt::format("u64{{{}}}", static_cast<std::uint64_t>(t.integer));
+        case Op::Constant:
+            return parameter(scope, t);
+        default:
+            MELD_CHECK(false, "rule {}: a term without a value reached emission", scope.rule.name);
+    }
+}
+
+std::string compound(const Scope& scope, const Term& t) {
+    const auto operand = [&](std::size_t i) { return term(scope, t.operands[i]); };
+    switch (t.op) {
+        case Op::Cons:
+            return fmt::format("cons(*s.e, {}, {})", as_word(element(scope, t.operands[0], t.type.parts[0])), operand(1));
+        case Op::ListHead:
+            return from_word(t.type, fmt::format("item({}, 0)", operand(0)));
+        case Op::ListTail:
+            return fmt::format("tail(*s.e, {})", operand(0));
+        case Op::IsEmpty:
+            return fmt::format("(count_of({}) == 0)", operand(0));
+        case Op::Item:
+            return from_word(t.type, fmt::format("item({}, {})", operand(0), t.integer));
+        case Op::Append:
+            return fmt::format("{}(*s.e, {}, {})", t.type == Type::String ? "join_text" : "append", operand(0), operand(1));
+        default:
+            return static_value(t).value_or(made(scope, t));
+    }
+}
+
+std::string control(const Scope& scope, const Term& t) {
+    const auto operand = [&](std::size_t i) { return term(scope, t.operands[i]); };
+    switch (t.op) {
+        case Op::Let:
+            return let(scope, t);
+        case Op::Not:
+            return "(!" + operand(0) + ")";
+        case Op::If:
+            return fmt::format("({} ? {} : {})", operand(0), term_as(scope, t.operands[1], t.type), term_as(scope, t.operands[2], t.type));
+        default:
+            return fmt::format("({} {} {})", operand(0), plain_infix(t.op), operand(1));
+    }
+}
+
+std::string asked_of_run(const Scope& scope, const Term& t) {
+    const auto operand = [&] { return term(scope, t.operands[0]); };
+    switch (t.op) {
+        case Op::WorldSize:
+            return "s.e->subdomain->world_catoms";
+        case Op::Fresh:
+            return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
+        case Op::NewNode:
+            return "s.e->host->new_node(s.e)";
+        case Op::Now:
+            return "s.e->subdomain->now";
+        case Op::Ticks:
+            return fmt::format("ticks_of(*s.e, {})", operand());
+        case Op::Due:
+            return fmt::format("due(*s.e, {})", operand());
+        default:
+            return fmt::format("s.e->host->next_hop(s.e, {})", operand());
+    }
+}
+
+std::string number(const Scope& scope, const Term& t) {
+    const auto operand = [&] { return term(scope, t.operands[0]); };
+    switch (t.op) {
+        case Op::Negate:
+            if (t.type == Type::Vec3) return fmt::format("library::vector_scale(*s.e, {}, {}, -1.0)", scope.site(), operand());
+            return t.type == Type::Float ? "(-" + operand() + ")"
+                                         : fmt::format("checked_subtract(*s.e, {}, 0, {})", scope.site(), operand());
+        case Op::ToFloat:
+            return fmt::format("static_cast<double>({})", operand());
+        case Op::Min:
+        case Op::Max:
+            return fmt::format("{}_of({}, {})", t.op == Op::Min ? "least" : "greatest", term_as(scope, t.operands[0], t.type),
+                               term_as(scope, t.operands[1], t.type));
+        case Op::Abs:
+            return t.type == Type::Float ? fmt::format("__builtin_fabs({})", operand())
+                                         : fmt::format("checked_abs(*s.e, {}, {})", scope.site(), operand());
+        case Op::Truncate:
+            return fmt::format("checked_truncate(*s.e, {}, {})", scope.site(), operand());
+        case Op::Sqrt:
+            return fmt::format("__builtin_sqrt({})", operand());
+        default:
+            return fmt::format("static_cast<i64>({})", operand());
+    }
+}
+
 }  // namespace
 
 std::string static_list(const Term& t, int& number, Writer& w) {
@@ -251,99 +327,23 @@ std::string literal_word(const Term& t, const Type& type, std::string& before, i
 
 std::string term(const Scope& scope, const Term& t) {
     if (const auto kept = scope.kept.find(&t); kept != scope.kept.end()) return kept->second;
-    const auto operand = [&](std::size_t i) { return term(scope, t.operands[i]); };
-    switch (t.op) {
-        case Op::Variable:
-            return scope.value(t.variable);
-        case Op::Int:
-            return t.integer == INT64_MIN ? "(-__INT64_MAX__ - 1)" : fmt::format("i64{{{}}}", t.integer);
-        case Op::Float:
-            return real_literal(t.real);
-        case Op::Bool:
-            return t.integer ? "true" : "false";
-        case Op::Node:
-            return fmt::format("u64{{{}}}", static_cast<std::uint64_t>(t.integer));
-        case Op::Constant:
-            return parameter(scope, t);
-        case Op::WorldSize:
-            return "s.e->subdomain->world_catoms";
-        case Op::String:
-        case Op::List:
-        case Op::Struct:
-        case Op::Tuple:
-            return static_value(t).value_or(made(scope, t));
-        case Op::Cons:
-            return fmt::format("cons(*s.e, {}, {})", as_word(element(scope, t.operands[0], t.type.parts[0])), operand(1));
-        case Op::ListHead:
-            return from_word(t.type, fmt::format("item({}, 0)", operand(0)));
-        case Op::ListTail:
-            return fmt::format("tail(*s.e, {})", operand(0));
-        case Op::IsEmpty:
-            return fmt::format("(count_of({}) == 0)", operand(0));
-        case Op::Item:
-            return from_word(t.type, fmt::format("item({}, {})", operand(0), t.integer));
-        case Op::Let:
-            return let(scope, t);
-        case Op::Append:
-            return fmt::format("{}(*s.e, {}, {})", t.type == Type::String ? "join_text" : "append", operand(0), operand(1));
-        case Op::Call:
-            return call(scope, t.function, t.operands);
-        case Op::Library:
-            return library_call(scope, t);
-        case Op::Negate:
-            if (t.type == Type::Vec3) return fmt::format("library::vector_scale(*s.e, {}, {}, -1.0)", scope.site(), operand(0));
-            return t.type == Type::Float ? "(-" + operand(0) + ")"
-                                         : fmt::format("checked_subtract(*s.e, {}, 0, {})", scope.site(), operand(0));
-        case Op::Not:
-            return "(!" + operand(0) + ")";
-        case Op::ToFloat:
-            return fmt::format("static_cast<double>({})", operand(0));
-        case Op::If:
-            return fmt::format("({} ? {} : {})", operand(0), term_as(scope, t.operands[1], t.type), term_as(scope, t.operands[2], t.type));
-        case Op::Min:
-        case Op::Max:
-            return fmt::format("{}_of({}, {})", t.op == Op::Min ? "least" : "greatest", term_as(scope, t.operands[0], t.type),
-                               term_as(scope, t.operands[1], t.type));
-        case Op::Abs:
-            return t.type == Type::Float ? fmt::format("__builtin_fabs({})", operand(0))
-                                         : fmt::format("checked_abs(*s.e, {}, {})", scope.site(), operand(0));
-        case Op::Truncate:
-            return fmt::format("checked_truncate(*s.e, {}, {})", scope.site(), operand(0));
-        case Op::Sqrt:
-            return fmt::format("__builtin_sqrt({})", operand(0));
-        case Op::NodeToInt:
-            return fmt::format("static_cast<i64>({})", operand(0));
-        case Op::Fresh:
-            return t.type == Type::Node ? "fresh_node(*s.e)" : "fresh_int(*s.e)";
-        case Op::NewNode:
-            return "s.e->host->new_node(s.e)";
-        case Op::Now:
-            return "s.e->subdomain->now";
-        case Op::Ticks:
-            return fmt::format("ticks_of(*s.e, {})", operand(0));
-        case Op::Due:
-            return fmt::format("due(*s.e, {})", operand(0));
-        case Op::NextHop:
-            return fmt::format("s.e->host->next_hop(s.e, {})", operand(0));
-        case Op::Add:
-        case Op::Subtract:
-        case Op::Multiply:
-        case Op::Divide:
-        case Op::Modulo:
-        case Op::Power:
+    switch (info(t.op).family) {
+        case OpInfo::Family::Leaf:
+            return leaf(scope, t);
+        case OpInfo::Family::Compound:
+            return compound(scope, t);
+        case OpInfo::Family::Control:
+            return control(scope, t);
+        case OpInfo::Family::Call:
+            return t.op == Op::Call ? call(scope, t.function, t.operands) : library_call(scope, t);
+        case OpInfo::Family::Run:
+            return asked_of_run(scope, t);
+        case OpInfo::Family::Number:
+            return number(scope, t);
+        case OpInfo::Family::Arithmetic:
             return arithmetic(scope, t);
-        case Op::And:
-        case Op::Or:
-            return fmt::format("({} {} {})", operand(0), plain_infix(t.op), operand(1));
-        case Op::Equal:
-        case Op::NotEqual:
-        case Op::Less:
-        case Op::LessEqual:
-        case Op::Greater:
-        case Op::GreaterEqual:
+        case OpInfo::Family::Comparison:
             return comparison(scope, t);
-        default:
-            break;
     }
     MELD_CHECK(false, "rule {}: a term without a value reached emission", scope.rule.name);
 }

@@ -42,9 +42,7 @@ bool several_in_world(WorldSource world) { return info(world).facts == SenseInfo
 }  // namespace
 
 bool Known::has(const Term& term) const {
-    bool all = true;
-    each_free_use(term, [&](const Term& use) { all = all && has(use.variable); });
-    return all;
+    return all_free(term, [&](VariableId v) { return has(v); });
 }
 
 bool AccessPlanner::is_link(const Atom& atom) const { return meld::is_link(plan_.program.predicates[atom.predicate].world); }

@@ -4,6 +4,8 @@
 
 #include "compiler/plan/verify.h"
 
+#include "compiler/check/program/well_formed.h"
+
 namespace meld::plan {
 
 using namespace check;
@@ -11,33 +13,6 @@ using namespace check;
 namespace {
 
 using Places = std::set<VariableId>;
-
-void verify_term(const Rule& rule, const Term& term) {
-    each_variable(term, [&](VariableId v) {
-        MELD_CHECK(v.valid() && v.index() < rule.variables.count(), "rule {} has no variable {}", rule.name, v.index());
-    });
-}
-
-void verify_atom(const Program& program, const Rule& rule, const Atom& a) {
-    MELD_CHECK(a.predicate.valid() && a.predicate.index() < program.predicates.count(), "rule {} names no predicate", rule.name);
-    const Predicate& p = program.predicates[a.predicate];
-    MELD_CHECK(a.arguments.size() == p.arguments.size(), "rule {}, {}", rule.name, p.signature());
-    MELD_CHECK(a.arguments[0].is_variable(), "rule {} has {} at no catom", rule.name, p.name);
-    for (const Term& t : a.arguments) verify_term(rule, t);
-}
-
-void verify_body(const Program& program, const Rule& rule, const std::vector<Clause>& body) {
-    for (const Clause& c : body) {
-        if (c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta) verify_atom(program, rule, c.atom);
-        verify_term(rule, c.test);
-        verify_term(rule, c.parameter);
-        const bool nests = c.kind == Clause::Kind::Not || c.kind == Clause::Kind::Aggregate;
-        MELD_CHECK(nests == !c.inner.empty(), "rule {}: a clause with {} inside", rule.name, c.inner.size());
-        const bool binds = c.kind == Clause::Kind::Aggregate || c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Delta;
-        MELD_CHECK(!binds || c.variable.valid(), "rule {}: a clause that gives no variable its value", rule.name);
-        verify_body(program, rule, c.inner);
-    }
-}
 
 void verify_predicate(const Program& program, const Predicate& p) {
     MELD_CHECK(!p.arguments.empty() && p.arguments[0].type == Type::Node, "{} has no catom", p.name);
@@ -122,19 +97,7 @@ void verify_reads(const Program& program, const Rule& rule, std::size_t own, con
 
 void verify(const Program& program) {
     for (const Predicate& p : program.predicates) verify_predicate(program, p);
-    for (const Rule& rule : program.rules) {
-        MELD_CHECK(rule.site.valid() && rule.site.index() < rule.variables.count(), "rule {} runs nowhere", rule.name);
-        MELD_CHECK(rule.linear || rule.heads.size() == 1, "view {} has {} heads", rule.name, rule.heads.size());
-        MELD_CHECK(rule.linear || rule.heads[0].kind == Head::Kind::Fact, "view {} derives no fact", rule.name);
-        MELD_CHECK(rule.linear || !(rule.arrives || rule.initial_fact || rule.select != Select::None), "view {} is taken for a linear rule",
-                   rule.name);
-        verify_body(program, rule, rule.body);
-        each_head(rule.heads, [&](const Head& h) {
-            if (h.kind == Head::Kind::Fact) verify_atom(program, rule, h.atom);
-            verify_term(rule, h.term);
-            verify_body(program, rule, h.body);
-        });
-    }
+    for (const Rule& rule : program.rules) expect_well_formed(program, rule);
 }
 
 void verify_no_delays(const Program& program) {

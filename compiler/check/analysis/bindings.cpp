@@ -15,9 +15,7 @@ namespace {
 using Bound = std::set<VariableId>;
 
 bool all_bound(const Term& term, const Bound& bound) {
-    bool all = true;
-    each_free_use(term, [&](const Term& t) { all = all && bound.contains(t.variable); });
-    return all;
+    return all_free(term, [&](VariableId v) { return bound.contains(v); });
 }
 
 // In L = [X | Rest] with L known, X and Rest get their values.

@@ -2,8 +2,6 @@
 // computations, are left to the run.
 #include "compiler/check/program/fold.h"
 
-#include <cmath>
-
 namespace meld::check {
 
 namespace {
@@ -41,23 +39,6 @@ int compare(const Term& a, const Term& b) {
         if (const int c = compare(a.operands[i], b.operands[i])) return c;
     return three_way(a.operands.size(), b.operands.size());
 }
-bool compares(Op op, int order) {
-    switch (op) {
-        case Op::Equal:
-            return order == 0;
-        case Op::NotEqual:
-            return order != 0;
-        case Op::Less:
-            return order < 0;
-        case Op::LessEqual:
-            return order <= 0;
-        case Op::Greater:
-            return order > 0;
-        default:
-            return order >= 0;
-    }
-}
-
 }  // namespace
 
 std::nullopt_t Folder::fails(const Term& t, const std::string& why) {
@@ -109,7 +90,7 @@ std::optional<Term> Folder::value(const Term& t) {
             const std::optional<Term> condition = operand(0);
             if (!condition) return std::nullopt;
             std::optional<Term> chosen = operand(condition->integer ? 1 : 2);
-            if (chosen && t.type == Type::Float && chosen->op == Op::Int) return real(t, as_real(*chosen), 0);
+            if (chosen && t.type == Type::Float && chosen->op == Op::Int) return real(t, compute(Op::ToFloat, as_real(*chosen), 0));
             return chosen;
         }
         case Op::And:
@@ -128,130 +109,36 @@ std::optional<Term> Folder::value(const Term& t) {
     if (t.operands.empty() || t.operands.size() > 2 || t.op == Op::Library) return std::nullopt;
     const std::optional<Term> a = operand(0), b = t.operands.size() == 2 ? operand(1) : a;
     if (!a || !b) return std::nullopt;
-    if (t.op >= Op::Equal && t.op <= Op::GreaterEqual) return truth(compares(t.op, compare(*a, *b)), t.span);
+    if (t.op >= Op::Equal && t.op <= Op::GreaterEqual) return truth(holds(t.op, compare(*a, *b), 0), t.span);
     return arithmetic(t, *a, *b);
 }
 
 std::optional<Term> Folder::arithmetic(const Term& t, const Term& a, const Term& b) {
-    switch (t.op) {
-        case Op::NodeToInt:
-            return whole(t, a.integer, 0);
-        case Op::ToFloat:
-        case Op::Sqrt:
-            return real(t, as_real(a), 0);
-        case Op::Truncate: {
-            const double d = as_real(a);
-            if (!(d >= -9223372036854775808.0 && d < 9223372036854775808.0)) return fails(t, "this does not fit into 64 bits");
-            return whole(t, static_cast<std::int64_t>(d), 0);
-        }
-        default:
-            break;
+    if (t.op == Op::NodeToInt) return whole(t, {.value = a.integer});
+    if (t.op == Op::Truncate) {
+        const double d = as_real(a);
+        if (!(d >= -9223372036854775808.0 && d < 9223372036854775808.0)) return fails(t, "this does not fit into 64 bits");
+        return whole(t, {.value = static_cast<std::int64_t>(d)});
     }
-    if (t.type == Type::Int) return whole(t, a.integer, b.integer);
-    if (t.type == Type::Float) return real(t, as_real(a), as_real(b));
+    const bool makes_float = t.op == Op::ToFloat || t.op == Op::Sqrt;
+    if (t.type == Type::Int && !makes_float) return whole(t, compute(t.op, a.integer, b.integer));
+    if (t.type == Type::Float || makes_float) return real(t, compute(t.op, as_real(a), as_real(b)));
     return std::nullopt;
 }
 
-std::optional<Term> Folder::whole(const Term& t, std::int64_t a, std::int64_t b) {
+std::optional<Term> Folder::whole(const Term& t, const Computed<std::int64_t>& result) {
+    if (result.problem != nullptr) return fails(t, result.problem);
+    if (!result.value) return std::nullopt;
     Term out = literal(Op::Int, Type::Int, t.span);
-    bool overflow = false;
-    switch (t.op) {
-        case Op::Add:
-            overflow = __builtin_add_overflow(a, b, &out.integer);
-            break;
-        case Op::Subtract:
-            overflow = __builtin_sub_overflow(a, b, &out.integer);
-            break;
-        case Op::Multiply:
-            overflow = __builtin_mul_overflow(a, b, &out.integer);
-            break;
-        case Op::Negate:
-            overflow = __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
-            break;
-        case Op::Abs:
-            overflow = a < 0 && __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
-            if (a >= 0) out.integer = a;
-            break;
-        case Op::Min:
-            out.integer = b < a ? b : a;
-            break;
-        case Op::Max:
-            out.integer = a < b ? b : a;
-            break;
-        case Op::NodeToInt:
-        case Op::Truncate:
-            out.integer = a;
-            break;
-        case Op::Divide:
-        case Op::Modulo:
-            if (b == 0) return fails(t, "division by zero");
-            if (b == -1) {
-                // The least int has no quotient, but a remainder.
-                if (t.op == Op::Divide) overflow = __builtin_sub_overflow(std::int64_t{0}, a, &out.integer);
-                break;
-            }
-            out.integer = t.op == Op::Divide ? a / b : a % b;
-            break;
-        case Op::Power:
-            if (b < 0) return fails(t, "a whole number has no whole power below 0");
-            out.integer = 1;
-            if (a == 0 || a == 1 || a == -1) {
-                out.integer = b == 0 || a == 1 || (a == -1 && b % 2 == 0) ? 1 : a;
-                break;
-            }
-            for (std::int64_t i = 0; i < b && !overflow; ++i) overflow = __builtin_mul_overflow(out.integer, a, &out.integer);
-            break;
-        default:
-            return std::nullopt;
-    }
-    if (overflow) return fails(t, "this does not fit into 64 bits");
+    out.integer = *result.value;
     return out;
 }
 
-std::optional<Term> Folder::real(const Term& t, double a, double b) {
+std::optional<Term> Folder::real(const Term& t, const Computed<double>& result) {
+    if (result.problem != nullptr) return fails(t, result.problem);
+    if (!result.value) return std::nullopt;
     Term out = literal(Op::Float, Type::Float, t.span);
-    switch (t.op) {
-        case Op::Add:
-            out.real = a + b;
-            break;
-        case Op::Subtract:
-            out.real = a - b;
-            break;
-        case Op::Multiply:
-            out.real = a * b;
-            break;
-        case Op::Negate:
-            out.real = -a;
-            break;
-        case Op::Abs:
-            out.real = std::fabs(a);
-            break;
-        case Op::Min:
-            out.real = b < a ? b : a;
-            break;
-        case Op::Max:
-            out.real = a < b ? b : a;
-            break;
-        case Op::Sqrt:
-            out.real = std::sqrt(a);
-            break;
-        case Op::ToFloat:
-        case Op::If:
-            out.real = a;
-            break;
-        case Op::Divide:
-        case Op::Modulo:
-            if (b == 0) return fails(t, "division by zero");
-            out.real = t.op == Op::Divide ? a / b : std::fmod(a, b);
-            break;
-        case Op::Power:
-            out.real = std::pow(a, b);
-            break;
-        default:
-            return std::nullopt;
-    }
-    if (std::isnan(out.real)) return fails(t, "this is not a number");
-    if (std::isinf(out.real)) return fails(t, "this is too large for a float");
+    out.real = *result.value;
     return out;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "compiler/check/program/arithmetic.h"
 #include "compiler/check/program/program.h"
 
 namespace meld::check {
@@ -26,8 +27,8 @@ class Folder {
     std::optional<Term> value(const Term& t);
     std::optional<Term> call(const Term& t);
     std::optional<Term> arithmetic(const Term& t, const Term& a, const Term& b);
-    std::optional<Term> whole(const Term& t, std::int64_t a, std::int64_t b);
-    std::optional<Term> real(const Term& t, double a, double b);
+    std::optional<Term> whole(const Term& t, const Computed<std::int64_t>& result);
+    std::optional<Term> real(const Term& t, const Computed<double>& result);
     std::optional<Term> compound(const Term& t);
     std::nullopt_t fails(const Term& t, const std::string& why);
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "compiler/check/program/term.h"
@@ -261,15 +263,50 @@ std::string print(const Program& program, const Rule& rule, const Atom& atom);
 std::string print(const Program& program, const Rule& rule, const Clause& clause);
 std::string print(const Program& program, const Rule& rule);
 
-// Every variable of a clause, those inside negations and aggregates too.
-template <class Visit>
-void each_variable(const Clause& clause, const Visit& visit) {
-    for (const Term& argument : clause.atom.arguments) each_variable(argument, visit);
-    each_variable(clause.test, visit);
-    each_variable(clause.parameter, visit);
-    for (const Clause& inner : clause.inner) each_variable(inner, visit);
-    if (clause.variable.valid()) visit(clause.variable);
-    if (clause.position.valid()) visit(clause.position);
+// ---- walks over bodies and heads. What a clause or a head consists of is said once, in each_part(); all others follow from it.
+
+template <class T, class Of>
+concept MaybeConst = std::same_as<std::remove_const_t<T>, Of>;
+
+// The terms and variables of a clause itself, without those of the clauses inside: on_term(Term&), on_variable(VariableId&).
+template <MaybeConst<Clause> AnyClause, class OnTerm, class OnVariable>
+void each_part(AnyClause& clause, const OnTerm& on_term, const OnVariable& on_variable) {
+    for (auto& argument : clause.atom.arguments) on_term(argument);
+    on_term(clause.test);
+    on_term(clause.parameter);
+    on_variable(clause.variable);
+    on_variable(clause.position);
+}
+// Those of a head itself, without its body and the heads inside.
+template <MaybeConst<Head> AnyHead, class OnTerm, class OnVariable>
+void each_part(AnyHead& head, const OnTerm& on_term, const OnVariable& on_variable) {
+    for (auto& argument : head.atom.arguments) on_term(argument);
+    on_term(head.delay);
+    on_term(head.term);
+    on_variable(head.variable);
+    for (auto& one : head.aggregates) {
+        on_term(one.parameter);
+        on_variable(one.each);
+        on_variable(one.result);
+    }
+}
+
+// Every clause of a body, those inside negations and aggregates too: visit(Clause&).
+template <class Body, class Visit>
+void each_clause(Body& body, const Visit& visit) {
+    for (auto& clause : body) {
+        visit(clause);
+        each_clause(clause.inner, visit);
+    }
+}
+// Every head, those inside others too: visit(Head&).
+template <class Heads, class Visit>
+void each_head(Heads& heads, const Visit& visit) {
+    for (auto& head : heads) {
+        visit(head);
+        each_head(head.heads, visit);
+        each_head(head.others, visit);
+    }
 }
 // Every atom of a body: visit(atom, negated). Atoms read by an aggregate or a delta count as negated: more facts there may mean fewer here.
 template <class Visit>
@@ -280,82 +317,51 @@ void each_atom(const std::vector<Clause>& body, const Visit& visit, bool negated
         each_atom(clause.inner, visit, true);
     }
 }
-// Every head, those inside others too.
-template <class Visit>
-void each_head(const std::vector<Head>& heads, const Visit& visit) {
-    for (const Head& h : heads) {
-        visit(h);
-        each_head(h.heads, visit);
-        each_head(h.others, visit);
-    }
+
+// The terms and variables of a clause or a head with all that is inside.
+template <MaybeConst<Clause> AnyClause, class OnTerm, class OnVariable>
+void each_part_inside(AnyClause& clause, const OnTerm& on_term, const OnVariable& on_variable) {
+    each_part(clause, on_term, on_variable);
+    for (auto& inner : clause.inner) each_part_inside(inner, on_term, on_variable);
 }
-// Every variable that a head mentions anywhere.
-template <class Visit>
-void each_variable(const Head& head, const Visit& visit) {
-    for (const Term& argument : head.atom.arguments) each_variable(argument, visit);
-    each_variable(head.delay, visit);
-    each_variable(head.term, visit);
-    if (head.variable.valid()) visit(head.variable);
-    for (const Clause& c : head.body) each_variable(c, visit);
-    for (const HeadAggregate& f : head.aggregates) {
-        each_variable(f.parameter, visit);
-        if (f.each.valid()) visit(f.each);
-        visit(f.result);
-    }
-    for (const Head& h : head.heads) each_variable(h, visit);
-    for (const Head& h : head.others) each_variable(h, visit);
+template <MaybeConst<Head> AnyHead, class OnTerm, class OnVariable>
+void each_part_inside(AnyHead& head, const OnTerm& on_term, const OnVariable& on_variable) {
+    each_part(head, on_term, on_variable);
+    for (auto& clause : head.body) each_part_inside(clause, on_term, on_variable);
+    for (auto& inner : head.heads) each_part_inside(inner, on_term, on_variable);
+    for (auto& inner : head.others) each_part_inside(inner, on_term, on_variable);
 }
 
-// Every term of a body, of heads or of a rule, whole: not its subterms. visit(const Term&).
-template <class Visit>
-void each_term(const std::vector<Clause>& body, const Visit& visit) {
-    for (const Clause& clause : body) {
-        for (const Term& argument : clause.atom.arguments) visit(argument);
-        visit(clause.test);
-        visit(clause.parameter);
-        each_term(clause.inner, visit);
-    }
+template <class T>
+concept ClauseOrHead = MaybeConst<T, Clause> || MaybeConst<T, Head>;
+
+// Every term of a clause or a head, of a body or heads, or of a rule, whole: not its subterms. visit(Term&).
+template <ClauseOrHead Part, class Visit>
+void each_term(Part& part, const Visit& visit) {
+    each_part_inside(part, visit, [](const VariableId&) {});
 }
-template <class Visit>
-void each_term(const std::vector<Head>& heads, const Visit& visit) {
-    each_head(heads, [&](const Head& h) {
-        for (const Term& argument : h.atom.arguments) visit(argument);
-        visit(h.delay);
-        visit(h.term);
-        each_term(h.body, visit);
-        for (const HeadAggregate& f : h.aggregates) visit(f.parameter);
-    });
+template <ClauseOrHead Part, class Visit>
+void each_term(const std::vector<Part>& parts, const Visit& visit) {
+    for (const Part& part : parts) each_term(part, visit);
 }
 template <class Visit>
 void each_term(const Rule& rule, const Visit& visit) {
     each_term(rule.body, visit);
     each_term(rule.heads, visit);
 }
-
-// Calls change(VariableId&) on every variable.
-template <class Change>
-void rewrite_variables(Clause& clause, const Change& change) {
-    for (Term& argument : clause.atom.arguments) rewrite_variables(argument, change);
-    rewrite_variables(clause.test, change);
-    rewrite_variables(clause.parameter, change);
-    for (Clause& inner : clause.inner) rewrite_variables(inner, change);
-    change(clause.variable);
-    change(clause.position);
+// Every variable that a clause or a head mentions anywhere: visit(VariableId).
+template <ClauseOrHead Part, class Visit>
+void each_variable(const Part& part, const Visit& visit) {
+    each_part_inside(
+        part, [&](const Term& t) { each_variable(t, visit); },
+        [&](VariableId v) {
+            if (v.valid()) visit(v);
+        });
 }
-template <class Change>
-void rewrite_variables(Head& head, const Change& change) {
-    for (Term& argument : head.atom.arguments) rewrite_variables(argument, change);
-    rewrite_variables(head.delay, change);
-    rewrite_variables(head.term, change);
-    for (Clause& clause : head.body) rewrite_variables(clause, change);
-    for (Head& inner : head.heads) rewrite_variables(inner, change);
-    for (Head& inner : head.others) rewrite_variables(inner, change);
-    for (HeadAggregate& one : head.aggregates) {
-        rewrite_variables(one.parameter, change);
-        change(one.each);
-        change(one.result);
-    }
-    change(head.variable);
+// Calls change(VariableId&) on every variable.
+template <ClauseOrHead Part, class Change>
+void rewrite_variables(Part& part, const Change& change) {
+    each_part_inside(part, [&](Term& t) { rewrite_variables(t, change); }, change);
 }
 
 }  // namespace meld::check

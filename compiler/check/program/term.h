@@ -1,6 +1,7 @@
 // Types and expressions of the checked program.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -112,6 +113,15 @@ void each_subterm(const Term& term, const Visit& visit) {
     visit(term);
     for (const Term& operand : term.operands) each_subterm(operand, visit);
 }
+// Whether test(const Term&) holds for one of its subterms, or for all; itself first, and no further than it has to look.
+template <class Test>
+bool any_subterm(const Term& term, const Test& test) {
+    return test(term) || std::any_of(term.operands.begin(), term.operands.end(), [&](const Term& t) { return any_subterm(t, test); });
+}
+template <class Test>
+bool all_subterms(const Term& term, const Test& test) {
+    return !any_subterm(term, [&](const Term& t) { return !test(t); });
+}
 template <class Visit>
 void each_variable(const Term& term, const Visit& visit) {
     each_subterm(term, [&](const Term& t) {
@@ -138,6 +148,20 @@ template <class Visit>
 void each_free_use(const Term& term, const Visit& visit) {
     std::vector<VariableId> bound;
     each_free_use(term, visit, bound);
+}
+// Whether test(VariableId) holds for every variable that is used and not bound inside.
+template <class Test>
+bool all_free(const Term& term, const Test& test) {
+    bool all = true;
+    each_free_use(term, [&](const Term& use) { all = all && test(use.variable); });
+    return all;
+}
+// Puts the value in the place of a variable.
+inline void substitute(Term& term, VariableId variable, const Term& value) {
+    if (term.is_variable() && term.variable == variable)
+        term = value;
+    else
+        for (Term& operand : term.operands) substitute(operand, variable, value);
 }
 // Calls change(VariableId&) on every variable.
 template <class Change>

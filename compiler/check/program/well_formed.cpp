@@ -1,78 +1,15 @@
 #include "compiler/check/program/well_formed.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "compiler/check/program/library.h"
+#include "compiler/check/program/op_info.h"
 #include "compiler/check/program/types.h"
 #include "runtime/base/assert.h"
 
 namespace meld::check {
 
 namespace {
-
-// How many operands an operator takes; none where the term itself says it.
-std::optional<std::size_t> operands_of(Op op) {
-    switch (op) {
-        case Op::Variable:
-        case Op::Anonymous:
-        case Op::Int:
-        case Op::Float:
-        case Op::Bool:
-        case Op::Node:
-        case Op::Constant:
-        case Op::String:
-        case Op::WorldSize:
-        case Op::Now:
-        case Op::Fresh:
-        case Op::NewNode:
-            return 0;
-        case Op::ListHead:
-        case Op::ListTail:
-        case Op::IsEmpty:
-        case Op::Item:
-        case Op::Ticks:
-        case Op::Due:
-        case Op::NextHop:
-        case Op::Negate:
-        case Op::Not:
-        case Op::ToFloat:
-        case Op::Abs:
-        case Op::Truncate:
-        case Op::Sqrt:
-        case Op::NodeToInt:
-            return 1;
-        case Op::Cons:
-        case Op::Let:
-        case Op::Append:
-        case Op::Add:
-        case Op::Subtract:
-        case Op::Multiply:
-        case Op::Divide:
-        case Op::Modulo:
-        case Op::Power:
-        case Op::Equal:
-        case Op::NotEqual:
-        case Op::Less:
-        case Op::LessEqual:
-        case Op::Greater:
-        case Op::GreaterEqual:
-        case Op::And:
-        case Op::Or:
-        case Op::Min:
-        case Op::Max:
-            return 2;
-        case Op::If:
-            return 3;
-        case Op::List:
-        case Op::Struct:
-        case Op::Tuple:
-        case Op::Call:
-        case Op::Library:
-            return std::nullopt;
-    }
-    return std::nullopt;
-}
 
 class WellFormed {
   public:
@@ -82,9 +19,21 @@ class WellFormed {
         for (const Predicate& p : program_.predicates) predicate(p);
         for (const Constant& c : program_.constants) constant(c);
         for (const Function& f : program_.functions) function(f);
-        for (const Rule& r : program_.rules) rule(r);
+        for (const Rule& r : program_.rules) {
+            MELD_CHECK(!r.refused && !r.name.empty(), "rule {} was refused without a message", r.name);
+            MELD_CHECK(!r.arrives, "rule {} takes in what nobody sends", r.name);
+            rule(r);
+        }
         for (const Rule& question : program_.questions) body(question, question.body);
         strata();
+    }
+
+    void rule(const Rule& r) const {
+        MELD_CHECK(r.site.valid() && r.site.index() < r.variables.count(), "rule {} runs nowhere", r.name);
+        MELD_CHECK(r.linear || (r.heads.size() == 1 && r.heads[0].kind == Head::Kind::Fact), "view {} derives no fact", r.name);
+        MELD_CHECK(r.linear || !(r.arrives || r.initial_fact || r.select != Select::None), "view {} is taken for a linear rule", r.name);
+        body(r, r.body);
+        each_head(r.heads, [&](const Head& h) { head(r, h); });
     }
 
   private:
@@ -127,8 +76,9 @@ class WellFormed {
 
     void term(const Table<Variable>& variables, const Term& whole, const std::string& where) const {
         each_subterm(whole, [&](const Term& t) {
-            if (const auto count = operands_of(t.op))
-                MELD_CHECK(t.operands.size() == *count, "{}: operator {} of {}", where, static_cast<int>(t.op), t.operands.size());
+            if (const int count = info(t.op).operands; count != OpInfo::kMany)
+                MELD_CHECK(t.operands.size() == static_cast<std::size_t>(count), "{}: operator {} of {}", where, static_cast<int>(t.op),
+                           t.operands.size());
             if (t.is_variable() || t.op == Op::Let)
                 MELD_CHECK(t.variable.valid() && t.variable.index() < variables.count(), "{}: an unknown variable", where);
             if (t.op == Op::Constant)
@@ -184,16 +134,6 @@ class WellFormed {
         body(r, h.body);
     }
 
-    void rule(const Rule& r) const {
-        MELD_CHECK(!r.refused && !r.name.empty(), "rule {} was refused without a message", r.name);
-        MELD_CHECK(r.site.valid() && r.site.index() < r.variables.count(), "rule {} runs nowhere", r.name);
-        MELD_CHECK(r.linear || (r.heads.size() == 1 && r.heads[0].kind == Head::Kind::Fact), "view {} derives no fact", r.name);
-        MELD_CHECK(r.linear || (!r.initial_fact && r.select == Select::None), "view {} is taken for a linear rule", r.name);
-        MELD_CHECK(!r.arrives, "rule {} takes in what nobody sends", r.name);
-        body(r, r.body);
-        each_head(r.heads, [&](const Head& h) { head(r, h); });
-    }
-
     void strata() const {
         constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
         std::vector<std::size_t> stratum(program_.predicates.count(), kNowhere);
@@ -221,5 +161,6 @@ class WellFormed {
 }  // namespace
 
 void expect_well_formed(const Program& program) { WellFormed(program).run(); }
+void expect_well_formed(const Program& program, const Rule& rule) { WellFormed(program).rule(rule); }
 
 }  // namespace meld::check

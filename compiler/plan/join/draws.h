@@ -2,16 +2,14 @@
 #pragma once
 
 #include "compiler/check/program/library.h"
+#include "compiler/check/program/op_info.h"
 #include "compiler/check/program/program.h"
 
 namespace meld::plan {
 
 inline bool draws(const check::Program& program, const check::Term& term) {
-    bool found = check::is_random(program, term);
-    check::each_subterm(term, [&](const check::Term& t) {
-        found = found || t.op == check::Op::Fresh || t.op == check::Op::NewNode || t.op == check::Op::Due;
-    });
-    return found;
+    return check::is_random(program, term) ||
+           check::any_subterm(term, [](const check::Term& t) { return check::info(t.op).has(check::OpInfo::kDraws); });
 }
 
 }  // namespace meld::plan

@@ -1,8 +1,8 @@
 // Terms that have the same value as often as they are computed.
 #pragma once
 
-#include "compiler/check/program/library.h"
 #include "compiler/check/program/program.h"
+#include "compiler/plan/join/draws.h"
 
 namespace meld::plan {
 
@@ -10,14 +10,11 @@ namespace meld::plan {
 // return may differ from call to call.
 template <class Stays>
 bool is_invariant(const check::Program& program, const check::Term& term, const Stays& stays) {
-    bool same = !is_random(program, term);
-    check::each_subterm(term, [&](const check::Term& t) {
-        using check::Op;
+    using check::Op;
+    return !draws(program, term) && check::all_subterms(term, [&](const check::Term& t) {
         const bool external = t.op == Op::Call && program.functions[t.function].external;
-        same = same && !external && (!t.is_variable() || stays(t.variable)) && t.op != Op::Let && t.op != Op::Fresh &&
-               t.op != Op::NewNode && t.op != Op::Due;
+        return !external && t.op != Op::Let && (!t.is_variable() || stays(t.variable));
     });
-    return same;
 }
 
 }  // namespace meld::plan

@@ -4,31 +4,18 @@
 #include <set>
 #include <string_view>
 
+#include "compiler/check/program/op_info.h"
+
 namespace meld::plan {
 
 using check::Op;
 using check::Program;
 
-bool may_fail(const Program& program, const Term& t) {
-    switch (t.op) {
-        case Op::Constant:
-            return program.constants[t.constant].computed.valid();
-        case Op::Call:
-        case Op::Library:
-        case Op::Negate:
-        case Op::Add:
-        case Op::Subtract:
-        case Op::Multiply:
-        case Op::Divide:
-        case Op::Modulo:
-        case Op::Power:
-        case Op::Abs:
-        case Op::Truncate:
-        case Op::Sqrt:
-            return true;
-        default:
-            return may_fail(program, t.operands);
-    }
+bool may_fail(const Program& program, const Term& term) {
+    return check::any_subterm(term, [&](const Term& t) {
+        if (t.op == Op::Constant) return program.constants[t.constant].computed.valid();
+        return check::info(t.op).has(check::OpInfo::kPartial | check::OpInfo::kOverflows);
+    });
 }
 
 bool may_fail(const Program& program, const std::vector<Term>& terms) {

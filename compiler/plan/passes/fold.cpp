@@ -1,10 +1,11 @@
 // Pass: constant folding. A variable that equals a literal becomes the literal, operators on literals become their value, and true tests
 // disappear. Constants of the program stay: a run may give them other values. An operation that would stop the run (overflow, division by
 // zero) stays in place, because only a rule that reaches it may stop the run.
-#include <map>
+#include <algorithm>
 #include <optional>
-#include <set>
 
+#include "compiler/check/program/arithmetic.h"
+#include "compiler/check/program/operators.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -14,40 +15,6 @@ using namespace check;
 namespace {
 
 bool is_literal(const Term& t) { return t.op == Op::Int || t.op == Op::Bool; }
-
-std::optional<std::int64_t> value_of(Op op, std::int64_t a, std::int64_t b) {
-    std::int64_t r = 0;
-    switch (op) {
-        case Op::Add:
-            return __builtin_add_overflow(a, b, &r) ? std::nullopt : std::optional(r);
-        case Op::Subtract:
-            return __builtin_sub_overflow(a, b, &r) ? std::nullopt : std::optional(r);
-        case Op::Multiply:
-            return __builtin_mul_overflow(a, b, &r) ? std::nullopt : std::optional(r);
-        case Op::Divide:
-            return b == 0 || b == -1 ? std::nullopt : std::optional(a / b);
-        case Op::Modulo:
-            return b == 0 ? std::nullopt : std::optional(b == -1 ? 0 : a % b);
-        case Op::Min:
-            return std::min(a, b);
-        case Op::Max:
-            return std::max(a, b);
-        case Op::Equal:
-            return a == b;
-        case Op::NotEqual:
-            return a != b;
-        case Op::Less:
-            return a < b;
-        case Op::LessEqual:
-            return a <= b;
-        case Op::Greater:
-            return a > b;
-        case Op::GreaterEqual:
-            return a >= b;
-        default:
-            return std::nullopt;
-    }
-}
 
 void become(Term& t, std::int64_t value) {
     t.op = t.type == Type::Bool ? Op::Bool : Op::Int;
@@ -69,9 +36,6 @@ void fold(Term& t) {
     switch (t.op) {
         case Op::Not:
             return become(t, first.integer == 0);
-        case Op::Negate:
-            if (first.integer != INT64_MIN) become(t, -first.integer);
-            return;
         // The first operand decides, or the second does: in this order they are evaluated.
         case Op::And:
         case Op::Or: {
@@ -91,8 +55,13 @@ void fold(Term& t) {
         default:
             break;
     }
-    if (t.operands.size() != 2 || !is_literal(t.operands[1]) || t.operands[1].op != first.op) return;
-    if (const auto value = value_of(t.op, first.integer, t.operands[1].integer)) become(t, *value);
+    // A function of one number, or an operator between two literals of one type.
+    const Term& last = t.operands.back();
+    if (t.operands.size() > 2 || last.op != first.op) return;
+    if (is_comparison(t.op))
+        become(t, holds(t.op, first.integer, last.integer));
+    else if (const auto value = compute(t.op, first.integer, last.integer).value)
+        become(t, *value);
 }
 
 class Folder {
@@ -101,8 +70,8 @@ class Folder {
 
     void run() {
         for (bool again = true; again;) {
-            fold_body(rule_.body);
-            for (Head& h : rule_.heads) fold_head(h);
+            for (Clause& c : rule_.body) each_term(c, fold);
+            for (Head& h : rule_.heads) each_term(h, fold);
             again = propagate();
         }
         std::erase_if(rule_.body,
@@ -110,22 +79,6 @@ class Folder {
     }
 
   private:
-    static void fold_body(std::vector<Clause>& body) {
-        for (Clause& c : body) {
-            for (std::size_t i = 1; i < c.atom.arguments.size(); ++i) fold(c.atom.arguments[i]);
-            fold(c.test);
-            fold_body(c.inner);
-        }
-    }
-    static void fold_head(Head& h) {
-        for (std::size_t i = 1; i < h.atom.arguments.size(); ++i) fold(h.atom.arguments[i]);
-        fold(h.delay);
-        fold(h.term);
-        fold_body(h.body);
-        for (Head& inner : h.heads) fold_head(inner);
-        for (Head& inner : h.others) fold_head(inner);
-    }
-
     // Takes one equality of a variable with a literal out of the body. Variables of clauses and heads that bind by name
     // (elements, aggregates, selections) are left alone.
     bool propagate() {
@@ -138,8 +91,9 @@ class Folder {
                 if (!target.is_variable() || !is_literal(value) || !(target.type == value.type) || bound_by_name(target.variable)) continue;
                 const VariableId variable = target.variable;
                 rule_.body.erase(rule_.body.begin() + static_cast<std::ptrdiff_t>(i));
-                for (Clause& other : rule_.body) replace(other, variable, value);
-                for (Head& h : rule_.heads) replace(h, variable, value);
+                const auto replace = [&](Term& t) { substitute(t, variable, value); };
+                for (Clause& other : rule_.body) each_term(other, replace);
+                for (Head& h : rule_.heads) each_term(h, replace);
                 return true;
             }
         }
@@ -148,40 +102,14 @@ class Folder {
 
     bool bound_by_name(VariableId v) const {
         bool found = rule_.selected == v || rule_.site == v;
-        const auto body = [&](const auto& self, const std::vector<Clause>& clauses) -> void {
-            for (const Clause& c : clauses) {
-                found = found || c.variable == v;
-                self(self, c.inner);
-            }
-        };
-        body(body, rule_.body);
+        const auto note = [&](VariableId bound) { found = found || bound == v; };
+        const auto look = [&](const auto& part) { each_part(part, [](const Term&) {}, note); };
+        each_clause(rule_.body, look);
         each_head(rule_.heads, [&](const Head& h) {
-            body(body, h.body);
-            found = found || h.variable == v;
-            for (const HeadAggregate& f : h.aggregates) found = found || f.each == v || f.result == v;
+            look(h);
+            each_clause(h.body, look);
         });
         return found;
-    }
-
-    static void replace(Term& t, VariableId v, const Term& value) {
-        if (t.is_variable() && t.variable == v)
-            t = value;
-        else
-            for (Term& operand : t.operands) replace(operand, v, value);
-    }
-    static void replace(Clause& c, VariableId v, const Term& value) {
-        for (Term& t : c.atom.arguments) replace(t, v, value);
-        replace(c.test, v, value);
-        for (Clause& inner : c.inner) replace(inner, v, value);
-    }
-    static void replace(Head& h, VariableId v, const Term& value) {
-        for (Term& t : h.atom.arguments) replace(t, v, value);
-        replace(h.delay, v, value);
-        replace(h.term, v, value);
-        for (Clause& c : h.body) replace(c, v, value);
-        for (HeadAggregate& f : h.aggregates) replace(f.parameter, v, value);
-        for (Head& inner : h.heads) replace(inner, v, value);
-        for (Head& inner : h.others) replace(inner, v, value);
     }
 
     Rule& rule_;

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "compiler/check/program/library.h"
+#include "compiler/check/program/op_info.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -265,9 +266,7 @@ class Localizer {
     // The variables of operations that have no value for some operands.
     static void partial_operands(const Term& term, Variables& out) {
         each_subterm(term, [&](const Term& t) {
-            if (t.op == Op::Divide || t.op == Op::Modulo || t.op == Op::Power || t.op == Op::Truncate || t.op == Op::Sqrt ||
-                t.op == Op::Library || t.op == Op::Call)
-                each_variable(t, [&](VariableId v) { out.insert(v); });
+            if (info(t.op).has(OpInfo::kPartial)) each_variable(t, [&](VariableId v) { out.insert(v); });
         });
     }
 

@@ -14,17 +14,12 @@ using namespace check;
 
 namespace {
 
-void rename(Term& t, const std::map<VariableId, VariableId>& names) {
-    if (t.is_variable() || t.op == Op::Let)
-        if (const auto found = names.find(t.variable); found != names.end()) t.variable = found->second;
-    for (Term& operand : t.operands) rename(operand, names);
-}
-void rename(Clause& c, const std::map<VariableId, VariableId>& names) {
-    for (Term& t : c.atom.arguments) rename(t, names);
-    rename(c.test, names);
-    rename(c.parameter, names);
-    if (const auto found = names.find(c.variable); found != names.end()) c.variable = found->second;
-    for (Clause& inner : c.inner) rename(inner, names);
+// Gives every variable of a term or a clause its new name, if it has one.
+template <class Part>
+void rename(Part& part, const std::map<VariableId, VariableId>& names) {
+    rewrite_variables(part, [&](VariableId& v) {
+        if (const auto found = names.find(v); found != names.end()) v = found->second;
+    });
 }
 
 // The rule as text with its variables numbered as they appear, the head first and without its name.

@@ -10,6 +10,7 @@
 #include <map>
 #include <set>
 
+#include "compiler/check/program/op_info.h"
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
@@ -30,29 +31,8 @@ struct Push {
 };
 
 // Tests that have an outcome for all values.
-bool is_total(const Term& t) {
-    switch (t.op) {
-        case Op::Variable:
-        case Op::Int:
-        case Op::Float:
-        case Op::Bool:
-        case Op::Node:
-        case Op::Constant:
-        case Op::ToFloat:
-        case Op::Not:
-        case Op::And:
-        case Op::Or:
-        case Op::Equal:
-        case Op::NotEqual:
-        case Op::Less:
-        case Op::LessEqual:
-        case Op::Greater:
-        case Op::GreaterEqual:
-            break;
-        default:
-            return false;
-    }
-    return std::all_of(t.operands.begin(), t.operands.end(), is_total);
+bool is_total(const Term& term) {
+    return all_subterms(term, [](const Term& t) { return info(t.op).has(OpInfo::kMoves); });
 }
 
 class Pusher {
