@@ -155,7 +155,8 @@ void add_common_options(CLI::App& command, Options& options) {
     CLI::Option* const graph =
         command.add_flag("--graph", options.graph, "For worlds that are graphs, where facts also reach nodes that no link leads to");
     command
-        .add_flag("--no-graph", options.no_graph, "For worlds that are no graphs; by default the program decides, as it does without a world")
+        .add_flag("--no-graph", options.no_graph,
+                  "For worlds that are no graphs; by default the program decides, as it does without a world")
         ->excludes(graph);
     command.add_flag("--acyclic", options.compile.acyclic,
                      "The links of the graph lead in no circle: no warning of values that grow from link to link");
@@ -197,8 +198,6 @@ void add_compile_options(CLI::App& command, Options& options) {
     command.add_flag("--counters", options.compile.plan.counts,
                      "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
     command.add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for networks that are not ideal");
-    command.add_flag("--graph-if-needed", options.graph_if_needed,
-                     "--graph, if the program makes nodes or sends facts to nodes that no link leads to");
     command.add_flag("--places", options.compile.plan.places,
                      "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
     command.add_flag(
