@@ -83,7 +83,6 @@ bool is_separator(TokenKind kind) {
         case TokenKind::Else:
         case TokenKind::Otherwise:
         case TokenKind::In:
-        case TokenKind::LastArrow:
             return true;
         default:
             return false;
