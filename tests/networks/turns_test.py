@@ -126,16 +126,19 @@ class Turns(Case):
         links_of_world = ", ".join(f"[{a}, {b}]" for a, b in sorted(edges))
         return f'lattice = "graph"\nnodes = {n}\nlinks = [{links_of_world}]\n', links, first, sends, asks
 
+    def write_program(self, first, sends, asks, order=""):
+        facts = [f"go(@{a}, {k})." for a, k in first]
+        facts += [f"sends(@{i}, {k}, @{j})." for (i, k), all_of in sends.items() for j in all_of]
+        facts += [f"asks(@{i}, {k}, {kind}, @{j}, {float(value)})." for (i, k), all_of in asks.items() for kind, j, value in all_of]
+        self.write("p.meld", PROGRAM.format(order=order, facts="\n".join(facts)))
+
     def test_who_acts_when_is_as_in_the_model(self):
         draw = random.Random(11)
         self.write("tell.meld", "tell(A, K) :- did(A, K).\n")
         for number in range(24):
             graph, links, first, sends, asks = self.case(draw)
             sequential, upwards = number % 2 == 1, number % 3 == 0
-            facts = [f"go(@{a}, {k})." for a, k in first]
-            facts += [f"sends(@{i}, {k}, @{j})." for (i, k), all_of in sends.items() for j in all_of]
-            facts += [f"asks(@{i}, {k}, {kind}, @{j}, {float(value)})." for (i, k), all_of in asks.items() for kind, j, value in all_of]
-            self.write("p.meld", PROGRAM.format(order="priority @order asc." if upwards else "", facts="\n".join(facts)))
+            self.write_program(first, sends, asks, "priority @order asc." if upwards else "")
             world = self.world("sequential" if sequential else "priority", graph)
             expected, acts = model(sequential, upwards, links, first, sends, asks)
             for processes in (1, 2 + number % 3):
@@ -165,10 +168,7 @@ class Turns(Case):
         draw = random.Random(5)
         for number in range(6):
             graph, links, first, sends, asks = self.case(draw)
-            facts = [f"go(@{a}, {k})." for a, k in first]
-            facts += [f"sends(@{i}, {k}, @{j})." for (i, k), all_of in sends.items() for j in all_of]
-            facts += [f"asks(@{i}, {k}, {kind}, @{j}, {float(value)})." for (i, k), all_of in asks.items() for kind, j, value in all_of]
-            self.write("p.meld", PROGRAM.format(order="", facts="\n".join(facts)))
+            self.write_program(first, sends, asks)
             world = self.world(("priority", "sequential")[number % 2], graph)
             whole, _ = self.call("meldsim", "run", "p.meld", "--world", world, "--digest", "-", "--quiet")
             for processes in (1, 2):

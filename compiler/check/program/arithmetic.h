@@ -1,5 +1,5 @@
-// What operators make of known numbers, before the run as in it (runtime/module/kernel/values.h). The values of constants, the planner's
-// pass `fold` and questions share it.
+// What operators make of known numbers, before the run as in it (runtime/module/kernel/values.h): for the values of constants and for the
+// planner's pass `fold`. Questions compute with the kernel's own functions, and compare as here.
 #pragma once
 
 #include <cstdint>

@@ -5,6 +5,7 @@
 #include <bit>
 #include <utility>
 
+#include "compiler/check/program/arithmetic.h"
 #include "compiler/check/program/library.h"
 #include "compiler/check/program/types.h"
 #include "runtime/ask/query/library.h"
@@ -22,24 +23,6 @@ namespace {
 constexpr std::ptrdiff_t kMostStack_bytes = 4 << 20;
 
 u64 word_of(Value v) { return v.catom; }
-
-template <class V>
-bool compared(Op op, V a, V b) {
-    switch (op) {
-        case Op::Equal:
-            return a == b;
-        case Op::NotEqual:
-            return a != b;
-        case Op::Less:
-            return a < b;
-        case Op::LessEqual:
-            return a <= b;
-        case Op::Greater:
-            return a > b;
-        default:
-            return a >= b;
-    }
-}
 
 }  // namespace
 
@@ -247,10 +230,10 @@ bool Terms::comparison(const Term& t, Values& variables) {
     const Value a = value_as(l, common, variables), b = value_as(r, common, variables);
     if (common.compound()) {
         const u16 number = types.number(common);
-        return compared(t.op, compare_lists(types.table(), number, a.list, b.list), 0);
+        return holds(t.op, compare_lists(types.table(), number, a.list, b.list), 0);
     }
-    if (common == Type::Float) return compared(t.op, a.real, b.real);
-    return common == Type::Node ? compared(t.op, a.catom, b.catom) : compared(t.op, a.integer, b.integer);
+    if (common == Type::Float) return holds(t.op, a.real, b.real);
+    return common == Type::Node ? holds(t.op, a.catom, b.catom) : holds(t.op, a.integer, b.integer);
 }
 
 Value Terms::library(const Term& t, Values& variables) {

@@ -192,34 +192,38 @@ nlohmann::ordered_json run_json(const sim::Summary& s, const std::string& world,
             {"processes", processes}, {"threads", threads}, {"setup_seconds", s.setup_seconds}, {"run_seconds", s.run_seconds}};
 }
 
+nlohmann::ordered_json counts_json(const sim::Summary& s) {
+    return {{"ticks", s.ticks},
+            {"catoms", s.catoms},
+            {"killed", s.killed},
+            {"hung", s.hung},
+            {"restarted", s.restarted},
+            {"lost_linear_facts", s.lost},
+            {"links_cut", s.links_cut},
+            {"links_made", s.links_made},
+            {"nodes_made", s.nodes_made},
+            {"evaluations", s.evaluations},
+            {"derivations", s.derivations},
+            {"exported_changes", s.changes},
+            {"linear_messages", s.messages},
+            {"dropped_messages", s.dropped},
+            {"far_facts", s.far_facts},
+            {"far_messages", s.far_hops}};
+}
+
 std::string summary_json(const sim::Summary& s, const About& about, const nlohmann::ordered_json& stats) {
     nlohmann::ordered_json again = nlohmann::ordered_json::array();
     for (const Restart& each : about.restarts)
         again.push_back({{"reason", each.reason}, {"in_tick", each.in_tick}, {"from_tick", each.from_tick}});
     nlohmann::ordered_json stages = nlohmann::ordered_json::object();
     for (const auto& [name, seconds] : s.stage_seconds) stages[name] = seconds;
-    nlohmann::ordered_json json = {
-        {"world", about.world},
-        {"default_world", about.default_world},
-        {"world_catoms", about.world_catoms},
-        {"never_given", about.never_given},
-        {"ended", sim::name_of(s.ending)},
-        {"ticks", s.ticks},
-        {"catoms", s.catoms},
-        {"killed", s.killed},
-        {"hung", s.hung},
-        {"restarted", s.restarted},
-        {"lost_linear_facts", s.lost},
-        {"links_cut", s.links_cut},
-        {"links_made", s.links_made},
-        {"nodes_made", s.nodes_made},
-        {"evaluations", s.evaluations},
-        {"derivations", s.derivations},
-        {"exported_changes", s.changes},
-        {"linear_messages", s.messages},
-        {"dropped_messages", s.dropped},
-        {"far_facts", s.far_facts},
-        {"far_messages", s.far_hops},
+    nlohmann::ordered_json json = {{"world", about.world},
+                                   {"default_world", about.default_world},
+                                   {"world_catoms", about.world_catoms},
+                                   {"never_given", about.never_given},
+                                   {"ended", sim::name_of(s.ending)}};
+    json.update(counts_json(s));
+    json.update(nlohmann::ordered_json{
         {"refused_actions", to_json(s.refused)},
         {"dead_routes", {{"count", s.dead_routes.count}, {"first", s.dead_routes.first}}},
         {"bytes_between_processes", s.sent_bytes},
@@ -235,7 +239,7 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"divisions", divisions_json(s)},
         {"imbalance", s.imbalance},
         {"restarts", again},
-        {"outcomes", s.outcomes}};
+        {"outcomes", s.outcomes}});
     if (about.forked) json["forked"] = to_json(*about.forked);
     if (!stats.empty()) json["stats"] = stats;
     // Escapes text that is not visible, and everything that is not ASCII.

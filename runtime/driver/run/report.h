@@ -63,6 +63,8 @@ std::vector<std::string> warnings(const sim::Summary& summary, const world::Worl
 // What a profile says of the run as a whole.
 nlohmann::ordered_json run_json(const sim::Summary& summary, const std::string& world, int processes, int threads,
                                 const std::string& program);
+// What was counted, by name: the same on any machine, and for any number of processes and threads.
+nlohmann::ordered_json counts_json(const sim::Summary& summary);
 // With what --stats adds, as JSON; empty: nothing.
 std::string summary_json(const sim::Summary& summary, const About& about, const nlohmann::ordered_json& stats);
 

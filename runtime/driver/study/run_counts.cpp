@@ -2,29 +2,17 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/driver/run/report.h"
+
 namespace meld::driver {
 
 nlohmann::ordered_json counts_of(const sim::Summary& s) {
+    nlohmann::ordered_json counts = counts_json(s);
+    counts["messages"] = s.changes + s.messages;
     std::uint64_t refused = 0;
     for (const sim::Refused& each : s.refused) refused += each.count;
-    return {{"ticks", s.ticks},
-            {"messages", s.changes + s.messages},
-            {"exported_changes", s.changes},
-            {"linear_messages", s.messages},
-            {"dropped_messages", s.dropped},
-            {"far_facts", s.far_facts},
-            {"far_messages", s.far_hops},
-            {"catoms", s.catoms},
-            {"evaluations", s.evaluations},
-            {"derivations", s.derivations},
-            {"refused_actions", refused},
-            {"killed", s.killed},
-            {"hung", s.hung},
-            {"restarted", s.restarted},
-            {"lost_linear_facts", s.lost},
-            {"links_cut", s.links_cut},
-            {"links_made", s.links_made},
-            {"nodes_made", s.nodes_made}};
+    counts["refused_actions"] = refused;
+    return counts;
 }
 
 const std::vector<std::string_view>& count_names() {

@@ -90,13 +90,16 @@ std::vector<std::pair<Catom, Turns::Claim>> Turns::claims(i64 now, const std::fu
 
 void Turns::choose(i64 now, const std::function<bool(Catom)>& silent) {
     const std::vector<std::pair<Catom, Claim>> mine = claims(now, silent);
-    acts_.assign(members_.ensemble.index_count(), false);
+    for (const Catom catom : acting_) acts_[catom] = false;
+    acting_.clear();
+    acts_.resize(std::max(acts_.size(), std::size_t{members_.ensemble.index_count()}), false);
     if (kind_ == world::ClockKind::Sequential)
         choose_one(mine);
     else
         choose_among_neighbours(mine);
     for (const auto& [catom, claim] : mine) {
         if (!acts_[catom]) continue;
+        acting_.push_back(catom);
         Node& node = known_.at(claim.id);
         node.acted = true;
         node.since = kIdle;
@@ -117,14 +120,10 @@ void Turns::choose_one(const std::vector<std::pair<Catom, Claim>>& mine) {
 
 void Turns::choose_among_neighbours(const std::vector<std::pair<Catom, Claim>>& mine) {
     const world::Links& links = members_.ensemble.links();
-    // By the index of a catom, owned or ghost, its place among the claims.
+    // Of catoms, owned or ghosts.
     constexpr u32 kNoClaim = 0xffffffff;
-    std::vector<u32> of(members_.ensemble.index_count(), kNoClaim);
-    std::vector<Claim> claims;
-    for (const auto& [catom, claim] : mine) {
-        of[catom] = static_cast<u32>(claims.size());
-        claims.push_back(claim);
-    }
+    claim_of_.resize(std::max(claim_of_.size(), std::size_t{members_.ensemble.index_count()}), kNoClaim);
+    std::vector<std::pair<Catom, Claim>> claims = mine;
     if (comm_.processes() > 1) {
         ByteWriter bytes;
         for (const auto& [catom, claim] : mine) {
@@ -139,16 +138,19 @@ void Turns::choose_among_neighbours(const std::vector<std::pair<Catom, Claim>>& 
                 const auto claim = in.read<Claim>();
                 const auto ghost = members_.ensemble.find(claim.id);
                 if (!ghost) continue;
-                of[*ghost] = static_cast<u32>(claims.size());
-                claims.push_back(claim);
+                claims.emplace_back(*ghost, claim);
             }
         }
     }
+    for (u32 i = 0; i < claims.size(); ++i) claim_of_[claims[i].first] = i;
     for (const auto& [catom, claim] : mine) {
         bool first = true;
-        links.each(catom, [&](world::Port, Catom other) { first = first && (of[other] == kNoClaim || claim.before(claims[of[other]])); });
+        links.each(catom, [&](world::Port, Catom other) {
+            first = first && (claim_of_[other] == kNoClaim || claim.before(claims[claim_of_[other]].second));
+        });
         acts_[catom] = first;
     }
+    for (const auto& [catom, claim] : claims) claim_of_[catom] = kNoClaim;
 }
 
 // ---- migration and snapshots

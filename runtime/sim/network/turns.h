@@ -93,6 +93,8 @@ class Turns {
     comm::Communicator& comm_;
     std::unordered_map<std::uint64_t, Node> known_;  // Those that are not plain.
     std::vector<bool> acts_;
+    std::vector<Catom> acting_;  // Those that it names.
+    std::vector<u32> claim_of_;  // By catom, only while choose_among_neighbours() looks.
 };
 
 }  // namespace meld::sim
