@@ -385,6 +385,28 @@ class Recording:
         """
         return pictures.share(self._target(), path, options, self._meldsim)
 
+    def view(self, *, height: int = 520, **options: Any) -> pictures.Page:
+        """The run as an interactive page in a notebook's cell: turned, zoomed, played, and asked for a catom's facts by a click. Of a
+        recording that is still being written it shows what is there by now; view it again for more.
+
+        Parameters
+        ----------
+        height : int
+            Of the cell, in pixels.
+        **options
+            Those of `meldsim view --share`, such as colour="dist(A, D)", facts="all", every=10.
+
+        Raises
+        ------
+        WorldError
+            A body that is none of this program's, and other options that cannot be.
+        LimitReached
+            The page would be too large for a notebook: choose fewer frames (every=10) or share() it as a file.
+        ToolNotFound
+            This meldsim writes no pages.
+        """
+        return pictures.view(self._target(), height, options, self._meldsim)
+
     def plot(self, tick: Optional[int] = None, colour: Any = None, **options: Any) -> Any:
         """A recorded tick in matplotlib's axes, which are returned; see `claymeld.plots.plot`, which has all options."""
         return plots.plot(self, tick, colour, **options)
