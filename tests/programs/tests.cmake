@@ -16,7 +16,7 @@ foreach(program echo diffusing articulation snapshot alternating_bit luby fragme
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
 # The same, with crashes, links that break, and programs that are broken in one place.
-foreach(program vector_clocks dining_philosophers synchronizer link_reversal k_core failure_detector chandra_toueg distance_vector
+foreach(program vector_clocks dining_philosophers synchronizer link_reversal k_core failure_detector chandra_toueg paxos distance_vector
         link_state)
   meld_sizes_test(textbook_${program} ${CMAKE_CURRENT_LIST_DIR}/textbook_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
     ${program})
