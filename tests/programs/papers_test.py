@@ -19,6 +19,9 @@ BREAKS = {
     "ghs": [("study.toml", "regular({n}, 4)", "complete({n})"), ("study.toml", "[32, 64, 128, 256, 512]", "[32, 64]")],
     "compression": [("study.toml", "ticks = 300000", "ticks = 3000")],
     "healing": [("gradients.meld", "const bis-speed = 0.7.", "const bis-speed = 0.7.\nconst crf-speed = 0.05.")],
+    # Nobody adjusts to his neighbours.
+    "localization": [("../../meld/localization.meld", "const sweeps = 10.", "const sweeps = 0."),
+                     ("../../meld/localization.meld", "const last-sweeps = 30.", "const last-sweeps = 0.")],
     "pagerank": [("convergence.meld", "damping = 0.85", "damping = 0.9")],
 }
 
