@@ -29,8 +29,8 @@ BREAKS = {
 def run(meldsim, papers, name, out):
     environment = {**os.environ, "CLAYMELD_MELDSIM": str(pathlib.Path(meldsim).resolve()), "PYTHONPATH": str(ROOT / "python"),
                    "MPLCONFIGDIR": str(out)}
-    return subprocess.run([sys.executable, "-B", papers / name / f"{name}.py", "--out", out], env=environment, capture_output=True, text=True,
-                          timeout=280)
+    command = [sys.executable, "-B", papers / name / f"{name}.py", "--out", out]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=280)
 
 
 def pixels(path):
@@ -56,7 +56,7 @@ def main():
             assert right in text, f"{file} has no '{right}' that could be broken"
             path.write_text(text.replace(right, wrong))
         done = run(meldsim, folder / "examples" / "papers", name, folder / "broken")
-        assert done.returncode == 1 and "not as in the paper" in done.stderr, f"it is broken, and nobody notices: {done.stdout}{done.stderr}"
+        assert done.returncode == 1 and "not as in the paper" in done.stderr, f"broken, and nobody notices: {done.stdout}{done.stderr}"
         print(done.stderr.strip().splitlines()[-1])
 
 

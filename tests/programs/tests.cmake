@@ -65,7 +65,7 @@ add_test(NAME motion_compression
                  $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 set_tests_properties(motion_compression PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # Programs of the amoebot model, each from random shapes.
-foreach(program spanning_forest erosion_election hexagon_formation line_formation energy_sharing)
+foreach(program spanning_forest erosion_election hexagon_formation line_formation coating energy_sharing)
   add_test(NAME amoebots_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/amoebot_programs_test.py
                    $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})

@@ -1,5 +1,5 @@
-"""How gradients heal after their source has moved: the plain one rises as slowly as its shortest links let it, which is the problem that the
-papers on crf and bis begin with; theirs do not depend on the shortest link, and `field` withdraws what has lost its support."""
+"""How gradients heal after their source has moved: the plain one rises as slowly as its shortest links let it, the problem with which the
+papers on crf and bis begin; theirs do not depend on the shortest link, and `field` withdraws what has lost its support."""
 
 import pathlib
 import sys

@@ -1,5 +1,5 @@
-"""Rounds of Luby's algorithm against the number of nodes, beside the bound that follows from the lemma of the paper: a round removes at least
-half of the links in expectation. So after k rounds E / 2^k are left, and the expected number of rounds is at most log2 E + 3."""
+"""Rounds of Luby's algorithm against the number of nodes, beside the bound that follows from the lemma of the papers: a round removes at
+least half of the links in expectation. So after k rounds E / 2^k are left, and the expected number of rounds is at most log2 E + 3."""
 
 import math
 import pathlib
