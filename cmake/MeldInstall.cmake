@@ -34,8 +34,12 @@ install(TARGETS meld_backend_library LIBRARY DESTINATION lib/claymeld)
 # The libraries are also in meldc; here they are to be read. Examples, documentation and support for editors.
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/stdlib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld/library FILES_MATCHING PATTERN "*.meld")
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/meld/ DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld/examples)
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/editors DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE)
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION share/doc/claymeld PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/editors DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE
+  PATTERN node_modules EXCLUDE PATTERN "*.vsix" EXCLUDE)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION share/doc/claymeld PATTERN __pycache__ EXCLUDE PATTERN site EXCLUDE)
+# The guides as manual pages, if the site has been made.
+install(DIRECTORY ${CMAKE_BINARY_DIR}/site/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man7 OPTIONAL FILES_MATCHING PATTERN "*.7")
+install(DIRECTORY ${CMAKE_BINARY_DIR}/site/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man5 OPTIONAL FILES_MATCHING PATTERN "*.5")
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/python DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld PATTERN __pycache__ EXCLUDE
   PATTERN "*.egg-info" EXCLUDE PATTERN build EXCLUDE)
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION share/doc/claymeld)

@@ -6,6 +6,7 @@ import base64
 import html
 import os
 import pathlib
+import shutil
 from typing import Any, Mapping, Optional
 
 from .data.scratch import Scratch
@@ -65,11 +66,15 @@ class Movie:
 class Page:
     """A page in a file, which shows a run without a server; notebooks show it."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = os.fspath(path)
+    def __init__(self, path: Path, height: int = 520, scratch: Optional[Scratch] = None) -> None:
+        self.path, self.height = os.fspath(path), height
+        self._scratch = scratch  # A temporary file lasts as long as this.
+
+    def save(self, path: Path) -> None:
+        shutil.copyfile(self.path, path)
 
     def _repr_html_(self) -> str:
-        return inline(pathlib.Path(self.path).read_text(encoding="utf-8"))
+        return inline(pathlib.Path(self.path).read_text(encoding="utf-8"), self.height)
 
     def __repr__(self) -> str:
         return f"<Page {self.path}>"
@@ -116,9 +121,16 @@ def share(target: str, path: Path, options: Mapping[str, Any], meldsim: Optional
     return Page(path)
 
 
-def inline(page: str) -> str:
+def view(target: str, height: int, options: Mapping[str, Any], meldsim: Optional[Path]) -> Page:
+    scratch = Scratch()
+    path = scratch.folder / "page.html"
+    share(target, path, {"limit": MOST_PAGE_BYTES >> 20, **options}, meldsim)
+    return Page(path, height, scratch)
+
+
+def inline(page: str, height: int) -> str:
     """A page within a page."""
-    return (f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" style="width: 100%; height: 520px; border: 0" '
+    return (f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" style="width: 100%; height: {height}px; border: 0" '
             'title="A run of Claymeld"></iframe>')
 
 

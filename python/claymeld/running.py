@@ -18,6 +18,7 @@ from .tool.packages import needed_for
 if TYPE_CHECKING:
     import pandas
 
+    from .pictures import Page
     from .recording import Recording
 
 # What catoms print goes where messages go.
@@ -86,6 +87,16 @@ class Run:
 
             return facts(path, predicate)
         return self.recording.facts(predicate) if predicate is not None else self.recording.all_facts()
+
+    def view(self, **options: Any) -> Page:
+        """The run as an interactive page in a notebook's cell; arguments and errors are those of `Recording.view`.
+
+        Raises
+        ------
+        ValueError
+            The run was not recorded, or has failed before its first step.
+        """
+        return self.recording.view(**options)
 
     def __repr__(self) -> str:
         what = ", ".join(f"{self.summary[key]:,} {key}" for key in ("ticks", "catoms") if key in self.summary)

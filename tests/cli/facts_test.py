@@ -106,6 +106,13 @@ class Tables(Case):
             self.assertEqual(list(file["all"].attrs["types"]), ["node", "int", *["float"] * 5, "bool", "string"])
         package = json.loads((self.folder / "t/datapackage.json").read_text())
         self.assertEqual([r["path"] for r in package["resources"]], sorted(n for n in self.files("t") if n.endswith(".csv")))
+        for version, says in ((2, "version 2"), (None, "version none")):
+            with h5py.File(self.folder / "t.h5", "r+") as file:
+                if "version" in file.attrs:
+                    del file.attrs["version"]
+                if version is not None:
+                    file.attrs["version"] = version
+            self.assertRaisesRegex(claymeld.RecordingError, f"{says} of the format.* reads version 1", claymeld.facts, self.folder / "t.h5")
         # A fact is a line, whatever its strings hold.
         self.assertEqual(len((self.folder / "t/all.csv").read_bytes().split(b"\n")), len(claymeld.facts(self.folder / "t", "all")) + 2)
 

@@ -3,10 +3,10 @@
 import pathlib
 import sys
 
-from references import References
+from references import SKIPPED, References
 from rules import Layers, PrivateNames, Problem, check_file, check_table_of_folders
 
-FOLDERS = ("cmake", "compiler", "docs/pictures", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
+FOLDERS = ("cmake", "compiler", "docs/pictures", "docs/site", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
 PAGES = ("README.md", "CHANGELOG.md", "docs", "editors")
 SUFFIXES = (".h", ".cpp", ".def", ".l", ".y", ".yy", ".py", ".js", ".cmake", ".meld")
 # Programs for the shell have no suffix.
@@ -19,7 +19,7 @@ def files_of(root: pathlib.Path):
     yield root / "CMakeLists.txt"
     for folder in FOLDERS:
         for path in sorted((root / folder).rglob("*")):
-            if path.is_file() and (path.suffix in SUFFIXES or path.name == "CMakeLists.txt") and "__pycache__" not in path.parts:
+            if path.is_file() and (path.suffix in SUFFIXES or path.name == "CMakeLists.txt") and not SKIPPED & set(path.parts):
                 yield path
     for folder in SHELL:
         yield from sorted(path for path in (root / folder).iterdir() if path.is_file())

@@ -13,6 +13,8 @@ from .hdf5 import LOCK
 from .values import unescaped, value
 
 CREATOR = "claymeld"
+# Of facts in HDF5.
+VERSION = 1
 # Types of Meld whose columns are numbers; all others are text in files.
 NUMBERS = {"int": "int64", "node": "int64", "float": "float64", "bool": "bool"}
 
@@ -78,6 +80,10 @@ def _hdf5(path: str) -> tuple[list[str], Read]:
         kind = file.attrs.get("format")
         if kind != "claymeld facts":
             raise ValueError(f"{path} is no file that meldsim run --facts-out has written: its format is {kind!r}")
+        version = file.attrs.get("version")
+        if version != VERSION:
+            raise RecordingError(f"{path} has facts in version {'none' if version is None else int(version)} of the format, and this "
+                                 f"package reads version {VERSION}: use the package that came with the meldsim that wrote it", 6)
         names = list(file)
 
     def read(name: str) -> pandas.DataFrame:
