@@ -12,6 +12,7 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     program.links_c = links_c;
     merge_programs(tree, report);
     expand_stable(tree, report);
+    program.kinds = apply_node_kinds(tree, report);
     expand_type_names(tree, report);
     check_imports(tree, report);
     declare(tree, prelude_files, program, report);

@@ -11,7 +11,7 @@ namespace meld::check {
 // constructs that are correct but make no sense. The result is complete only if no error was reported; it is safe to print in any case.
 // Names in the tree are replaced by their meaning. prelude_files: how many files of the set are ours.
 Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report,
-              Worlds worlds = Worlds::Any, bool links_c = false);
+              Worlds worlds = Worlds::Undecided, bool links_c = false);
 
 // ---- the passes, one file each, in this order
 
@@ -22,6 +22,9 @@ void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnosti
 void merge_programs(syntax::Tree& tree, diagnostics::Reporter& report);
 // `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for that long.
 void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
+// Kinds of nodes: facts of the text for every node are those for every node of the kind that their predicates want. Returns whether there
+// are kinds.
+bool apply_node_kinds(syntax::Tree& tree, diagnostics::Reporter& report);
 // Type names: each becomes the type it stands for, `list int` for `vector`, `node` for a kind of nodes.
 void expand_type_names(syntax::Tree& tree, diagnostics::Reporter& report);
 // Imports that repeat a declaration must agree with it.

@@ -16,6 +16,11 @@
 //     a(A, X) -o exists B. (p(B, X)).
 // becomes
 //     a(A, X) -o B = new node, p@new(B, X).   p@new(B, X) -o p(B, X).
+// An action of another catom is requested there:
+//     a(A), neighbor(A, B) -o setColor2(B, 3).
+// becomes
+//     a(A), neighbor(A, B) -o setColor2@there(B, 3).     setColor2@there(B, X) -o setColor2(B, X).
+//
 // New nodes have no links. So in a program that makes nodes, facts along its own routes, edge(A, B), find their way, too.
 #include <algorithm>
 #include <map>
@@ -111,6 +116,7 @@ class Relays {
     void send(const Rule& rule, Atom& atom, const Graph& graph) {
         const VariableId goal = atom.arguments[0].variable;
         if (goal == rule.site) return;
+        if (program_.predicates[atom.predicate].kind == PredicateKind::Action) atom.predicate = request(atom.predicate);
         if (const auto made = made_.find(goal); made != made_.end()) {
             MELD_CHECK(program_.worlds == Worlds::Graphs, "a fact at a new value");
             made->second = true;
@@ -146,6 +152,18 @@ class Relays {
         hand.head(program_, next, 1);
         hand.add_to(program_);
         return relays_[{p, left}] = id;
+    }
+
+    // The auxiliary for requests of an action to another catom, made with its rule on first use. Its arguments are those of the action.
+    PredicateId request(PredicateId action) {
+        const auto found = requests_.find(action);
+        if (found != requests_.end()) return found->second;
+        const PredicateId id = carrier(action, program_.predicates[action].name + "@there", 0);
+        MadeRule rule(program_, id, program_.predicates[id].name);
+        rule.rule.linear = rule.rule.arrives = true;
+        rule.head(program_, action, 0);
+        rule.add_to(program_);
+        return requests_[action] = id;
     }
 
     // The auxiliary for facts of p with which a node begins, made with its rule on first use. Its arguments are those of p.
@@ -221,7 +239,7 @@ class Relays {
 
     Program& program_;
     std::map<PredicateId, PredicateId> back_;  // `undelivered-p` by p.
-    std::map<PredicateId, PredicateId> finding_, beginning_;
+    std::map<PredicateId, PredicateId> finding_, beginning_, requests_;
     bool makes_nodes_ = false;
     std::map<VariableId, bool> made_;  // By `exists` in the present rule; whether facts are at them.
     std::map<std::pair<PredicateId, std::size_t>, PredicateId> relays_;

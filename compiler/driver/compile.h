@@ -22,7 +22,7 @@ struct CompileOptions {
     bool progress = false;                 // Prints a progress line on stderr if compiling takes longer than a second.
     std::vector<std::string> library_paths = {};
     std::vector<std::string> programs = {};  // Files with other programs of the same ensemble.
-    check::Worlds worlds = check::Worlds::Any;
+    check::Worlds worlds = check::Worlds::Undecided;
     bool acyclic = false;  // The facts of `link` lead in no circle.
     // Of the world, for a warning: its lattice, and whose numbers ports have there. Empty: unknown.
     std::string lattice = {}, ports = {};

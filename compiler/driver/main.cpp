@@ -42,7 +42,7 @@ struct Options {
     bool fix = false;
     bool quiet = false;
     bool explain_rules = false;
-    bool graph = false, graph_if_needed = false;
+    bool graph = false, no_graph = false;
     CompileOptions compile;
     FormatOptions format;
 };
@@ -152,7 +152,12 @@ void add_common_options(CLI::App& command, Options& options) {
         ->type_name("DIR")
         ->take_all()
         ->allow_extra_args(false);
-    command.add_flag("--graph", options.graph, "For worlds that are graphs, where linear facts also reach nodes that no link leads to");
+    CLI::Option* const graph =
+        command.add_flag("--graph", options.graph, "For worlds that are graphs, where facts also reach nodes that no link leads to");
+    command
+        .add_flag("--no-graph", options.no_graph,
+                  "For worlds that are no graphs; by default the program decides, as it does without a world")
+        ->excludes(graph);
     command.add_flag("--acyclic", options.compile.acyclic,
                      "The links of the graph lead in no circle: no warning of values that grow from link to link");
     command.add_option("--lattice", options.compile.lattice, "The lattice of the world, for a warning about the numbers of ports")
@@ -193,8 +198,6 @@ void add_compile_options(CLI::App& command, Options& options) {
     command.add_flag("--counters", options.compile.plan.counts,
                      "Count what each rule does, 10 to 20 % slower: a module for meldsim run --stats and --profile");
     command.add_flag("--links", options.compile.plan.links, "Find neighbours in a table: for networks that are not ideal");
-    command.add_flag("--graph-if-needed", options.graph_if_needed,
-                     "--graph, if the program makes nodes or sends facts to nodes that no link leads to");
     command.add_flag("--places", options.compile.plan.places,
                      "Say at any time which rule runs, some 3 % slower: a module for meldsim run --profile");
     command.add_flag(
@@ -239,7 +242,7 @@ int run_program(int argc, char** argv) {
     if (const std::optional<int> code = cli::parse(app, argc, argv, choices(), {{"run", "meldsim"}, {"world", "meldsim"}})) return *code;
     std::optional<interrupt::TimeLimit> limit;
     if (options.timeout_seconds > 0) limit.emplace("meldc", options.timeout_seconds);
-    if (options.graph_if_needed) options.compile.worlds = check::Worlds::Undecided;
+    if (options.no_graph) options.compile.worlds = check::Worlds::Any;
     if (options.graph) options.compile.worlds = check::Worlds::Graphs;
     if (*check)
         return run_check(

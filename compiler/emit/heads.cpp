@@ -45,6 +45,8 @@ std::string RuleEmitter::accumulated(const Accumulator& f) const {
 
 void RuleEmitter::step(const plan::AggregateOver& s) {
     const Scope before = scope_;
+    // Like the absence of facts, it sees all linear facts, including those that the rule is about to consume, and consumes none.
+    const std::vector<Consumed> taken = std::exchange(consumed_, {});
     const Accumulator f = start_accumulator(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.parameter);
     w_.open("{");
     const std::size_t outside = w_.depth();
@@ -57,6 +59,7 @@ void RuleEmitter::step(const plan::AggregateOver& s) {
     close_to(outside);
     w_.close();
     restore(before);
+    consumed_ = taken;
     std::string condition = f.needs_match() ? f.seen + " > 0" : "";
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.site;
     if (known)

@@ -257,10 +257,10 @@ void emit_rule_table(const plan::Plan& plan, Writer& w) {
     w.close("};");
 }
 
-// One more than the greatest number of a node that the text names anywhere.
-std::uint64_t named_nodes(const Program& program) {
-    std::uint64_t nodes = 0;
-    const auto name = [&](std::int64_t node) { nodes = std::max(nodes, static_cast<std::uint64_t>(node) + 1); };
+// The nodes that the text names anywhere.
+std::set<std::uint64_t> named_nodes(const Program& program) {
+    std::set<std::uint64_t> nodes;
+    const auto name = [&](std::int64_t node) { nodes.insert(static_cast<std::uint64_t>(node)); };
     const auto note = [&](const Term& whole) {
         check::each_subterm(whole, [&](const Term& t) {
             if (t.op == Op::Node) name(t.integer);
@@ -363,17 +363,18 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     std::string includes;
     for (const std::optional<std::uint32_t>& source : p.includes) includes += source ? std::to_string(*source) + ", " : "kNone32, ";
     w.line("static constexpr u32 kIncludes[] = {{{}kNone32}};", includes);
+    const std::set<std::uint64_t> named = named_nodes(p);
+    w.line("static constexpr u64 kNamedNodes[] = {{{}0}};", named.empty() ? "" : fmt::format("{}, ", fmt::join(named, ", ")));
     w.raw("");
     w.open("static constexpr ModuleInfo kModule = {");
     w.line("kAbiVersion, {}, {}, {}, kSources, {}, {}, kIncludes,", hex(schema_hash(plan)), quoted(p.name), p.sources.size(), p.programs,
            p.includes.size());
     w.line(
-        "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, {}, evaluate, {}, {}, {}, {}, {}, "
-        "{}, "
-        "{}, {}, {},",
-        types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), named_nodes(p), plan.reads_tick,
+        "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, kNamedNodes, {}, "
+        "evaluate, {}, {}, {}, {}, {}, {}, {}, {}, {}, {},",
+        types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), named.size(), plan.reads_tick,
         plan.counts, plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan),
-        makes_nodes(plan), plan.idle_births);
+        makes_nodes(plan), plan.idle_births, p.own_graph);
     w.close("};");
 }
 

@@ -20,7 +20,7 @@ struct ParsedProgram {
     syntax::Tree prelude;
     syntax::Tree program;
     std::vector<std::uint32_t> others = {};  // ParseOptions::programs
-    check::Worlds worlds = check::Worlds::Any;
+    check::Worlds worlds = check::Worlds::Undecided;
     std::string lattice = {}, ports = {};  // lint::Place
     bool links_c = false;                  // Program::links_c
     bool acyclic = false;                  // lint::Place::graph

@@ -43,7 +43,7 @@ TokenKind item_keyword(std::string_view word) {
     if (word == "module") return TokenKind::Module;
     if (word == "include") return TokenKind::Include;
     if (word == "use") return TokenKind::Use;
-    if (is_one_of(word, {"priority", "index", "compact", "data", "allocator"})) return TokenKind::Hint;
+    if (is_one_of(word, {"priority", "prio", "index", "compact", "data", "allocator"})) return TokenKind::Hint;
     return TokenKind::Name;
 }
 
@@ -123,7 +123,8 @@ class Classifier {
             return next() == TokenKind::Name || next() == TokenKind::LeftParen || is_sigil(next()) ? TokenKind::Not : TokenKind::Name;
         if (word == "forall") return next() == TokenKind::Name || is_sigil(next()) ? TokenKind::Forall : TokenKind::Name;
         if (word == "delta" && next() == TokenKind::LeftParen && next(3) == TokenKind::Semicolon) return TokenKind::Delta;
-        if (word == "exists" && (next() == TokenKind::Variable || next() == TokenKind::Anonymous)) {
+        // The manual of Linear Meld has `create` for `exists`.
+        if (is_one_of(word, {"exists", "create"}) && (next() == TokenKind::Variable || next() == TokenKind::Anonymous)) {
             closes_exists_ = true;
             return TokenKind::Exists;
         }
@@ -154,6 +155,7 @@ class Classifier {
             case TokenKind::Period:
             case TokenKind::ViewArrow:
             case TokenKind::LinearArrow:
+            case TokenKind::LastArrow:
             case TokenKind::Bar:
             case TokenKind::RightParen:
             case TokenKind::RightBracket:

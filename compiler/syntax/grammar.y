@@ -56,7 +56,8 @@ static DeclarationWord number_word(const Token& token) { return {Form::Number, t
 
 %token <const Token*>
   End 0 Name Variable Anonymous Int Float String Catom World RunArgument AtName Delay Period ExistsPeriod Comma Semicolon Bar
-  LeftParen RightParen LeftBracket RightBracket LeftBrace RightBrace StructOpen NeighbourOpen Colon Cons ViewArrow LinearArrow ResultArrow
+  LeftParen RightParen LeftBracket RightBracket LeftBrace RightBrace StructOpen NeighbourOpen Colon Cons
+  ViewArrow LinearArrow ResultArrow LastArrow
   Equal NotEqual Less LessEqual Greater GreaterEqual And Or Tilde Plus Minus Star Slash Percent Caret Append Bang Question Dollar
   Type Const Fun Extern Node Import Export Module Hint If Then Else Otherwise EndWord Let In Not Forall Exists Delta
   Aggregate SizedAggregate
@@ -79,7 +80,7 @@ static DeclarationWord number_word(const Token& token) { return {Form::Number, t
 %nterm <meld::syntax::Atom> call atom
 %nterm <Part> part
 %nterm <std::vector<Part>> parts parts_opt
-%nterm <std::vector<std::vector<Part>>> sections
+%nterm <std::vector<std::vector<Part>>> sections aggregate_sections
 %nterm <Bracketed> bracketed
 %nterm <std::vector<HeadAggregate>> selections
 %nterm <HeadAggregate> selection
@@ -187,6 +188,8 @@ part:
   | expr Equal SizedAggregate LeftParen expr RightParen expr Colon LeftBrace parts RightBrace
                                           { $$ = Part{build.body_aggregate($1, *$3, $5, $7, build.clauses($10)), {}, @$}; }
   | LeftBrace sections RightBrace         { $$ = Part{build.comprehension($2, @$), {}, @$}; }
+  | LeftBrace sections LinearArrow parts_opt RightBrace
+                                          { $$ = Part{build.comprehension(with($2, $4), @$), {}, @$}; }
   | bracketed                             { $$ = Part{$1, {}, @$}; }
   | Exists variables ExistsPeriod LeftParen parts RightParen
                                           { $$ = Part{meld::syntax::Exists{$2, build.heads($5)}, {}, @$}; }
@@ -222,9 +225,11 @@ head_if:
   | If expr Then parts EndWord                  { $$ = HeadIf{$2, build.heads($4), {}}; }
   ;
 
+// `create B C. (...)` has them without commas.
 variables:
     Variable                  { $$ = list_of(Builder::to_name(*$1)); }
   | variables Comma Variable  { $$ = with($1, Builder::to_name(*$3)); }
+  | variables Variable        { $$ = with($1, Builder::to_name(*$2)); }
   ;
 
 sections:
@@ -232,7 +237,15 @@ sections:
   | sections Bar parts_opt  { $$ = with($1, $3); }
   ;
 
-bracketed: LeftBracket selections Bar sections RightBracket  { $$ = Bracketed{$2, $4}; } ;
+bracketed:
+    LeftBracket selections Bar aggregate_sections RightBracket        { $$ = Bracketed{$2, $4}; }
+  | LeftBracket selections Semicolon aggregate_sections RightBracket  { $$ = Bracketed{$2, $4}; }
+  ;
+
+aggregate_sections:
+    sections
+  | sections LinearArrow parts_opt LastArrow parts_opt  { $$ = with(with($1, $3), $5); }
+  ;
 
 selections:
     selection                   { $$ = list_of($1); }
@@ -282,6 +295,7 @@ expr:
   | expr Percent expr       { $$ = build.binary(BinaryOp::Modulo, $1, $3, @$); }
   | expr Caret expr         { $$ = build.binary(BinaryOp::Power, $1, $3, @$); }
   | Minus expr %prec Negation  { $$ = build.negate($2, @$); }
+  | Plus Int %prec Negation    { $$ = build.positive(*$2, @$); }
   | Tilde expr                 { $$ = build.expr(Unary{UnaryOp::Not, $2}, @$); }
   ;
 

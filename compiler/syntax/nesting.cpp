@@ -83,6 +83,7 @@ bool is_separator(TokenKind kind) {
         case TokenKind::Else:
         case TokenKind::Otherwise:
         case TokenKind::In:
+        case TokenKind::LastArrow:
             return true;
         default:
             return false;

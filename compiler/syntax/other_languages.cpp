@@ -79,8 +79,7 @@ Cure cure_of_other_language(const Stop& stop) {
             if (!assigns || next.kind != TokenKind::Equal || next.span.begin != token.span.end) return {};
             return {"write `=`: an equality gives a variable its value", safe(write(token.span.to(next.span), "="))};
         }
-        case TokenKind::Greater:
-            if (!behind(TokenKind::Minus)) return {};
+        case TokenKind::LastArrow:
             return {"an arrow is `-o` from a body to its heads, or `:-` from a head to its body"};
         case TokenKind::Less:
             if (!behind(TokenKind::Equal)) return {};

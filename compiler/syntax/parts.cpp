@@ -20,6 +20,8 @@ using diagnostics::Kind;
 
 namespace {
 
+constexpr std::string_view kExtreme = "00";
+
 // 2^63 is written with this many digits.
 constexpr std::uint32_t kMinimumDigits = 19;
 
@@ -125,13 +127,21 @@ ExprPtr Builder::name(const Token& token) const {
     return expr(Call{token.text, {}, false}, token.span);
 }
 
-// @cpus, how many processors Linear Meld ran on.
+// @cpus and @threads, how many processors Linear Meld ran on.
 ExprPtr Builder::at_name(const Token& token) {
-    if (token.text != "@cpus") wrong(token.span, fmt::format("`{}` means nothing here", token.text), kBehindAt);
+    if (token.text != "@cpus" && token.text != "@threads") wrong(token.span, fmt::format("`{}` means nothing here", token.text), kBehindAt);
     return expr(Call{token.text, {}, true}, token.span);
 }
 
 ExprPtr Builder::call(Atom atom) const { return expr(Call{std::move(atom.name.text), std::move(atom.arguments), true}, atom.span); }
+
+// +00 and -00, which the thesis on Linear Meld writes for numbers that no other exceeds.
+ExprPtr Builder::positive(const Token& number, Span span) {
+    if (number.text != kExtreme)
+        wrong(span, "a number has no `+` before it", fmt::format("write `{}`", number.text)).fixes = {
+            safe(diagnostics::write(span, number.text))};
+    return expr(Call{fmt::format("+{}", kExtreme), {}, true}, span);
+}
 
 // A minus and the digits after it are one number: -3 is the literal, so the smallest int can be written.
 ExprPtr Builder::negate(ExprPtr operand, Span span) {
@@ -139,6 +149,9 @@ ExprPtr Builder::negate(ExprPtr operand, Span span) {
     const char first = operand->span.begin < file_.text().size() ? file_.text()[operand->span.begin] : ' ';
     const bool digits = first >= '0' && first <= '9';
     if (auto* literal = std::get_if<IntLiteral>(&operand->node); literal != nullptr && digits) {
+        const Span written = operand->span;
+        if (file_.text().substr(written.begin, written.end - written.begin) == kExtreme)
+            return expr(Call{fmt::format("-{}", kExtreme), {}, true}, span);
         // 2^63 is stored as the smallest int already.
         lone_minimums_.erase(operand->span.begin);
         if (literal->value != std::numeric_limits<std::int64_t>::min()) literal->value = -literal->value;

@@ -51,6 +51,7 @@ class Builder {
     ExprPtr at_name(const Token& token);
     ExprPtr call(Atom atom) const;
     ExprPtr negate(ExprPtr operand, Span span);
+    ExprPtr positive(const Token& number, Span span);
     ExprPtr binary(BinaryOp op, ExprPtr left, ExprPtr right, Span span) const;
     ExprPtr cons(ExprPtr first, ExprPtr rest, Span span) const;
     ExprPtr paren_or_tuple(std::vector<ExprPtr> fields, Span span) const;

@@ -60,7 +60,11 @@ struct ExprPrinter {
     Printed operator()(const RunArgument& node) const { return {"@arg" + std::to_string(node.number)}; }
     Printed operator()(const Variable& node) const { return {node.name}; }
     Printed operator()(const Anonymous&) const { return {"_"}; }
-    Printed operator()(const Call& node) const { return {node.parentheses ? node.name + "(" + list_of(node.arguments) + ")" : node.name}; }
+    // +00 and @cpus are calls without brackets.
+    Printed operator()(const Call& node) const {
+        const bool brackets = node.parentheses && node.name.find_first_of("+-@") != 0;
+        return {brackets ? node.name + "(" + list_of(node.arguments) + ")" : node.name};
+    }
     Printed operator()(const Unary& node) const {
         if (node.op == UnaryOp::Not) return {"~" + at_least(*node.operand, Level::Not), Level::Not};
         // -3 would be read as one literal.

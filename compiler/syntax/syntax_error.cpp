@@ -81,7 +81,7 @@ std::string expected_words(const std::vector<TokenKind>& expected, TokenKind ite
     for (const TokenKind kind :
          {TokenKind::Comma, TokenKind::RightParen, TokenKind::RightBracket, TokenKind::RightBrace, TokenKind::Bar, TokenKind::Semicolon,
           TokenKind::ResultArrow, TokenKind::ExistsPeriod, TokenKind::Colon, TokenKind::Then, TokenKind::Else, TokenKind::Otherwise,
-          TokenKind::EndWord, TokenKind::ViewArrow, TokenKind::LinearArrow, TokenKind::Period}) {
+          TokenKind::EndWord, TokenKind::ViewArrow, TokenKind::LinearArrow, TokenKind::LastArrow, TokenKind::Period}) {
         if (has(expected, kind)) put(description(kind));
     }
     // Tokens that are allowed in many places are named only if nothing else is: the `in` of a let, the equals sign of a constant.
@@ -146,14 +146,14 @@ bool starts_operand(TokenKind kind) {
 
 // Two words in a row at the start of an item: a directive of another implementation, or a misspelt one.
 void unknown_declaration(const Token& word, diagnostics::Reporter& report) {
-    const std::vector<std::string> known = {"type",   "const",  "fun",      "extern", "node",    "include", "use",      "import",
-                                            "export", "module", "priority", "index",  "compact", "data",    "allocator"};
+    const std::vector<std::string> known = {"type",   "const",  "fun",      "extern", "node",  "include", "use",  "import",
+                                            "export", "module", "priority", "prio",   "index", "compact", "data", "allocator"};
     const std::string near = diagnostics::nearest_name(word.text, known);
     auto& diagnostic = report.add(Kind::SyntaxError, word.span, fmt::format("no declaration starts with `{}`", word.text));
     if (!near.empty()) return diagnostic.did_you_mean(near, word.span);
     diagnostic.help =
         "declarations start with type, const, fun, extern, node, include, use, import, export or module;\n"
-        "the hints priority, index, compact, data and allocator are read and have no effect: other directives have to be left out";
+        "the hints priority, prio, index, compact, data and allocator are read and have no effect: other directives have to be left out";
 }
 
 // Mistakes that are recognized by the token that was found; false if it is none of them.

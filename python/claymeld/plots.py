@@ -86,6 +86,7 @@ def plot(recording: Plotted, tick: Optional[int] = None, colour: Any = None, *, 
     colours, kinds, numbers, name = _colours(recording, frame, tick, colour, cmap, vmin, vmax)
     if flat:
         _draw_flat(ax, recording.lattice, places, diameters * size, colours, options)
+        _draw_tails(ax, frame)
     else:
         seen = numpy.ones(len(places), bool) if hidden else exposed(places, recording.lattice)
         _draw_space(ax, places, seen, diameters * size, colours, options)
@@ -184,6 +185,17 @@ def _values(recording: Plotted, frame: pandas.DataFrame, tick: int, colour: Any)
     rows = found.drop_duplicates(catom).set_index(catom)
     values = rows[others[-1]] if others else pandas.Series(True, index=rows.index).map({True: colour})
     return values.reindex(frame["catom"]).reset_index(drop=True), others[-1] if others else ""
+
+
+def _draw_tails(ax: Any, frame: pandas.DataFrame) -> None:
+    """A bar from the head to the tail of each amoebot with two cells."""
+    from matplotlib.collections import LineCollection
+
+    if "tail_x" not in frame:
+        return
+    ends = frame[["x", "y", "tail_x", "tail_y"]].to_numpy("float64").reshape(-1, 2, 2)
+    ends = ends[numpy.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 0.5]
+    ax.add_collection(LineCollection(ends, colors="#3c3c3c", linewidths=2.5, capstyle="round"))
 
 
 def _draw_flat(ax: Any, lattice: str, places: NDArray[numpy.float64], sizes: NDArray[numpy.float64], colours: NDArray[numpy.float64],

@@ -27,6 +27,8 @@ Ticks = Union[int, slice, Sequence[int], str, None]
 METHODS = ("nearest", "pad", "backfill")
 # How many ticks are kept that were made again.
 KEPT = 4
+# The array of where the other cells of amoebots are.
+TAILS = "tail_position"
 
 
 class Recording:
@@ -188,7 +190,8 @@ class Recording:
         -------
         pandas.DataFrame
             "catom" (int64); "x", "y", "z", in diameters of a catom (float32); "red", "green", "blue" (uint8); "label" and
-            "diameter" if they are recorded; "load.evaluations" and "load.messages" if the run was counted. Then for each recorded
+            "diameter" if they are recorded; of amoebots "tail_x", "tail_y", "tail_z", where the other cell is, or the only one;
+            "load.evaluations" and "load.messages" if the run was counted. Then for each recorded
             predicate: of one without arguments whether it holds (bool); of one with one argument its value, in a column of its name,
             and of several in NAME.ARGUMENT (Int64, float64, boolean or objects; missing where there is no fact); of one with several
             facts at a catom their number, in NAME.facts. `attrs["tick"]` is the tick.
@@ -199,6 +202,8 @@ class Recording:
                                    **dict(zip(("red", "green", "blue"), steps.array("colour", step).T))}
         if "label" in steps.arrays:
             columns["label"] = pandas.Series(steps.strings("label", steps.array("label", step)), dtype=object)
+        if TAILS in steps.arrays and TAILS not in steps.predicates:
+            columns.update(zip(("tail_x", "tail_y", "tail_z"), steps.array(TAILS, step).T))
         for name in ("diameter", "load.evaluations", "load.messages"):
             if name in steps.arrays and name not in steps.predicates:
                 columns[name] = steps.array(name, step)

@@ -103,7 +103,7 @@ def with_comments(text):
     depth = 0
     out = []
     texts = rb'"(?:[^"\\\n]|\\.)*"|//[^\n]*|/\*.*?\*/'
-    lines = rb"(?m:^[ \t]*(?:[#%]|--)[^\n]*|^(?:priority|index|compact|data|allocator)\b[^.]*)"
+    lines = rb"(?m:^[ \t]*(?:[#%]|--)[^\n]*|^(?:priority|prio|index|compact|data|allocator)\b[^.]*)"
     for part in re.findall(texts + rb"|" + lines + rb"|, *|(?<=\S) +(?=\S)|.", text, re.S):
         depth += part.startswith((b"(", b"[")) - part.startswith((b")", b"]"))
         if depth == 0 and part.startswith(b","):

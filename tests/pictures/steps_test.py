@@ -60,6 +60,19 @@ radius = 0.8
 [record]
 every = 20
 """
+# The first of three amoebots has two cells in every second step.
+STEP = """expand(A, 1) :- id(A, 0), not expanded(A).
+contract(A, "head") :- expanded(A).
+setColor2(A, N) :- id(A, N).
+"""
+AMOEBOTS = """lattice = "hex"
+[[body]]
+cells = [[0, 0], [4, 0], [4, 1]]
+[motion]
+kind = "amoebot"
+[record]
+every = 1
+"""
 SMALL = ("--size", "160x120", "--quiet")
 TINY = ("--size", "64x48", "--samples", "1")
 
@@ -114,6 +127,20 @@ class Steps(Case):
         self.assertGreater(len(ticks), 3)
         seen = [self.same(tick, "--form", "rounded", "--ground") for tick in (0, ticks[2], ticks[-1])]
         self.assertTrue((seen[0] != seen[-1]).any())
+
+    def test_so_are_those_of_amoebots_which_may_have_two_cells(self):
+        self.write("step.meld", STEP)
+        self.write("step.toml", AMOEBOTS)
+        ticks = self.record("step.meld", "--ticks", 6)
+        with h5py.File(self.folder / "run.vtkhdf") as recording:
+            steps, tails = recording["VTKHDF/Steps"], recording["VTKHDF/PointData/tail_position"]
+            far = [np.abs(tails[tail] - recording["VTKHDF/Points"][head]).max() for tail, head in
+                   zip(steps["PointDataOffsets/tail_position"][:], steps["PointOffsets"][:])]
+        self.assertEqual([one > 0.1 for one in far[:6]], [False, False, True, False, True, False])
+        self.assertGreater(len(ticks), 4)
+        # A bar, darker than all else, joins both cells.
+        dark = [(self.same(tick).max(axis=2) < 90).sum() for tick in ticks[:5]]
+        self.assertEqual([count > dark[0] + 50 for count in dark], [False, False, True, False, True], dark)
 
     def test_so_are_those_of_bodies(self):
         self.write("fall.meld", FALL)

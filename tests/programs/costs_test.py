@@ -33,7 +33,8 @@ SECTIONS = {
     "reliable_broadcast": "gossip-and-reliable-broadcast", "byzantine": "byzantine-agreement",
     "stabilizing_tree": "self-stabilization", "token_ring": "self-stabilization",
     "vector_clocks": "vector-clocks", "dining_philosophers": "dining-philosophers", "synchronizer": "a-synchronizer",
-    "link_reversal": "link-reversal", "k_core": "core-numbers", "chandra_toueg": "agreement-in-spite-of-crashes"}
+    "link_reversal": "link-reversal", "k_core": "core-numbers", "chandra_toueg": "agreement-in-spite-of-crashes",
+    "paxos": "agreement-in-spite-of-crashes"}
 HEAD = """| program | messages | the bound | rounds | time units, late | the bound |
 |---|---|---|---|---|---|
 """
@@ -136,6 +137,8 @@ ROWS = [
     Row("chandra_toueg", VOTES, lambda r: r.messages("told", "propose", "reply", "decide"),
         lambda r: ("3 (N - 1) for each round, and N (N - 1)", 3 * (r.n - 1) * (1 + r.greatest("told")) + r.n * (r.n - 1)),
         lambda r: r.last("decided") - 1, graph="complete(7)"),
+    Row("paxos", VOTES.replace("vote", "proposes"), lambda r: r.messages("prepare", "promise", "accept", "vote", "decide"),
+        lambda r: ("5 (N - 1)", 5 * (r.n - 1)), lambda r: r.last("decided") - 1, lambda r: ("5 of a leader alone", 5), graph="complete(7)"),
     Row("triangles", 'root = "id == 0"', lambda r: r.summary["stats"]["algorithm"]["messages"], None),
 ]
 

@@ -181,15 +181,30 @@ def chandra_toueg(case):
 
 
 def paxos_cases():
+    # Two catoms never hear of the leader, and the others no more from one of the ticks on in which a leader alone is done.
+    facts = 'proposes = [{ where = "id == 0", args = [1] }, { where = "id > 0", args = [2] }]'
+    for seed, tick, far in itertools.product(SEEDS, range(2, 9), ("id < 3", "id > 2")):
+        crash = (f'[network]\nkind = "raw"\n[[event]]\ntick = 1\njam = {{ between = ["id == 0", "{far}"], ticks = 30 }}\n'
+                 f'[[event]]\ntick = {tick}\nhang = [0]\njam = {{ where = "id == 0", ticks = 5 }}\n')
+        yield paxos_case(5, facts, crash, seed, {0}, sizes=[(1, 1)])
+    # What the leader asks for comes late, when others try.
+    for seed, ticks in itertools.product(SEEDS, range(8, 16)):
+        late = f'[network]\nkind = "latency"\nmost = 1\n[[event]]\ntick = 3\njam = {{ where = "id == 0", ticks = {ticks} }}\n'
+        yield paxos_case(5, facts, late, seed, set(), "--set", "patience=10", sizes=[(1, 1)])
     raw = '[network]\nkind = "raw"\nmost = 6\nloss = 0.2\nduplicate = 0.2\nreorder = true\n'
     jammed = '[network]\nkind = "raw"\nmost = 30\nloss = 0.5\nreorder = true\n'
-    for seed, text in itertools.product(range(20 if CAMPAIGN else 2), (IDEAL.text, LATE.text, raw, jammed, CHANCE.text)):
+    slow = '[network]\nkind = "raw"\nmost = 200\nreorder = true\n'     # Who tries next does not wait for the one before.
+    for seed, text in itertools.product(range(20 if CAMPAIGN else 2), (IDEAL.text, LATE.text, raw, jammed, slow, CHANCE.text)):
         draw = random.Random(f"{seed} {text}")
         count = draw.choice((3, 5, 8))
         events, hung = crashes(count, draw)
         facts = "proposes = [" + ", ".join(f'{{ where = "id == {a}", args = [{draw.randrange(4)}] }}' for a in range(count)) + "]"
-        yield Case(GraphWorld(f"complete({count})"), facts, ("--seed", str(seed), "--never", "decided(A, V), decided(B, W), V < W"),
-                   text + events, hung=hung, drops=True)
+        yield paxos_case(count, facts, text + events, seed, hung)
+
+
+def paxos_case(count, facts, text, seed, hung, *options, sizes=None):
+    options = ("--seed", str(seed), "--never", "decided(A, V), decided(B, W), V < W", *options)
+    return Case(GraphWorld(f"complete({count})"), facts, options, text, sizes=sizes, hung=hung, drops=True)
 
 
 def paxos(case):
@@ -240,7 +255,7 @@ def shortest(case, routes):
         require(a == to or via in case.links[a] and d == length(a, via) + distance[via][to], f"@{a} sends to @{to} through @{via}")
 
 
-# ---- one place of each program, and what breaks it
+# ---- one place of each program, and what breaks it; in some, several
 
 BREAKS = {
     "vector_clocks": ("counted(later(C, D), ", "counted(C, "),
@@ -251,7 +266,10 @@ BREAKS = {
     "k_core": ("neighborCount(A, llength(L))", "llength(L) > 0"),
     "failure_detector": ("watched(A, B, 0, L + 1, false)", "watched(A, B, 0, L, false)"),
     "chandra_toueg": ("adopters(A, R, N), 2 * N > @world", "adopters(A, R, N), N > 0"),
-    "paxos": ("if K < 0 then V else W end", "if K < -9 then W else V end"),
+    "paxos": (("if K < 0 then V else W end", "if K < 0 then V else V end"),
+              ("votes(A, N, V, C), 2 * C > @world", "votes(A, N, V, C), C > 0"),
+              ("promises(A, N, C), 2 * C > @world", "promises(A, N, C), C > 0"),
+              ("acceptor(A, M, _, _), N >= M", "acceptor(A, M, _, _), N >= 0 || N > M")),
     "distance_vector": ("max int Number", "min int Number"),
     "link_state": ("max int Time", "min int Time"),
 }
@@ -269,13 +287,17 @@ def judge(program, runner, examples, cases):
               f"{case.messages} linear messages, {case.summary['exported_changes']} exported changes")
 
 
-def refuses(program, folder, meldsim, examples, cases):
+def breaks(program):
+    found = BREAKS[program]
+    return [found] if isinstance(found[0], str) else found
+
+
+def refuses(program, right, wrong, folder, meldsim, examples, cases):
     """Whether the judge refuses the broken program in one of the worlds."""
-    right, wrong = BREAKS[program]
     text = (examples / f"{program}.meld").read_text()
     require(right in text, f"{program}.meld has no '{right}' that could be broken")
     broken = folder / "broken" / f"{program}.meld"
-    broken.parent.mkdir()
+    broken.parent.mkdir(exist_ok=True)
     broken.write_text(text.replace(right, wrong))
     runner = Runner(meldsim, broken, folder, TELLING)
     for case in cases:
@@ -300,7 +322,8 @@ def main():
         cases = globals()[f"{program}_cases"]
         try:
             judge(program, Runner(meldsim, examples / f"{program}.meld", folder, TELLING), examples, cases())
-            require(refuses(program, folder, meldsim, examples, cases()), f"{program} is broken, and nobody notices")
+            for right, wrong in breaks(program):
+                require(refuses(program, right, wrong, folder, meldsim, examples, cases()), f"with '{wrong}', and nobody notices")
         except AssertionError as error:
             sys.exit(str(error))
 

@@ -107,6 +107,16 @@ class Reads(Recorded):
         self.assertEqual([tick for tick, _ in self.recording], self.recording.ticks.tolist())
         self.assertEqual([tick for tick, _ in self.recording.frames(slice(3, 8))], [4, 6, 8])
 
+    def test_an_amoebot_may_have_two_cells(self):
+        program = 'expand(A, 0) :- not expanded(A). contract(A, "head") :- expanded(A).'
+        world = {"lattice": "hex", "body": {"cells": [[0, 0]]}, "motion": {"kind": "amoebot"}}
+        with claymeld.run(program, world, every=1, ticks=4).recording as recording:
+            frames = [frame for _, frame in recording]
+            self.assertEqual([frame["x"][0] - frame["tail_x"][0] for frame in frames], [0, 0, 1, 0, 1])
+            self.assertEqual([tuple(frame[["tail_y", "tail_z"]].iloc[0]) for frame in frames], [(0, 0)] * 5)
+            axes = [recording.plot(tick) for tick in (1, 2)]
+            self.assertEqual([len(ax.collections[1].get_segments()) for ax in axes], [0, 1])
+
     def test_facts_of_any_predicate_and_tick_are_those_of_the_run(self):
         """Whether they are in the file or are made again."""
         for tick in (0, 3, 5, 11):

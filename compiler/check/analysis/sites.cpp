@@ -6,6 +6,7 @@
 #include <set>
 #include <string_view>
 
+#include "compiler/check/analysis/own_graph.h"
 #include "compiler/check/analysis/split_linear.h"
 #include "compiler/check/check.h"
 #include "compiler/check/program/forall.h"
@@ -16,6 +17,9 @@ namespace meld::check {
 using diagnostics::Kind;
 
 namespace {
+
+constexpr const char* kFindsItself =
+    ". Only in a world with `lattice = \"graph\"` would it find its way by itself; --graph compiles for such a world";
 
 class Sites {
   public:
@@ -37,12 +41,14 @@ class Sites {
     // As the program writes it: a variable's name, or the catom that a variable without one stands for, @3; empty: it is left open.
     std::string written(VariableId v) const {
         if (!name(v).starts_with("_")) return name(v);
-        for (const Clause& c : rule_.body) {
-            if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
-            for (const std::size_t side : {0u, 1u})
-                if (c.test.operands[side].is_variable() && c.test.operands[side].variable == v && !c.test.operands[1 - side].is_variable())
-                    return print(program_, rule_, c.test.operands[1 - side]);
-        }
+        for (const std::vector<Clause>* body : {&rule_.body, &rule_.stands_for})
+            for (const Clause& c : *body) {
+                if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
+                for (const std::size_t side : {0u, 1u})
+                    if (c.test.operands[side].is_variable() && c.test.operands[side].variable == v &&
+                        !c.test.operands[1 - side].is_variable())
+                        return print(program_, rule_, c.test.operands[1 - side]);
+            }
         return "";
     }
     std::string shown(VariableId v) const {
@@ -204,9 +210,7 @@ class Sites {
                     break;
                 }
             blame_pointer(rule_.body, rule_.site, d);
-            if (program_.worlds != Worlds::Any)
-                d.help +=
-                    ", or make it by a rule that consumes a linear fact: only such facts find their way to a node that no link leads to";
+            if (program_.worlds == Worlds::Any && !waits) d.help += kFindsItself;
             return;
         }
         check_body(rule_.body, {});
@@ -264,7 +268,7 @@ class Sites {
         Graph graph;
         links(rule_.body, graph);
         check_body(rule_.body, {});
-        around_ = {&rule_.body};
+        around_ = {rule_.stands_for.empty() ? &rule_.body : &rule_.stands_for};
         check_heads(rule_.heads, graph);
     }
 
@@ -316,7 +320,7 @@ class Sites {
             const Predicate& p = program_.predicates[h.atom.predicate];
             const VariableId at = h.atom.arguments[0].variable;
             if (at == rule_.site) continue;
-            if (made_.contains(at) && program_.worlds != Worlds::Any && p.kind != PredicateKind::Action) {
+            if (made_.contains(at) && program_.worlds != Worlds::Any) {
                 finds_way_ = true;
                 continue;
             }
@@ -325,16 +329,9 @@ class Sites {
                     report_
                         .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                              fmt::format("{} is a new value, and there is no catom at it", shown(at)))
-                        .help = p.kind == PredicateKind::Action ? "give the new node a linear fact, and let it act by its own rule"
-                                                                : "to make a catom, request the action `create`; only in a world with "
-                                                                  "`lattice = \"graph\"` would this make a node";
-                continue;
-            }
-            if (p.kind == PredicateKind::Action) {
-                report_
-                    .add(Kind::ActionElsewhere, h.atom.span,
-                         fmt::format("`{}` is an action of {}, and the rule runs at {}", p.name, shown(at), shown(rule_.site)))
-                    .help = "send a linear fact there, and let that catom act by its own rule";
+                        .help =
+                        "to make a catom, request the action `create`; only in a world with `lattice = \"graph\"` would this make a node "
+                        "(--graph)";
                 continue;
             }
             if (!refused_.insert(at).second) continue;
@@ -342,15 +339,27 @@ class Sites {
             finds_way_ = finds_way_ || !linked;
             // In a graph it finds its way.
             if (linked || program_.worlds != Worlds::Any) {
+                if (!linked && p.sends.valid()) note_sent(program_.predicates[p.sends], h.atom, at);
                 refused_.erase(at);
                 continue;
             }
             auto& d = report_.add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                                   fmt::format("the head is at {}, and no link of the body leads there", shown(at)));
+            if (!rule_.stands_for.empty())
+                d.labels.push_back({first_fact().atom.span, fmt::format("this fact is at {}", shown(rule_.site))});
             head_needs_link(rule_.site, at, first_fact(), d);
             for (const std::vector<Clause>* part : around_) blame_pointer(*part, at, d);
-            d.help += ". Only in a world with `lattice = \"graph\"` would it find its way by itself";
+            d.help += kFindsItself;
         }
+    }
+
+    // A view elsewhere holds exactly as long as its body.
+    void note_sent(const Predicate& view, const Atom& head, VariableId at) {
+        if (view.kind == PredicateKind::Action) return;
+        auto& d = report_.add(Kind::SentView, head.arguments[0].span,
+                              fmt::format("`{}` is sent to {}, where it stays: no link of the body leads there", view.name, shown(at)));
+        blame_pointer(rule_.stands_for, at, d);
+        if (d.help.empty()) d.help = "to have it only while the body holds, join the two by a route";
     }
 
     void head_needs_link(VariableId from, VariableId to, const Clause& before, diagnostics::Diagnostic& d) const {
@@ -406,16 +415,26 @@ void refuse_silent_neighbours(const Program& program, diagnostics::Reporter& rep
 
 }  // namespace
 
+// Whether some rule makes facts at a node that no link leads to.
+static bool find_ways(const Program& program) {
+    diagnostics::Reporter unheard;
+    return std::ranges::any_of(program.rules, [&](Rule rule) {
+        Sites sites(program, rule, unheard);
+        sites.run();
+        return sites.finds_way();
+    });
+}
+
 void find_sites(Program& program, diagnostics::Reporter& report) {
-    bool find_ways = false;
+    const bool finds_ways = find_ways(program);
+    program.own_graph = runs_in_own_graph(program, finds_ways);
+    if (program.worlds == Worlds::Undecided) program.worlds = finds_ways && program.own_graph ? Worlds::Graphs : Worlds::Any;
     for (Rule& rule : program.rules) {
         const std::size_t errors = report.error_count();
         Sites sites(program, rule, report);
         sites.run();
         rule.refused = report.error_count() > errors;
-        find_ways = find_ways || sites.finds_way();
     }
-    if (program.worlds == Worlds::Undecided) program.worlds = find_ways ? Worlds::Graphs : Worlds::Any;
     refuse_silent_neighbours(program, report);
 }
 

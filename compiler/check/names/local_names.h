@@ -23,6 +23,13 @@ class LocalNames {
     // Exists, a RuleAggregate (its body and the heads of each match), or RuleAggregate::result.
     const Names& of(const void* part) const { return locals_.at(part); }
 
+    // The variables in an expression.
+    Names names_in(const syntax::Expr& e) const {
+        Names names;
+        add(e, names);
+        return names;
+    }
+
   private:
     using Clauses = std::vector<syntax::Clause>;
     using Heads = std::vector<syntax::HeadItem>;

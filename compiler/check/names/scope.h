@@ -81,6 +81,7 @@ class Scope {
     Term call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted);
     Term call_function(FunctionId id, const Arguments& arguments, Span span);
     Term call_library(const LibraryFunction& f, const Arguments& arguments, Span span, const Type& wanted);
+    static Term extreme(bool greatest, Span span, const Type& wanted);
     std::optional<Term> scheduling(const std::string& name, const Arguments& arguments, Span span);
     Term unknown_function(const std::string& name, const Arguments& arguments, Span span, const Type& wanted);
     enum class Named { No, Yes };

@@ -17,8 +17,8 @@
 
 namespace meld::check {
 
-// What worlds a program is for. In graphs, facts of linear rules also reach nodes that are known only by their value. Undecided becomes
-// Graphs if the program has such rules, and Any if not.
+// What worlds a program is for. In graphs, facts also reach nodes that are known only by their value. Undecided becomes Graphs if the
+// program has such rules and, without a world, runs in a graph of its own (own_graph.h); otherwise Any.
 enum class Worlds { Any, Graphs, Undecided };
 
 enum class PredicateKind { Persistent, Linear, Action, Sensed };
@@ -72,6 +72,7 @@ struct Predicate {
     Id<Predicate> carries;
     std::size_t passes = 0, behind = 0;
     bool begins = false;         // It goes to a node that its rule makes: the only catom of the path.
+    Id<Predicate> sends;         // For an auxiliary with facts of a view under way to a node that no link leads to: that view.
     bool finds_its_way = false;  // The links that it still goes are found while it is under way; the path is only the present catom.
     Id<Predicate> given;         // The auxiliary that stores facts given from outside, if not this one.
     // Declared by the program in the place of a sensed predicate of the prelude: where that is declared, and how a program would do so.
@@ -202,6 +203,8 @@ struct Rule {
     std::vector<VariableId> contributors;
     bool refused = false;  // A mistake in it has been reported; later passes leave it alone.
     std::vector<VariableId> used_once;
+    // The body in the program's text, if this is one of several rules that stand for one of the text.
+    std::vector<Clause> stands_for;
 };
 using RuleId = Id<Rule>;
 
@@ -240,6 +243,8 @@ struct Program {
     std::vector<Rule> questions;
     std::vector<Stratum> strata;  // In the order of evaluation.
     Worlds worlds = Worlds::Any;
+    bool own_graph = false;  // runs_in_own_graph()
+    bool kinds = false;      // It declares kinds of nodes.
     // C files are linked: an extern is defined there, also where the library has a function of its name.
     bool links_c = false;
     // It is compiled in the links form: neighbours are found in a table, and there may be any number of them

@@ -1,5 +1,7 @@
 // Terms of calls: functions of the program first, then those of the library.
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <map>
 
 #include "compiler/check/names/scope.h"
@@ -25,19 +27,31 @@ bool is_struct_of_floats(const Type& type) {
 Term Scope::call(const std::string& name, const Arguments& arguments, Span span, const Type& wanted) {
     if (const auto own = names_.functions.find(name); own != names_.functions.end()) return call_function(own->second, arguments, span);
     if (const LibraryFunction* f = library_function(name, arguments.size())) return call_library(*f, arguments, span, wanted);
+    if (name == "+00" || name == "-00") return extreme(name[0] == '+', span, wanted);
     if (std::optional<Term> known = scheduling(name, arguments, span)) return *known;
     return unknown_function(name, arguments, span, wanted);
+}
+
+// +00 and -00: the greatest and the least number of the type that the place wants, an int where nothing else is known.
+Term Scope::extreme(bool greatest, Span span, const Type& wanted) {
+    Term term;
+    term.span = span;
+    term.op = wanted == Type::Float ? Op::Float : Op::Int;
+    term.type = wanted == Type::Float ? Type::Float : Type::Int;
+    term.real = greatest ? std::numeric_limits<double>::max() : std::numeric_limits<double>::lowest();
+    term.integer = greatest ? std::numeric_limits<std::int64_t>::max() : std::numeric_limits<std::int64_t>::min();
+    return term;
 }
 
 // Linear Meld's functions about the processor of a node: here all nodes are on one, which changes no result.
 std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& arguments, Span span) {
     Term term;
     term.span = span;
-    if (name == "@cpus") {
+    if (name == "@cpus" || name == "@threads") {
         term.op = Op::Int;
         term.type = Type::Int;
         term.integer = 1;
-        auto& d = report_.add(Kind::HintIgnored, span, "`@cpus` is 1 here");
+        auto& d = report_.add(Kind::HintIgnored, span, fmt::format("`{}` is 1 here", name));
         d.help = kProcessors;
         d.fixes = {safe(diagnostics::write(span, "1"))};
         return term;

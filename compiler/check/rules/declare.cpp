@@ -294,7 +294,20 @@ class Declarer {
             note.fixes = {diagnostics::leave_out(tree.span, "this declaration", Fit::Item)};
             if (library) return;
         }
+        // `use "older".` has it already, in Meld.
+        if (is_older(f.name) && !program_.links_c && is_defined(f.name)) {
+            auto& note = report_.add(Kind::HidesLibrary, tree.name.span, fmt::format("`{}` is a function of the library `older`", f.name));
+            note.help = "leave the declaration out";
+            note.fixes = {diagnostics::leave_out(tree.span, "this declaration", Fit::Item)};
+            return;
+        }
         add(std::move(f), tree.span);
+    }
+    bool is_defined(const std::string& function) const {
+        return std::ranges::any_of(tree_.items, [&](const syntax::Item& item) {
+            const auto* f = std::get_if<syntax::Function>(&item);
+            return f != nullptr && f->name.text == function;
+        });
     }
     // Whether a declaration says of a function what the library says.
     static bool alike(const LibraryFunction& library, const Function& f) {

@@ -77,7 +77,7 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
             consumes = true;
     });
     find_single_use(rule);
-    if (refuse_linear_inside(rule.body)) return;
+    if (refuse_linear_inside(rule.body, consumes ? Consumes::Yes : Consumes::No)) return;
     if (tree.arrow != syntax::Arrow::View && read != nullptr && !consumes) {
         const std::string& name = program_.predicates[read->predicate].name;
         auto& d = report_.add(Kind::InfiniteLinear, read->span,
@@ -124,12 +124,14 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
     views(rule, rule.body, rule.heads, rule.body.empty() || tree.arrow == syntax::Arrow::Axiom);
 }
 
-// An aggregate in a body, or a delta, tests what holds and consumes nothing, so it may read only persistent facts.
-bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
+// An aggregate in a body, or a delta, tests what holds and consumes nothing, so it may read only persistent facts. The body of a rule that
+// consumes other facts may count linear facts, as it may test that there are none.
+bool Resolver::refuse_linear_inside(const std::vector<Clause>& body, Consumes consumes) {
     const std::size_t errors = report_.error_count();
+    bool may_count = consumes == Consumes::Yes;
     const auto visit = [&](const auto& self, const std::vector<Clause>& clauses, bool asked) -> void {
         for (const Clause& c : clauses) {
-            const bool fact = c.kind == Clause::Kind::Delta || (asked && c.kind == Clause::Kind::Atom);
+            const bool fact = c.kind == Clause::Kind::Delta || (asked && !may_count && c.kind == Clause::Kind::Atom);
             if (fact && program_.predicates[c.atom.predicate].linear())
                 report_
                     .add(Kind::LinearInside, c.atom.span,
@@ -140,6 +142,7 @@ bool Resolver::refuse_linear_inside(const std::vector<Clause>& body) {
         }
     };
     visit(visit, body, false);
+    may_count = false;
     each_head(rule_->heads, [&](const Head& h) { visit(visit, h.body, false); });
     return report_.error_count() > errors;
 }
@@ -167,6 +170,9 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                         break;
                     }
                     one.linear = one.initial_fact = true;
+                } else if (is_sent(body, h)) {
+                    sent_view(rule, body, h);
+                    break;
                 }
                 place_counts(one);
                 add(std::move(one));

@@ -75,6 +75,7 @@ void Resolver::head_fact(const syntax::HeadFact& item, std::vector<Head>& out) {
     const syntax::Atom& tree = item.atom;
     if (is_scheduling(tree)) return note_scheduling(tree);
     if (const std::optional<PredicateId> of_clock = action_of_clock(tree)) return ask_clock(tree, *of_clock, out);
+    if (is_deletion(tree)) return deletion(tree, out);
     const std::optional<PredicateId> id = find(tree, Part::Head);
     if (!id) return visit_anyway(tree);
     const Predicate& p = program_.predicates[*id];
@@ -112,20 +113,78 @@ Term Resolver::one_element(const Predicate& p, const syntax::Expr& e) {
 
 // In Linear Meld a rule can say which processor runs a node. Here that has no effect, unless the program means its own predicate.
 bool Resolver::is_scheduling(const syntax::Atom& tree) const {
-    static const std::set<std::string> words = {"set-static", "set-moving", "set-affinity", "set-cpu", "setprio"};
-    if (!words.contains(tree.name.text)) return false;
-    return std::none_of(names_.predicates.begin(), names_.predicates.end(), [&](const auto& p) { return p.first.first == tree.name.text; });
+    static const std::set<std::string> words = {"set-static", "set-moving", "set-affinity", "set-cpu", "setprio", "schedule", "set-thread"};
+    return words.contains(tree.name.text) && !is_predicate(tree.name.text);
 }
 
+// Its arguments have no effect either, so nothing is asked of them. One note for all uses of the word, with a fix for all.
 void Resolver::note_scheduling(const syntax::Atom& tree) {
-    auto& d = report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text));
-    d.help = "results do not depend on it; it can be left out";
+    diagnostics::Diagnostic*& note = hint_notes_[tree.name.text];
+    const bool first = note == nullptr;
+    if (first) note = &report_.add(Kind::HintIgnored, tree.span, fmt::format("`{}` has no effect here", tree.name.text));
+    note->help = first ? "results do not depend on it; it can be left out" : "results do not depend on it; it can be left out everywhere";
     // A rule that only consumes has the head 1; one that only gives a hint goes.
     const bool alone = tree_->body.empty() && tree_->head.size() == 1 && tree_->span.begin == tree.span.begin;
     const diagnostics::Edit edit = alone ? diagnostics::Edit{tree_->span, "", Fit::Item} : diagnostics::Edit{tree.span, "1", Fit::Element};
-    d.fixes = {{.title = "Leave out this hint", .edits = {edit}, .safe = true}};
+    if (first) note->fixes = {{.title = "Leave out this hint", .edits = {}, .safe = true}};
+    if (!first) note->fixes.front().title = "Leave out these hints";
+    note->fixes.front().edits.push_back(edit);
     for (const auto& argument : tree.arguments)
-        each_variable(scope_->resolve(*argument, Type::Error, "a hint"), [&](VariableId v) { hinted_.insert(v); });
+        for (const std::string& name : locals_->names_in(*argument)) hinted_.insert(scope_->variable(name, argument->span));
+}
+
+// delete(A, p) and delete(A, p, V), of older Meld: consumes all linear facts of p at A, or those whose argument after A is V.
+bool Resolver::is_deletion(const syntax::Atom& tree) const {
+    if (tree.name.text != "delete" || tree.arguments.size() < 2 || is_predicate("delete")) return false;
+    const auto* named = std::get_if<syntax::Call>(&tree.arguments[1]->node);
+    if (named == nullptr || named->parentheses) return false;
+    // A name that is misspelt, where no lower-case word is a variable.
+    const bool misspelt = dialect_linear_ && !names_.constants.contains(named->name);
+    return is_predicate(named->name) || names_.tree.is_lost(named->name) || misspelt;
+}
+
+void Resolver::deletion(const syntax::Atom& tree, std::vector<Head>& out) {
+    const std::string& name = std::get<syntax::Call>(tree.arguments[1]->node).name;
+    const std::size_t values = tree.arguments.size() - 2;
+    bool fits = names_.tree.is_lost(name);
+    refused_ = refused_ || fits;
+    if (!fits && !is_predicate(name)) {
+        unknown_predicate({name, tree.arguments[1]->span}, std::nullopt, Part::Body);
+        return;
+    }
+    for (const auto& [key, id] : names_.predicates) {
+        const Predicate& p = program_.predicates[id];
+        if (key.first != name || p.arguments.size() < 1 + values) continue;
+        fits = true;
+        refused_ = refused_ || p.refused;
+        if (!p.linear()) {
+            auto& d =
+                report_.add(Kind::OnlyConsuming, tree.span, fmt::format("`{}` is not linear, and only linear facts are consumed", name));
+            d.labels = {{p.span, "declared here"}};
+            d.help = "a view goes when its body fails; to take facts back, declare their predicate `linear`";
+            continue;
+        }
+        Clause fact{.kind = Clause::Kind::Atom, .span = tree.span};
+        fact.atom.predicate = id;
+        fact.atom.span = tree.span;
+        fact.atom.arguments.push_back(head_location(*tree.arguments[0]));
+        for (std::size_t i = 1; i < p.arguments.size(); ++i) {
+            Term any;
+            any.type = p.arguments[i].type;
+            any.span = tree.span;
+            const std::string where = fmt::format("argument {} of `{}`", i + 1, name);
+            fact.atom.arguments.push_back(i <= values ? scope_->resolve(*tree.arguments[i + 1], p.arguments[i].type, where) : any);
+        }
+        Head h{.kind = Head::Kind::Comprehension, .span = tree.span};
+        h.body.push_back(std::move(fact));
+        out.push_back(std::move(h));
+    }
+    if (!fits)
+        report_.add(Kind::ArityMismatch, tree.span, fmt::format("no `{}` has so many arguments", name)).help =
+            fmt::format("write `delete(A, {})` to consume all of its facts", name);
+    if (tree_->arrow != syntax::Arrow::Linear)
+        report_.add(Kind::OnlyConsuming, tree.span, "only a rule that consumes linear facts deletes others").help =
+            "write the rule with -o and a linear fact in its body";
 }
 
 // The run would find out too, but late.
@@ -231,8 +290,10 @@ void Resolver::exists(const syntax::Exists& tree, Span span, std::vector<Head>& 
         const syntax::Name& name = tree.variables[i];
         Head h{.kind = Head::Kind::Set, .span = span};
         h.variable = scope_->variable(name.text, name.span);
-        const Type& type = rule_->variables[h.variable].type;
-        if (type != Type::Int && type != Type::Node && type != Type::Error)
+        // One that no fact mentions makes nothing.
+        Type& type = rule_->variables[h.variable].type;
+        if (type == Type::Error) type = Type::Node;
+        if (type != Type::Int && type != Type::Node)
             report_.add(Kind::TypeMismatch, name.span,
                         fmt::format("`exists` makes an int or a node, and `{}` is {}", name.text, check::type_name(type)));
         h.term.op = Op::Fresh;

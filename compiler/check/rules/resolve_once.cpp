@@ -7,6 +7,9 @@
 // first fact of the body is, and the head finds its way from there.
 //     !a(A, B, X) -o b(B, X).  b@due4(A, B, X) :- a(A, B, X).
 //                              b@due4(A, B, X), not b@done4(A, B, X) -o b(B, X), b@done4(A, B, X).
+//
+// A view at such a node is made of these: its facts are sent, and stay.
+//     q(B, X) :- a(A, B, X).   !a(A, B, X) -o q@sent5(B, X).     q@sent5(B, X) -o q(B, X).
 #include <algorithm>
 #include <set>
 
@@ -101,6 +104,7 @@ void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Hea
     made.kind = PredicateKind::Linear;
     const PredicateId is_done = program_.predicates.add(std::move(made));
 
+    due.stands_for = body;
     Rule fires = due, forgets = due;
     due.heads = {fact(is_due)};
     place_counts(due);
@@ -114,6 +118,46 @@ void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Hea
     add(std::move(due));
     add(std::move(fires));
     add(std::move(forgets));
+}
+
+bool Resolver::is_sent(const std::vector<Clause>& body, const Head& head) const {
+    const Predicate& p = program_.predicates[head.atom.predicate];
+    if (program_.worlds == Worlds::Any || p.sensed || p.complete_link.valid()) return false;
+    const VariableId goal = head.atom.arguments[0].variable;
+    bool known = false;
+    for (const Clause& c : body) each_variable(c, [&](VariableId v) { known = known || v == goal; });
+    return known && remembered_at(program_, body, goal) != goal;
+}
+
+void Resolver::sent_view(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
+    Predicate sent;
+    sent.name = fmt::format("{}@sent{}", program_.predicates[head.atom.predicate].name, rule.line);
+    if (++rules_sent_ > 1) sent.name += fmt::format(".{}", rules_sent_);
+    sent.span = head.span;
+    sent.kind = PredicateKind::Linear;
+    sent.auxiliary = true;
+    sent.sends = head.atom.predicate;
+    for (const Term& argument : head.atom.arguments) sent.arguments.push_back({argument.type, ""});
+    Head travels = head, stays = head;
+    travels.atom.predicate = program_.predicates.add(std::move(sent));
+    once(rule, body, travels);
+    // At its goal, with a variable for each argument.
+    Rule arrives = rule;
+    arrives.variables = {};
+    arrives.used_once.clear();
+    arrives.linear = true;
+    stays.delay = {};
+    stays.atom.arguments.clear();
+    for (const Term& argument : head.atom.arguments) {
+        const std::string name = stays.atom.arguments.empty() ? "A" : fmt::format("X{}", stays.atom.arguments.size());
+        const VariableId v = arrives.variables.add({name, argument.span, argument.type});
+        stays.atom.arguments.push_back({.op = Op::Variable, .type = argument.type, .span = argument.span, .variable = v});
+    }
+    Clause fact{.kind = Clause::Kind::Atom, .atom = stays.atom, .span = head.span};
+    fact.atom.predicate = travels.atom.predicate;
+    arrives.body = {std::move(fact)};
+    arrives.heads = {std::move(stays)};
+    add(std::move(arrives));
 }
 
 }  // namespace meld::check

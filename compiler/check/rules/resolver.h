@@ -115,6 +115,8 @@ class Resolver {
     Term one_element(const Predicate& p, const syntax::Expr& e);
     bool is_scheduling(const syntax::Atom& tree) const;
     void note_scheduling(const syntax::Atom& tree);
+    bool is_deletion(const syntax::Atom& tree) const;
+    void deletion(const syntax::Atom& tree, std::vector<Head>& out);
 
     // ---- priorities, for clocks that give turns (resolve_priorities.cpp)
     std::optional<PredicateId> action_of_clock(const syntax::Atom& tree) const;
@@ -129,7 +131,8 @@ class Resolver {
 
     // ---- the whole rule (resolve.cpp)
     void finish(const syntax::Rule& tree, Rule& rule);
-    bool refuse_linear_inside(const std::vector<Clause>& body);
+    enum class Consumes { No, Yes };
+    bool refuse_linear_inside(const std::vector<Clause>& body, Consumes consumes);
     // Views: every head becomes a separate rule, and the heads around it add to its body.
     void views(const Rule& rule, const std::vector<Clause>& body, const std::vector<Head>& heads, bool axiom);
     void view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head);
@@ -140,6 +143,9 @@ class Resolver {
     void suggest_to_start_once(VariableId place, diagnostics::Diagnostic& d) const;
     // A linear fact for each new way to satisfy the body (resolve_once.cpp).
     void once(const Rule& rule, const std::vector<Clause>& body, const Head& head);
+    // Whether a view holds at a node to which no link of its body leads, so that its facts are sent there.
+    bool is_sent(const std::vector<Clause>& body, const Head& head) const;
+    void sent_view(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void find_single_use(Rule& rule) const;
     void note_lower_case();
 
@@ -155,14 +161,15 @@ class Resolver {
     const syntax::Rule* tree_ = nullptr;
     std::set<VariableId> hinted_;             // Variables in hints that are left out.
     std::map<std::string, int> rules_named_;  // So far, by head and line.
-    int rules_once_ = 0;                      // So far.
+    int rules_once_ = 0, rules_sent_ = 0;     // So far.
     std::map<std::string, Place> places_;     // Computed catoms of this rule, as written.
     std::vector<Place> fixed_;                // Fixed ones.
     std::vector<Clause> fixed_inside_;        // The tests of those that only a part of the rule names.
     bool dialect_linear_ = false;
     // Some head or fact of the program is a persistent `!p(...)`, which nobody writes for a negation.
     bool persistent_marked_ = false;
-    diagnostics::Diagnostic* sign_note_ = nullptr;  // Once in a program.
+    diagnostics::Diagnostic* sign_note_ = nullptr;                // Once in a program.
+    std::map<std::string, diagnostics::Diagnostic*> hint_notes_;  // Once in a program for each word.
     std::size_t errors_before_ = 0;
     // The rule uses a predicate whose declaration has an error.
     bool refused_ = false;

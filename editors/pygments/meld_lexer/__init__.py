@@ -45,7 +45,7 @@ class MeldLexer(RegexLexer):
         "root": [
             (START + r"([ \t]*)(type|extern|import)" + DECLARES, bygroups(Whitespace, Keyword.Declaration), "declaration"),
             (START + r"([ \t]*)(const|fun)(?=\s+[A-Za-z])", bygroups(Whitespace, Keyword.Declaration)),
-            (START + r"([ \t]*)(node|export|module|priority|index|compact|data|allocator)" + END + r'(?=[ \t]+[a-z@"])',
+            (START + r"([ \t]*)(node|export|module|priority|prio|index|compact|data|allocator)" + END + r'(?=[ \t]+[a-z@"])',
              bygroups(Whitespace, Keyword.Declaration)),
             include("gap"),
             (r'(#include)([ \t]*)("[^"\n]*"|<[^>\n]*>)', bygroups(Keyword.Namespace, Whitespace, String)),
@@ -81,7 +81,7 @@ class MeldLexer(RegexLexer):
             (r"[0-9]+", Number.Integer),
             (words(("true", "false", "nil"), BEGIN, END), Keyword.Constant),
             (BEGIN + r"(?:then|else|otherwise|end|in)" + END + r"(?!\()|" + BEGIN + "if" + END + r"(?!\s*\((?!.*\bthen\b))", Keyword),
-            (BEGIN + r"(?:let(?=\s+[A-Z])|not(?=\s*[(!?$]|\s+[a-z])|forall(?=\s+[a-z!?$])|exists(?=\s+[A-Z_]))", Keyword),
+            (BEGIN + r"(?:let(?=\s+[A-Z])|not(?=\s*[(!?$]|\s+[a-z])|forall(?=\s+[a-z!?$])|(?:exists|create)(?=\s+[A-Z_]))", Keyword),
             (BEGIN + r"delta(?=\s*\(\s*[A-Z][A-Za-z0-9_]*\s*;)", Keyword),
             (BEGIN + r"(?:min|max|sum|count|collect|custom|avg|and|or|first|any|asc|desc|random)" + END +
              r"(?=\s*(?:=>|:(?!-)|[A-Z][A-Za-z0-9_]*\s*(?:[:|]|=>)|[a-z]))", Name.Builtin),
@@ -90,7 +90,7 @@ class MeldLexer(RegexLexer):
             (NAME, Name.Constant),
             (r"_(?![A-Za-z0-9_?'])", Name.Builtin.Pseudo),
             (VARIABLE, Name.Variable),
-            (r":-|-o(?![A-Za-z0-9_?'-])|=>|\[\s*(?:<-|->)", Operator.Word),
+            (r":-|-o(?![A-Za-z0-9_?'-])|=>|->|\[\s*(?:<-|->)", Operator.Word),
             (r"::|<>|!=|<=|>=|==|&&|\|\||\+\+|[-+*/%^=<>~!?$]", Operator),
             (r":\(|[][(){},:;|.]", Punctuation),
         ],

@@ -29,7 +29,7 @@ std::string meldc_path() {
 }
 
 // How the program is to be compiled. Without a world it is not known beforehand whether the links of the program make a graph.
-enum class Form { Cells, Links, Graph, GraphIfNeeded };
+enum class Form { Cells, Links, Graph, Undecided };
 
 // Mistakes of the world are told when it is read as a whole.
 Form form_of(const RunOptions& options) {
@@ -42,19 +42,19 @@ Form form_of(const RunOptions& options) {
     if (!path.empty() && world::asks_for_graph(path)) return Form::Graph;
     if (options.by_links || (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links))
         return Form::Links;
-    return path.empty() ? Form::GraphIfNeeded : Form::Cells;
+    return path.empty() ? Form::Undecided : Form::Cells;
 }
 
 const char* flag_of(Form form) {
     switch (form) {
         case Form::Cells:
-            return nullptr;
+            return "--no-graph";
         case Form::Links:
             return "--links";
         case Form::Graph:
             return "--graph";
-        case Form::GraphIfNeeded:
-            return "--graph-if-needed";
+        case Form::Undecided:
+            return nullptr;
     }
     return nullptr;
 }
@@ -82,11 +82,11 @@ std::vector<std::string> other_programs(const RunOptions& options) {
 // The form of a program without a world, once it has been compiled in one of both: that of its world, which may be the graph of its links.
 Form form_without_world(const std::string& module_path) {
     const Result<Module> module = load_module(module_path, kAbiVersion);
-    if (!module) return Form::GraphIfNeeded;
+    if (!module) return Form::Undecided;
     const auto& info = *static_cast<const ModuleInfo*>(module->table());
     const Result<world::World> world = default_world(info);
     const bool graph = world && world->is_graph();
-    return graph == info.by_links ? Form::GraphIfNeeded : graph ? Form::Graph : Form::Cells;
+    return graph == info.by_links ? Form::Undecided : graph ? Form::Graph : Form::Cells;
 }
 
 Result<std::string> compile_in(Form form, const RunOptions& options, std::string* messages);
@@ -120,6 +120,7 @@ Result<std::string> compile_in(Form form, const RunOptions& options, std::string
         arguments.push_back("--acyclic");
     const world::PortKeys ports = ports_of(options);
     arguments.insert(arguments.end(), {"--lattice", ports.lattice.c_str(), "--ports", ports.ports.c_str()});
+    if (form == Form::Links) arguments.push_back("--no-graph");
     if (options.measured()) arguments.push_back(options.stats ? "--counters" : "--places");
     if (options.quiet || messages != nullptr) arguments.push_back("--quiet");
     arguments.push_back(nullptr);
@@ -166,9 +167,9 @@ Result<std::string> compile_in(Form form, const RunOptions& options, std::string
     // meldc has printed the reason.
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();
-    if (form != Form::GraphIfNeeded) return output;
+    if (form != Form::Undecided) return output;
     form = form_without_world(output);
-    if (form == Form::GraphIfNeeded) return output;
+    if (form == Form::Undecided) return output;
     // The messages have been printed; only a program for graphs whose world is none has others.
     std::string again;
     return compile_in(form, options, messages != nullptr || form == Form::Cells ? messages : &again);

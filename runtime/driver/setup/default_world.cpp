@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "runtime/comm/transport/communicator.h"
-#include "runtime/engine/tuple/facts.h"
 #include "runtime/module/abi/geometry_abi.h"
-#include "runtime/module/abi/senses.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/ensemble/target.h"
 
@@ -52,14 +51,19 @@ Links links_of(const ModuleInfo& module) {
     return links;
 }
 
-// Whether some rule asks for the links of the world, or for its cells.
-bool reads_links(const ModuleInfo& module) {
-    for (const auto& [name, arity, source] : sense_names()) {
-        const bool links = name == "neighbor" || name == "neighborCount" || info(source).has(SenseInfo::kCells);
-        const std::optional<u32> p = links ? tuple::find_sensed(module, name, arity) : std::nullopt;
-        if (p && module.predicates[*p].storage == Storage::World && module.predicates[*p].read) return true;
+// "@0 to @4, @7", or how many there are.
+std::string in_words(const std::vector<std::uint64_t>& nodes) {
+    constexpr std::size_t kMaxRanges = 4;
+    std::vector<std::string> ranges;
+    for (std::size_t i = 0; i < nodes.size();) {
+        std::size_t last = i;
+        while (last + 1 < nodes.size() && nodes[last + 1] == nodes[last] + 1) ++last;
+        if (last == i + 1) last = i;  // Two are named one by one.
+        ranges.push_back(last == i ? fmt::format("@{}", nodes[i]) : fmt::format("@{} to @{}", nodes[i], nodes[last]));
+        i = last + 1;
     }
-    return false;
+    if (ranges.size() > kMaxRanges) return fmt::format("the {} nodes that it names", nodes.size());
+    return fmt::format("{}", fmt::join(ranges, ", "));
 }
 
 }  // namespace
@@ -72,18 +76,17 @@ Result<world::World> default_world(const ModuleInfo& module) {
     Result<world::World> cube = default_world();
     if (!cube) return cube;
     const Links links = links_of(module);
-    const std::uint64_t nodes = std::max<std::uint64_t>(module.named_nodes, 1);
-    const bool own_links = !links.empty() || (module.finds_ways && nodes > 1);
-    const bool knows_nodes = module.makes_nodes || (own_links && !reads_links(module));
-    if (module.link_count == 0 && !knows_nodes) return cube;
+    std::vector<std::uint64_t> nodes(module.named_nodes, module.named_nodes + module.named_count);
+    if (nodes.empty()) nodes.push_back(0);
+    if (module.link_count == 0 && !module.own_graph) return cube;
     const Result<const LinkInfo*> apart = first_apart(module, *cube);
     if (!apart) return tl::unexpected<Error>(apart.error());
-    if ((*apart == nullptr && !knows_nodes) || nodes > kMostNodes) return cube;
+    if ((*apart == nullptr && !module.own_graph) || nodes.back() >= kMostNodes) return cube;
     std::vector<std::string> listed;
     for (const auto& [from, to] : links) listed.push_back(fmt::format("[{}, {}]", from, to));
-    Result<world::World> graph =
-        world::parse_world(fmt::format("lattice = \"graph\"\nnodes = {}\nlinks = [\n    {}\n]\n", nodes, fmt::join(listed, ",\n    ")),
-                           fmt::format("the default, the graph of the program's {} links", links.size()));
+    Result<world::World> graph = world::parse_world(
+        fmt::format("lattice = \"graph\"\nnodes = [{}]\nlinks = [\n    {}\n]\n", fmt::join(nodes, ", "), fmt::join(listed, ",\n    ")),
+        fmt::format("the default, the graph of the program's {} links", links.size()));
     if (!graph) return graph;
     // Nodes of such programs send to any that they know.
     graph->network.reach = world::Reach::Any;
@@ -100,7 +103,7 @@ Result<world::World> default_world(const ModuleInfo& module) {
                         module.makes_nodes  ? "make nodes"
                         : module.finds_ways ? "send facts to nodes that no link leads to"
                                             : "read only links that the program lists",
-                        nodes == 1 ? "@0" : fmt::format("@0 to @{}", nodes - 1)));
+                        in_words(nodes)));
     return graph;
 }
 

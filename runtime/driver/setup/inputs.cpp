@@ -192,7 +192,7 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
                     fmt::format("Give the .meld file, or compile it with meldc compile {}", world->is_graph() ? "--graph" : "--links"));
     if (info.for_graphs && !world->is_graph())
         return fail(fmt::format("{} was compiled for graphs, and this world has a lattice", module_path),
-                    "Give the .meld file, or compile it without --graph");
+                    "Give the .meld file, or compile it with meldc compile --no-graph");
     if (auto all = check_programs(info, *world, module_path); !all) return tl::unexpected<Error>(all.error());
     if (auto fits = check_raw(info, *world); !fits) return tl::unexpected<Error>(fits.error());
     Inputs inputs{.module = std::move(*module),

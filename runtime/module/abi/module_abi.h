@@ -389,8 +389,9 @@ struct ModuleInfo {
     const RuleInfo* rules;
     u32 link_count;
     const LinkInfo* links;  // In the order of the rules that give them.
-    u64 named_nodes;        // One more than the number of the greatest node that the text names, as @7; 0: it names none.
-    bool reads_tick;        // Some rule reads `tick`: every catom is evaluated in every tick.
+    u32 named_count;
+    const u64* named_nodes;  // The numbers of the nodes that the text names, as @7, ascending.
+    bool reads_tick;         // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
     bool counts;       // It counts what its rules do,
@@ -402,6 +403,7 @@ struct ModuleInfo {
     bool finds_ways;   // and some rule sends facts to nodes that no link need lead to,
     bool makes_nodes;  // or makes nodes.
     bool idle_births;  // No rule does anything at a catom where no fact holds, while nothing is read at its neighbours.
+    bool own_graph;    // Without a world it runs in the graph of the nodes and links that its text names.
 };
 
 }  // namespace meld

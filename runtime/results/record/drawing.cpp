@@ -12,7 +12,7 @@ namespace {
 
 struct DrawnRow {
     u64 id;
-    world::Vec3 position;
+    world::Vec3 position, tail;
     double diameter;
 };
 
@@ -22,6 +22,11 @@ std::optional<std::size_t> Drawn::find(u64 id) const {
     const auto found = std::ranges::lower_bound(ids, id);
     if (found == ids.end() || *found != id) return std::nullopt;
     return static_cast<std::size_t>(found - ids.begin());
+}
+
+world::Vec3 tail_position(const sim::Subdomain& subdomain, sim::Catom catom) {
+    const world::Ensemble& ensemble = subdomain.ensemble;
+    return ensemble.has_amoebots() ? subdomain.lattice.position(ensemble.tail(catom)) : ensemble.position(catom);
 }
 
 Result<void> Drawing::start(sim::Subdomain& subdomain) {
@@ -53,7 +58,9 @@ Drawn Drawing::drawn(sim::Subdomain& subdomain) {
     marks_.send(out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         liveness::beat();
-        if (subdomain.owned(c)) out.write(DrawnRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
+        if (subdomain.owned(c))
+            out.write(
+                DrawnRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), tail_position(subdomain, c), subdomain.diameter(c)});
     }
     std::vector<std::vector<std::byte>> all;
     std::vector<comm::Packet> packets;
@@ -77,6 +84,7 @@ Drawn Drawing::drawn(sim::Subdomain& subdomain) {
         drawn.ids.push_back(row.id);
         drawn.positions.push_back(row.position);
         if (subdomain.has_diameters()) drawn.diameters.push_back(row.diameter);
+        if (subdomain.ensemble.has_amoebots()) drawn.tails.push_back(row.tail);
         drawn.colours.push_back(marks_.colour(row.id));
         if (marks_.labels()) drawn.labels.push_back(marks_.label(row.id));
     }

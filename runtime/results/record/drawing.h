@@ -14,18 +14,25 @@
 
 namespace meld::record {
 
+// The array of where the other cells of amoebots are: /VTKHDF/PointData/tail_position.
+inline constexpr const char* kTailPosition = "tail_position";
+
 // All catoms of a run as they are drawn, in the order of their numbers.
 struct Drawn {
     std::vector<u64> ids = {};
-    std::vector<world::Vec3> positions = {};                      // In catom diameters.
-    std::vector<double> diameters = {};                           // Empty where bodies do not differ in size.
-    std::vector<std::uint32_t> colours = {};                      // 0xRRGGBB.
-    std::vector<std::string> labels = {};                         // Empty if the program sets none.
+    std::vector<world::Vec3> positions = {};  // In catom diameters.
+    std::vector<double> diameters = {};       // Empty where bodies do not differ in size.
+    std::vector<world::Vec3> tails = {};      // Where an amoebot's other cell is, or its only one; empty if there are no amoebots.
+    std::vector<std::uint32_t> colours = {};  // 0xRRGGBB.
+    std::vector<std::string> labels = {};     // Empty if the program sets none.
     std::vector<std::pair<std::size_t, std::size_t>> lines = {};  // Between catoms, by their places here.
 
     // Where a catom stands; nothing if there is none of this number.
     std::optional<std::size_t> find(u64 id) const;
 };
+
+// Where an amoebot's tail is; of any other catom, and of an amoebot with one cell, where it is itself.
+world::Vec3 tail_position(const sim::Subdomain& subdomain, sim::Catom catom);
 
 class Drawing : public sim::SimModule {
   public:

@@ -45,6 +45,7 @@ Result<DrawnSteps> DrawnSteps::of(RecordingReader recording) {
                     "It is damaged, or was written by another version", ExitCode::RecordingRefused);
     out.colours_ = *colours;
     out.diameters_ = find("diameter", ElementType::Float64, 1, false);
+    out.tails_ = find(kTailPosition, ElementType::Float64, 3, false);
     out.labels_ = find("label", ElementType::Int64, 1, true);
     return out;
 }
@@ -75,17 +76,25 @@ Result<void> DrawnSteps::read_ids(std::size_t step, Drawn& drawn) {
     });
 }
 
-Result<void> DrawnSteps::read_positions(std::size_t step, Drawn& drawn) {
-    using Row = std::array<float, 3>;
-    drawn.positions.reserve(drawn.ids.size());
-    return each<Row>(recording_.points(), step, drawn.ids.size(), [&](std::span<const Row> positions) -> Result<void> {
-        for (const Row& at : positions) {
-            if (!std::ranges::all_of(at, [](float x) { return std::abs(x) < kFarthest; }))
+template <class Row>
+Result<void> DrawnSteps::read_places(SeriesIndex series, std::size_t step, std::size_t count, std::vector<world::Vec3>& places) {
+    places.reserve(count);
+    return each<Row>(series, step, count, [&](std::span<const Row> rows) -> Result<void> {
+        for (const Row& at : rows) {
+            if (!std::ranges::all_of(at, [](auto x) { return std::abs(x) < kFarthest; }))
                 return damaged(step, "a catom is where none can be");
-            drawn.positions.push_back({at[0], at[1], at[2]});
+            places.push_back({at[0], at[1], at[2]});
         }
         return {};
     });
+}
+
+Result<void> DrawnSteps::read_positions(std::size_t step, Drawn& drawn) {
+    return read_places<std::array<float, 3>>(recording_.points(), step, drawn.ids.size(), drawn.positions);
+}
+
+Result<void> DrawnSteps::read_tails(std::size_t step, Drawn& drawn) {
+    return tails_ ? read_places<std::array<double, 3>>(*tails_, step, drawn.ids.size(), drawn.tails) : Result<void>();
 }
 
 Result<void> DrawnSteps::read_colours(std::size_t step, Drawn& drawn) {
@@ -144,7 +153,7 @@ Result<void> DrawnSteps::read_lines(std::size_t step, Drawn& drawn) {
 Result<Drawn> DrawnSteps::drawn(std::size_t step) {
     Drawn out;
     for (const auto& part : {&DrawnSteps::read_ids, &DrawnSteps::read_positions, &DrawnSteps::read_colours, &DrawnSteps::read_diameters,
-                             &DrawnSteps::read_labels, &DrawnSteps::read_lines})
+                             &DrawnSteps::read_tails, &DrawnSteps::read_labels, &DrawnSteps::read_lines})
         if (const auto done = (this->*part)(step, out); !done) return tl::unexpected<Error>(done.error());
     return out;
 }

@@ -28,8 +28,11 @@ class DrawnSteps {
     tl::unexpected<Error> damaged(std::size_t step, const char* what) const;
     Result<void> read_ids(std::size_t step, Drawn& drawn);
     Result<void> read_positions(std::size_t step, Drawn& drawn);
+    template <class Row>
+    Result<void> read_places(SeriesIndex series, std::size_t step, std::size_t count, std::vector<world::Vec3>& places);
     Result<void> read_colours(std::size_t step, Drawn& drawn);
     Result<void> read_diameters(std::size_t step, Drawn& drawn);
+    Result<void> read_tails(std::size_t step, Drawn& drawn);
     Result<void> read_labels(std::size_t step, Drawn& drawn);
     Result<void> read_lines(std::size_t step, Drawn& drawn);
     // Reads the rows of a step some at a time, and calls `take` with these. Errors: those of `take`; their number is not this one.
@@ -38,7 +41,7 @@ class DrawnSteps {
 
     RecordingReader recording_;
     SeriesIndex colours_ = 0;
-    std::optional<SeriesIndex> diameters_ = {}, labels_ = {};
+    std::optional<SeriesIndex> diameters_ = {}, labels_ = {}, tails_ = {};
 };
 
 }  // namespace meld::record

@@ -11,6 +11,7 @@
 #include "runtime/base/did_you_mean.h"
 #include "runtime/base/process/liveness.h"
 #include "runtime/comm/transport/collective_result.h"
+#include "runtime/results/record/drawing.h"
 #include "runtime/results/record/state_digest.h"
 
 namespace meld::record {
@@ -48,7 +49,7 @@ Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
     for (const RecordedPredicate& r : recorded_) {
         const std::string& name = r.name();
         if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && subdomain.has_diameters()) ||
-            (name == "load" && load_))
+            (name == kTailPosition && subdomain.ensemble.has_amoebots()) || (name == "load" && load_))
             return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
@@ -128,7 +129,7 @@ namespace {
 
 struct RecordedRow {
     u64 id;
-    world::Vec3 position;
+    world::Vec3 position, tail;
     double diameter;
 };
 
@@ -137,7 +138,7 @@ struct RecordedRow {
 // A step as its columns.
 struct Recorder::Step {
     std::vector<u64> ids;
-    std::vector<world::Vec3> positions;
+    std::vector<world::Vec3> positions, tails;
     std::vector<double> diameters;
     std::vector<std::uint8_t> colours;
     std::vector<std::string> labels;
@@ -152,7 +153,8 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         liveness::beat();
         if (!subdomain.owned(c)) continue;
-        out.write(RecordedRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), subdomain.diameter(c)});
+        out.write(
+            RecordedRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), tail_position(subdomain, c), subdomain.diameter(c)});
         if (load_) out.write(LoadMap::here(subdomain, c));
         for (const RecordedPredicate& r : recorded_) r.pack(subdomain, c, out);
     }
@@ -199,6 +201,7 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
         step.ids.push_back(id);
         if (load_) load_->add(id, in.read<LoadMap::Load>());
         step.positions.push_back(row.position);
+        step.tails.push_back(row.tail);
         step.diameters.push_back(row.diameter);
         for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
         if (marks_.labels()) step.labels.push_back(marks_.label(id));
@@ -225,6 +228,7 @@ Result<void> Recorder::write_step(sim::Subdomain& subdomain, const Digest& state
     read_rows(all, step);
     std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
     if (subdomain.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
+    if (subdomain.ensemble.has_amoebots()) arrays.push_back({kTailPosition, RecordedArray::Float64, step.tails.data(), 3});
     if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
     if (load_) load_->list(arrays);
     std::vector<RecordedTable> tables;

@@ -11,8 +11,9 @@ namespace {
 
 using render::Vec;
 
-constexpr float kAbove = 0.62F;  // In the plane, lines are so much above the middles of catoms.
-constexpr float kSmall = 0.5F;   // In space, catoms are so much smaller where there are lines.
+constexpr float kAbove = 0.62F;       // In the plane, lines are so much above the middles of catoms.
+constexpr float kSmall = 0.5F;        // In space, catoms are so much smaller where there are lines.
+constexpr float kTailRadius = 0.22F;  // Of the bar from an amoebot's head to its tail.
 
 render::Rgb rgb(std::uint32_t c) {
     return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
@@ -66,6 +67,9 @@ void Stage::add_drawn() {
     for (const auto& [from, to] : drawn_.lines)
         if (places_[from] >= 0 && places_[to] >= 0)
             scene.strokes.push_back({.from = vec_of(drawn_.positions[from]), .to = vec_of(drawn_.positions[to])});
+    for (std::size_t i = 0; i < drawn_.tails.size(); ++i)
+        if (places_[i] >= 0 && vec_of(drawn_.tails[i]) != vec_of(drawn_.positions[i]))
+            scene.strokes.push_back({.from = vec_of(drawn_.positions[i]), .to = vec_of(drawn_.tails[i]), .radius = kTailRadius});
 }
 
 void Stage::call_out(const Callout& callout) {

@@ -26,7 +26,7 @@ class Stage {
     void show(const std::vector<bool>& shown);
     // Where in the scene the catom of this number is; nothing if it is not shown.
     std::optional<std::size_t> place(std::uint64_t id) const;
-    // What catoms have drawn themselves: labels and lines.
+    // What catoms have drawn themselves: labels and lines; and of amoebots with two cells, a bar from the head to the tail.
     void add_drawn();
     // A callout of a catom by its number.
     void call_out(const Callout& callout);

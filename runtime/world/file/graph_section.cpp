@@ -41,7 +41,20 @@ std::optional<std::string> pairs(const toml::node& links, std::int64_t& greatest
     return text;
 }
 
-// Links that stand in the world itself; nodes = 12: these and all others of @0 to @11.
+// nodes = [3, 7], as the text of a file; nothing if it is something else.
+std::optional<std::string> numbers(const toml::node& nodes) {
+    std::string text;
+    const toml::array* const listed = nodes.as_array();
+    if (listed == nullptr) return std::nullopt;
+    for (const toml::node& each : *listed) {
+        const auto node = each.value_exact<std::int64_t>();
+        if (!node || *node < 0) return std::nullopt;
+        text += fmt::format("{}\n", *node);
+    }
+    return text;
+}
+
+// Links that stand in the world itself; nodes = 12: these and all others of @0 to @11; nodes = [3, 7]: these.
 Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::optional<bool> directed, const MemoryLimit& room) {
     const toml::node& links = *top.find("links");
     std::int64_t greatest = 0;
@@ -49,6 +62,12 @@ Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::opt
     if (!text) return fail("links are pairs of numbers", "write links = [[0, 1], [1, 2]], or name a file: links = \"edges.csv\"");
     const graph::FileText link_text{reader.place(links.source()), *text};
     if (!top.has("nodes")) return graph::read_graph(link_text, std::nullopt, directed, room);
+    const toml::node& nodes = *top.find("nodes");
+    if (nodes.is_array()) {
+        const std::optional<std::string> listed = numbers(nodes);
+        if (!listed || listed->empty()) return fail("nodes are numbers", "write nodes = [0, 3, 7], or how many there are: nodes = 8");
+        return graph::read_graph(link_text, graph::FileText{reader.place(nodes.source()), *listed}, directed, room);
+    }
     std::uint64_t count = 0;
     top.read_count("nodes", count, 1, graph::kMaxNodes);
     if (count <= static_cast<std::uint64_t>(greatest))

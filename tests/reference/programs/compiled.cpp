@@ -55,7 +55,7 @@ Result<Module> Workshop::module(const std::string& text, bool by_links) {
     if (level == Level::Quick) options.optimisation = 0;
     options.plan.links = by_links;
     options.plan.checked = true;
-    if (goes_far(text)) options.worlds = check::Worlds::Graphs;
+    options.worlds = goes_far(text) ? check::Worlds::Graphs : check::Worlds::Any;
     const Result<void> done = driver::compile(path, options, compilation);
     if (!done) return tl::unexpected<Error>(done.error());
     if (compilation.report.has_errors()) return fail(messages(compilation.files, compilation.report));
