@@ -33,11 +33,17 @@ find_package(Eigen3 REQUIRED NO_MODULE)
 add_library(meld_eigen INTERFACE)
 target_link_libraries(meld_eigen INTERFACE Eigen3::Eigen)
 
-# Only runtime/show/render sees Embree and Cairo: rays for pictures, and what is written over them.
+# Only runtime/show sees Embree and Cairo, rays for pictures and what is written over them, and civetweb, the server of the viewer.
+# Only a plug-in is linked with them. Debian's package of civetweb for CMake asks for more than the library.
 find_package(embree 3 REQUIRED)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
-add_library(meld_pictures INTERFACE)
-target_link_libraries(meld_pictures INTERFACE embree meld_eigen PkgConfig::CAIRO)
+find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)
+find_library(CIVETWEB_LIBRARY civetweb REQUIRED)
+add_library(meld_view_headers INTERFACE)
+target_include_directories(meld_view_headers SYSTEM INTERFACE ${CIVETWEB_INCLUDE_DIR} ${CAIRO_INCLUDE_DIRS}
+  $<TARGET_PROPERTY:embree,INTERFACE_INCLUDE_DIRECTORIES>)
+add_library(meld_view_libraries INTERFACE)
+target_link_libraries(meld_view_libraries INTERFACE meld_view_headers embree PkgConfig::CAIRO ${CIVETWEB_LIBRARY})
 
 # Runs in pages are compressed as browsers read it.
 find_package(ZLIB REQUIRED)
@@ -68,13 +74,6 @@ target_link_libraries(meld_sqlite INTERFACE PkgConfig::SQLITE)
 pkg_check_modules(EDIT REQUIRED IMPORTED_TARGET libedit)
 add_library(meld_edit INTERFACE)
 target_link_libraries(meld_edit INTERFACE PkgConfig::EDIT)
-
-# Only runtime/show/view sees civetweb: the server of the viewer. Debian's package for CMake asks for more than the library.
-find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)
-find_library(CIVETWEB_LIBRARY civetweb REQUIRED)
-add_library(meld_civetweb INTERFACE)
-target_include_directories(meld_civetweb SYSTEM INTERFACE ${CIVETWEB_INCLUDE_DIR})
-target_link_libraries(meld_civetweb INTERFACE ${CIVETWEB_LIBRARY} Threads::Threads)
 
 # Clang and LLVM come as one shared library each, LLVM's linker as two static ones; their headers are not ours to be warned
 # about. Their own CMake packages would ask for a dozen further packages that nobody here needs.

@@ -1,5 +1,7 @@
 # What `cmake --install` puts under a prefix, which can be moved afterwards: the programs find each other and the compiler
-# backend from where they lie. `cpack -G DEB` in the build folder makes a Debian package of the same files.
+# backend from where they lie. `cpack -G DEB` in the build folder makes Debian packages of the same files: claymeld, and claymeld-view with
+# what only pictures and the viewer need.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME claymeld)
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -30,6 +32,7 @@ if(TARGET meldc-lsp)
 endif()
 install(TARGETS ${programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS meld_backend_library LIBRARY DESTINATION lib/claymeld)
+install(TARGETS meld_view_library LIBRARY DESTINATION lib/claymeld COMPONENT view)
 
 # The libraries are also in meldc; here they are to be read. Examples, documentation and support for editors.
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/stdlib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld/library FILES_MATCHING PATTERN "*.meld")
@@ -57,12 +60,14 @@ set(exported runtime_base runtime_base_process runtime_base_files runtime_base_t
 list(JOIN exported "," exported)
 set_target_properties(meldsim PROPERTIES ENABLE_EXPORTS ON LINK_LIBRARY_OVERRIDE "WHOLE_ARCHIVE,${exported}")
 
-# The Debian package.
+# The Debian packages.
 set(CPACK_GENERATOR DEB)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL claymeld view)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_PACKAGE_NAME claymeld)
 set(CPACK_PACKAGE_VENDOR "The Claymeld project")
 set(CPACK_PACKAGE_CONTACT "The Claymeld project <claymeld@example.org>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Compiler and runtime for Meld programs on ensembles of modular robots")
 # CPack gives its own variable of this name to source packages once it is included; tests need this one.
 set(CLAYMELD_PACKAGE_NAME claymeld_${PROJECT_VERSION})
 set(CPACK_PACKAGE_FILE_NAME ${CLAYMELD_PACKAGE_NAME})
@@ -70,9 +75,21 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # mpirun starts more processes. Extern functions in C need the C library's headers, the Python package its libraries,
 # and extensions a compiler and the libraries that our headers include.
-set(CPACK_DEBIAN_PACKAGE_DEPENDS openmpi-bin)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libc6-dev, ffmpeg, python3-h5py, python3-numpy, python3-pandas")
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-matplotlib, python3-networkx, g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
+set(CPACK_COMPONENT_CLAYMELD_DESCRIPTION "Compiler and runtime for Meld programs on ensembles of modular robots
+ Compiles rules into a program for every robot, and runs it for millions of them on one machine or many processes.
+ Pictures, films and the viewer are in the package claymeld-view.")
+set(CPACK_DEBIAN_CLAYMELD_PACKAGE_NAME claymeld)
+set(CPACK_DEBIAN_CLAYMELD_FILE_NAME ${CLAYMELD_PACKAGE_NAME}.deb)
+set(CPACK_DEBIAN_CLAYMELD_PACKAGE_DEPENDS openmpi-bin)
+set(CPACK_DEBIAN_CLAYMELD_PACKAGE_RECOMMENDS "libc6-dev, python3-h5py, python3-numpy, python3-pandas")
+set(CPACK_DEBIAN_CLAYMELD_PACKAGE_SUGGESTS
+  "claymeld-view, python3-matplotlib, python3-networkx, g++, cmake, libfmt-dev, libexpected-dev, libxxhash-dev")
+set(CPACK_COMPONENT_VIEW_DESCRIPTION "Pictures, films and the viewer of Claymeld
+ What meldsim shot, movie and view, and plots of meldsim sweep need.")
+set(CPACK_DEBIAN_VIEW_PACKAGE_NAME claymeld-view)
+set(CPACK_DEBIAN_VIEW_FILE_NAME claymeld-view_${PROJECT_VERSION}.deb)
+set(CPACK_DEBIAN_VIEW_PACKAGE_DEPENDS "claymeld (= ${PROJECT_VERSION}), fonts-dejavu-core")
+set(CPACK_DEBIAN_VIEW_PACKAGE_RECOMMENDS ffmpeg)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 include(CPack)

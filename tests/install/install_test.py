@@ -56,6 +56,40 @@ class Installed(unittest.TestCase):
         facts = self.call("meldsim", "run", str(program), "--quiet", "--facts-out", "-")
         self.assertEqual(facts.count("dist("), 8000)
 
+    def test_without_the_part_for_pictures_all_else_works(self):
+        lean = self.folder / "lean"
+        subprocess.run(["cmake", "--install", TOOLS.build, "--prefix", lean, "--component", "claymeld"], check=True, capture_output=True)
+        self.assertEqual([path.name for path in (lean / "lib/claymeld").iterdir()], ["libmeld_backend.so"])
+        missing = {path.relative_to(self.prefix).as_posix() for path in self.prefix.rglob("*") if path.is_file()} - {
+            path.relative_to(lean).as_posix() for path in lean.rglob("*") if path.is_file()}
+        self.assertEqual(missing, {"lib/claymeld/libmeld_view.so"})
+        environment = {**self.environment, "PATH": f"{lean / 'bin'}:/usr/bin:/bin"}
+        (self.folder / "study.toml").write_text(f'program = "{lean}/share/claymeld/examples/leader.meld"\nseeds = [1, 2]\n')
+        program = str(lean / "share/claymeld/examples/leader.meld")
+
+        def lean_call(*words):
+            return subprocess.run(["meldsim", *words], env=environment, cwd=self.folder, capture_output=True, text=True, check=False)
+
+        for words in (["run", program, "-n", "2", "--quiet", "--record", "lean.vtkhdf"],
+                      ["view", program, "--share", "lean.html", "--quiet"], ["query", program, "elected(A)"],
+                      ["export", program, "-o", "lean.ply", "--quiet"]):
+            done = lean_call(*words)
+            self.assertEqual(done.returncode, 0, f"{words}\n{done.stderr}")
+        self.assertIn("<!doctype html>", (self.folder / "lean.html").read_text()[:100])
+        for words in (["shot", program, "-o", "lean.png"], ["shot", "lean.vtkhdf", "--steps", "-o", "lean.png"],
+                      ["movie", program, "-o", "lean/"], ["view", program, "--no-open"], ["view", program, "-n", "2", "--no-open"],
+                      ["world", program.replace(".meld", ".toml"), "--shot", "lean.png"],
+                      ["sweep", "study.toml", "-o", "results", "--plot", "ticks~seed"]):
+            done = lean_call(*words)
+            self.assertEqual(done.returncode, 2, f"{words}\n{done.stdout}{done.stderr}")
+            self.assertEqual(done.stderr.count("this meldsim has no pictures and no viewer"), 1, done.stderr)
+            self.assertEqual(done.stderr.count("Install the package claymeld-view"), 1, done.stderr)
+        self.assertFalse((self.folder / "lean.png").exists())
+        # With the other part in its place it has them.
+        subprocess.run(["cmake", "--install", TOOLS.build, "--prefix", lean, "--component", "view"], check=True, capture_output=True)
+        done = lean_call("shot", program, "-o", "lean.png", "--quiet", "--size", "80x60")
+        self.assertEqual((done.returncode, (self.folder / "lean.png").read_bytes()[:4]), (0, b"\x89PNG"), done.stderr)
+
     def test_python_package_reads_facts(self):
         program = self.prefix / "share/claymeld/examples/gradient.meld"
         self.call("meldsim", "run", str(program), "--quiet", "--facts-out", "gradient.h5")

@@ -96,7 +96,8 @@ class Recipes(unittest.TestCase):
         for script in re.findall(r"scripts/\w+", container):
             self.assertTrue((ROOT / script).exists(), script)
         for text in (container, (PACKAGING / "apptainer/claymeld.def").read_text()):
-            self.assertIn("claymeld_*.deb", text)
+            for name in ("claymeld_*.deb", "claymeld-view_*.deb"):
+                self.assertIn(name, text)
         # Options that recipes give are those of CMake.
         texts = "\n".join(path.read_text() for path in [*ROOT.glob("cmake/*.cmake"), ROOT / "CMakeLists.txt",
                                                         *ROOT.glob("runtime/**/generate.cmake")])

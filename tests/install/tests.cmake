@@ -1,6 +1,9 @@
-# What `cmake --install` leaves under a prefix; and, in the campaign where the machine allows it, the Debian package in a clean root.
+# What `cmake --install` leaves under a prefix; and, in the campaign where the machine allows it, the Debian packages in a clean root.
 add_test(NAME install COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/install_test.py --build ${CMAKE_BINARY_DIR} -v)
 set_tests_properties(install PROPERTIES TIMEOUT 300)
+# The Debian packages: what is in which, and what each needs.
+add_test(NAME install_packages COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/packages_test.py --build ${CMAKE_BINARY_DIR} -v)
+set_tests_properties(install_packages PROPERTIES TIMEOUT 600)
 # The recipes for other systems, as far as they can be read without them.
 add_test(NAME install_recipes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recipes_test.py)
 find_program(DEBOOTSTRAP debootstrap PATHS /usr/sbin)
@@ -8,6 +11,7 @@ execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHIT
 if(DEBOOTSTRAP AND user_id STREQUAL "0")
   add_test(NAME install_package COMMAND ${CMAKE_CPACK_COMMAND} -G DEB)
   set_tests_properties(install_package PROPERTIES WORKING_DIRECTORY ${CMAKE_BINARY_DIR} LABELS campaign FIXTURES_SETUP package)
-  add_test(NAME install_clean_root COMMAND ${CMAKE_CURRENT_LIST_DIR}/clean_root ${CMAKE_BINARY_DIR}/${CLAYMELD_PACKAGE_NAME}.deb)
+  add_test(NAME install_clean_root COMMAND ${CMAKE_CURRENT_LIST_DIR}/clean_root ${CMAKE_BINARY_DIR}/${CLAYMELD_PACKAGE_NAME}.deb
+    ${CMAKE_BINARY_DIR}/claymeld-view_${PROJECT_VERSION}.deb)
   set_tests_properties(install_clean_root PROPERTIES LABELS campaign FIXTURES_REQUIRED package TIMEOUT 1800)
 endif()

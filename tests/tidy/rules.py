@@ -100,8 +100,8 @@ PTHREAD_FILES = ("runtime/base/process/parallel_for.cpp", "runtime/base/process/
 RESTRICTED_HEADERS = [
     (re.compile(r"^mpi\.h$"), ("runtime/comm/", "tests/"), "only runtime/comm talks to MPI"),
     (re.compile(r"^ode/"), ("physics/", "tests/bench/", "tests/unit/physics/"), "only physics talks to ODE"),
-    (re.compile(r"^(embree3|cairo)/"), ("runtime/show/render/",), "only runtime/show/render uses Embree and Cairo"),
-    (re.compile(r"^civetweb\.h$"), ("runtime/show/view/http.cpp",), "only runtime/show/view uses civetweb"),
+    (re.compile(r"^(embree3/|cairo/|civetweb\.h$)"), ("runtime/show/library/plugin/",),
+     "only runtime/show/library includes Embree, Cairo and civetweb"),
     (re.compile(r"^(assimp/|tinyxml2\.h$)"), ("runtime/world/model/",), "only runtime/world/model uses assimp and TinyXML"),
     (re.compile(r"^(histedit\.h|editline/)"), ("runtime/ask/debug/",), "only runtime/ask/debug uses libedit"),
     (re.compile(r"^(llvm|llvm-c|clang|clang-c|lld)/"), ("compiler/build/", "compiler/diagnostics/"),

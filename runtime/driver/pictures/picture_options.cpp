@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "runtime/base/units.h"
+#include "runtime/show/library/view_library.h"
 #include "runtime/show/picture/film_file.h"
 #include "runtime/show/picture/model_file.h"
 
@@ -243,6 +244,9 @@ Result<std::int64_t> last_tick_of(const PictureOptions& options) {
         last = movie_of(movie).map([](const MovieOrders& orders) { return orders.to.value_or(kEnd); });
         if (const auto fits = check(movie, options); !fits) return tl::unexpected<Error>(fits.error());
     }
+    // Other programs draw what is exported.
+    if (!std::holds_alternative<ExportOptions>(options.of))
+        if (const auto there = show::need_view(); !there) return tl::unexpected<Error>(there.error());
     if (const auto look = look_of(options); !look) return tl::unexpected<Error>(look.error());
     if (const auto sheet = sheet_of(options, {}); !sheet) return tl::unexpected<Error>(sheet.error());
     return last;

@@ -25,6 +25,7 @@
 #include "runtime/driver/setup/option_groups.h"
 #include "runtime/driver/setup/outputs.h"
 #include "runtime/driver/setup/program_files.h"
+#include "runtime/show/library/view_library.h"
 #include "runtime/show/view/http.h"
 #include "runtime/show/view/page/page.h"
 #include "runtime/show/view/service.h"
@@ -134,6 +135,9 @@ Result<void> announce(const view::Server& server, const RunOptions& options) {
 
 Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm) {
     const ViewOptions& asked = *options.debug->view;
+    // A page to send is a file: nothing serves it.
+    if (asked.share.file.empty())
+        if (auto there = show::need_view(); !there) return tl::unexpected<Error>(there.error());
     // The first request ends what is being done between two ticks.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     Shown shown;

@@ -25,6 +25,7 @@
 #include "runtime/driver/study/study_plot.h"
 #include "runtime/driver/study/study_report.h"
 #include "runtime/driver/study/study_table.h"
+#include "runtime/show/library/view_library.h"
 
 namespace meld::driver {
 
@@ -162,6 +163,8 @@ std::string Sweep::said(const StudyTable& table, const PoolOutcome& outcome, std
 Result<int> Sweep::run() {
     if (!options_.show.empty()) return show();
     if (options_.slurm > 0) return write_job();
+    if (!options_.plots.empty())
+        if (auto there = show::need_view(); !there) return tl::unexpected<Error>(there.error());
     if (options_.again)
         for (const StudyRow& row : plan_.rows())
             if (const RowResult* result = store_.find(row, plan_.study()); result != nullptr && !failure_of(*result, plan_.study()).empty())

@@ -1,6 +1,5 @@
 #include "runtime/show/render/chart.h"
 
-#include <cairo/cairo-svg.h>
 #include <fmt/format.h>
 
 #include <algorithm>

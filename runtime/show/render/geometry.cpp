@@ -1,6 +1,5 @@
 #include "runtime/show/render/geometry.h"
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "runtime/base/assert.h"
+#include "runtime/show/library/embree_calls.h"
 #include "runtime/show/render/cells.h"
 #include "runtime/show/render/rounded.h"
 

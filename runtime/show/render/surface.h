@@ -1,16 +1,15 @@
 // Pictures as Cairo draws on them. Private to runtime/show/render.
 #pragma once
 
-#include <cairo/cairo.h>
-
 #include <memory>
 
+#include "runtime/show/library/cairo_calls.h"
 #include "runtime/show/render/image.h"
 
 namespace meld::render {
 
-using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-using Pen = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&::cairo_surface_destroy)>;
+using Pen = std::unique_ptr<cairo_t, decltype(&::cairo_destroy)>;
 
 // Of the image's own pixels, which must outlive it.
 inline Surface surface_of(Image& image, cairo_format_t format = CAIRO_FORMAT_ARGB32) {

@@ -1,6 +1,5 @@
 #include "runtime/show/view/http.h"
 
-#include <civetweb.h>
 #include <fmt/format.h>
 #include <pthread.h>
 
@@ -12,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "runtime/show/library/civetweb_calls.h"
 #include "runtime/show/view/token.h"
 
 namespace meld::view {

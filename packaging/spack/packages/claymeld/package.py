@@ -13,6 +13,8 @@ class Claymeld(CMakePackage):
     manual_download = True
     version("0.1.0")
 
+    variant("view", default=True, description="Install what pictures, films and the viewer need")
+
     depends_on("c", type="build")
     depends_on("cxx", type="build")
     depends_on("cmake@3.25:", type="build")
@@ -61,6 +63,12 @@ class Claymeld(CMakePackage):
             self.define("ESBUILD", join_path(source, "esbuild", "package", "bin", "esbuild")),
             self.define("THREE_MODULE", join_path(source, "three", "package", "build", "three.module.js")),
         ]
+
+    def install(self, spec, prefix):
+        with working_dir(self.build_directory):
+            cmake("--install", ".", "--component", "claymeld")
+            if spec.satisfies("+view"):
+                cmake("--install", ".", "--component", "view")
 
     @run_after("install")
     @on_package_attributes(run_tests=True)
