@@ -93,8 +93,8 @@ struct Mutual {
         return at < r.origin_count && T::same(r.origin[at], row);
     }
     // Goes through the groups with proposals, in order, and makes the next rows; the rows of all other groups stay. For each of them
-    // decide(next, held, first, end) gets the proposals from `first` to `end`, takes the rows that the group has, which are in `r.rows` from
-    // number `held` on, adds those that it will have to `next`, and returns whether one has come.
+    // decide(next, held, first, end) gets the proposals from `first` to `end`, takes the rows that the group has, in `r.rows` from number
+    // `held` on, adds those that it will have to `next`, and returns whether one has come.
     template <class Order, class Compare, class Decide>
     [[gnu::always_inline]] bool take_groups(Eval& e, const Order& order, const Compare& compare, const Decide& decide) {
         Row* p = r.proposed.rows;
