@@ -144,6 +144,9 @@ class BlockEngine final : public Engine {
     Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers);
     // The error: a body that ODE fails at or that is too deep in an obstacle, and the message; of several, that of the lowest body.
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
+    template <class Fails>
+    int surfaces_near(int worker, std::uint32_t slot, std::uint32_t obstacle, double dt_s,
+                      std::array<SurfaceContact, kMaxSurfaceContacts>& surfaces, const Fails& fails);
     Result<void> move(const StepTimes& times, Workers& workers);
     void find_events(Workers& workers);
     void find_bounces(const BounceRule& rule, Workers& workers);

@@ -55,9 +55,7 @@ class Orderer {
   private:
     bool is_bound(VariableId v) const { return bound_[v.index()]; }
     bool all_bound(const Term& term) const {
-        bool all = true;
-        check::each_free_use(term, [&](const Term& t) { all = all && is_bound(t.variable); });
-        return all;
+        return check::all_free(term, [&](VariableId v) { return is_bound(v); });
     }
 
     // What the clauses bind in the end, in whichever order.
@@ -67,9 +65,7 @@ class Orderer {
                 for (const Term& a : c.atom.arguments)
                     if (a.is_variable()) in_the_end_[a.variable.index()] = true;
         const auto has = [&](const Term& term) {
-            bool all = true;
-            check::each_free_use(term, [&](const Term& t) { all = all && in_the_end_[t.variable.index()]; });
-            return all;
+            return check::all_free(term, [&](VariableId v) { return bool{in_the_end_[v.index()]}; });
         };
         for (bool changed = true; changed;) {
             changed = false;

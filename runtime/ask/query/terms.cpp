@@ -7,6 +7,7 @@
 
 #include "compiler/check/program/arithmetic.h"
 #include "compiler/check/program/library.h"
+#include "compiler/check/program/op_info.h"
 #include "compiler/check/program/types.h"
 #include "runtime/ask/query/library.h"
 #include "runtime/base/assert.h"
@@ -23,6 +24,10 @@ namespace {
 constexpr std::ptrdiff_t kMostStack_bytes = 4 << 20;
 
 u64 word_of(Value v) { return v.catom; }
+
+[[noreturn]] void has_no_value(const Term& t) {
+    MELD_CHECK(false, "a question computes a term without a value, {}", static_cast<int>(t.op));
+}
 
 }  // namespace
 
@@ -42,7 +47,28 @@ Value Terms::element(const Term& term, const Type& type, Values& variables) {
 }
 
 Value Terms::value(const Term& t, Values& variables) {
-    const auto operand = [&](std::size_t i) { return value(t.operands[i], variables); };
+    switch (info(t.op).family) {
+        case OpInfo::Family::Leaf:
+            return leaf(t, variables);
+        case OpInfo::Family::Compound:
+            return compound(t, variables);
+        case OpInfo::Family::Control:
+            return control(t, variables);
+        case OpInfo::Family::Call:
+            return t.op == Op::Call ? call(t, variables) : library(t, variables);
+        case OpInfo::Family::Run:
+            return asked_of_run(t, variables);
+        case OpInfo::Family::Number:
+            return number(t, variables);
+        case OpInfo::Family::Arithmetic:
+            return arithmetic(t, variables);
+        case OpInfo::Family::Comparison:
+            return make_value(comparison(t, variables));
+    }
+    has_no_value(t);
+}
+
+Value Terms::leaf(const Term& t, Values& variables) {
     switch (t.op) {
         case Op::Variable:
             return variables[t.variable.index()];
@@ -54,100 +80,91 @@ Value Terms::value(const Term& t, Values& variables) {
             return make_value(t.real);
         case Op::Constant:
             return constant(t);
-        case Op::WorldSize:
-            return make_value(view_.world_catoms);
+        default:
+            has_no_value(t);
+    }
+}
+
+Value Terms::compound(const Term& t, Values& variables) {
+    const auto operand = [&](std::size_t i) { return value(t.operands[i], variables).list; };
+    switch (t.op) {
         case Op::String:
             return make_value(make_text(scratch, t.text.data(), t.text.size()));
-        case Op::List:
-        case Op::Struct:
-        case Op::Tuple:
-            return make(t, variables);
         case Op::Cons: {
             const u64 head = word_of(element(t.operands[0], t.type.parts[0], variables));
-            return make_value(cons(scratch, head, operand(1).list));
+            return make_value(cons(scratch, head, operand(1)));
         }
         case Op::ListHead:
-            return std::bit_cast<Value>(item(operand(0).list, 0));
+            return std::bit_cast<Value>(item(operand(0), 0));
         case Op::ListTail:
-            return make_value(meld::tail(scratch, operand(0).list));
+            return make_value(meld::tail(scratch, operand(0)));
         case Op::IsEmpty:
-            return make_value(count_of(operand(0).list) == 0);
+            return make_value(count_of(operand(0)) == 0);
         case Op::Item:
-            return std::bit_cast<Value>(item(operand(0).list, static_cast<u32>(t.integer)));
-        case Op::Let: {
-            const std::size_t v = t.variable.index();
-            if (v >= variables.size()) variables.resize(v + 1);
-            variables[v] = operand(0);
-            return operand(1);
-        }
+            return std::bit_cast<Value>(item(operand(0), static_cast<u32>(t.integer)));
         case Op::Append: {
-            const ListRef a = operand(0).list, b = operand(1).list;
+            const ListRef a = operand(0), b = operand(1);
             return make_value(t.type == Type::String ? join_text(scratch, a, b) : meld::append(scratch, a, b));
         }
-        case Op::Call: {
-            const check::Function& f = program_.checked().functions[t.function];
-            std::vector<Value> arguments;
-            for (std::size_t i = 0; i < t.operands.size(); ++i)
-                arguments.push_back(value_as(t.operands[i], f.variables[VariableId(i)].type, variables));
-            return call(t.function, std::move(arguments));
-        }
-        case Op::Library:
-            return library(t, variables);
+        default:
+            return make(t, variables);
+    }
+}
+
+Value Terms::control(const Term& t, Values& variables) {
+    if (t.op == Op::Let) {
+        const std::size_t v = t.variable.index();
+        if (v >= variables.size()) variables.resize(v + 1);
+        variables[v] = value(t.operands[0], variables);
+        return value(t.operands[1], variables);
+    }
+    const bool first = value(t.operands[0], variables).integer != 0;
+    if (t.op == Op::Not) return make_value(!first);
+    if (t.op == Op::If) return value_as(t.operands[first ? 1 : 2], t.type, variables);
+    const bool decided = first == (t.op == Op::Or);
+    return decided ? make_value(first) : value(t.operands[1], variables);
+}
+
+Value Terms::call(const Term& t, Values& variables) {
+    const check::Function& f = program_.checked().functions[t.function];
+    std::vector<Value> arguments;
+    for (std::size_t i = 0; i < t.operands.size(); ++i)
+        arguments.push_back(value_as(t.operands[i], f.variables[VariableId(i)].type, variables));
+    return call(t.function, std::move(arguments));
+}
+
+Value Terms::asked_of_run(const Term& t, Values& variables) {
+    if (t.op == Op::WorldSize) return make_value(view_.world_catoms);
+    if (t.op == Op::Now) return make_value(view_.now);
+    if (t.op == Op::Ticks) return make_value(ticks_of(scratch, value(t.operands[0], variables).real));
+    has_no_value(t);
+}
+
+Value Terms::number(const Term& t, Values& variables) {
+    const auto operand = [&] { return value(t.operands[0], variables); };
+    const bool real = t.type == Type::Float;
+    switch (t.op) {
         case Op::Negate:
-            if (t.type == Type::Vec3) return make_value(library::vector_scale(scratch, 0, operand(0).list, -1.0));
-            return t.type == Type::Float ? make_value(-operand(0).real) : make_value(checked_subtract(scratch, 0, 0, operand(0).integer));
-        case Op::Not:
-            return make_value(operand(0).integer == 0);
+            if (t.type == Type::Vec3) return make_value(library::vector_scale(scratch, 0, operand().list, -1.0));
+            return real ? make_value(-operand().real) : make_value(checked_subtract(scratch, 0, 0, operand().integer));
         case Op::ToFloat:
-            return t.operands[0].type == Type::Float ? operand(0) : make_value(static_cast<double>(operand(0).integer));
-        case Op::If:
-            return value_as(t.operands[operand(0).integer != 0 ? 1 : 2], t.type, variables);
+            return t.operands[0].type == Type::Float ? operand() : make_value(static_cast<double>(operand().integer));
         case Op::Min:
         case Op::Max: {
             const Value a = value_as(t.operands[0], t.type, variables), b = value_as(t.operands[1], t.type, variables);
             const bool least = t.op == Op::Min;
-            if (t.type == Type::Float) return make_value(least ? least_of(a.real, b.real) : greatest_of(a.real, b.real));
+            if (real) return make_value(least ? least_of(a.real, b.real) : greatest_of(a.real, b.real));
             return make_value(least ? least_of(a.integer, b.integer) : greatest_of(a.integer, b.integer));
         }
         case Op::Abs:
-            return t.type == Type::Float ? make_value(__builtin_fabs(operand(0).real))
-                                         : make_value(checked_abs(scratch, 0, operand(0).integer));
+            return real ? make_value(__builtin_fabs(operand().real)) : make_value(checked_abs(scratch, 0, operand().integer));
         case Op::Truncate:
-            return make_value(checked_truncate(scratch, 0, operand(0).real));
+            return make_value(checked_truncate(scratch, 0, operand().real));
         case Op::Sqrt:
-            return make_value(__builtin_sqrt(operand(0).real));
-        case Op::NodeToInt:
-            return operand(0);
-        case Op::Now:
-            return make_value(view_.now);
-        case Op::Ticks:
-            return make_value(ticks_of(scratch, operand(0).real));
-        case Op::And:
-            return operand(0).integer != 0 ? operand(1) : make_value(false);
-        case Op::Or:
-            return operand(0).integer != 0 ? make_value(true) : operand(1);
-        case Op::Equal:
-        case Op::NotEqual:
-        case Op::Less:
-        case Op::LessEqual:
-        case Op::Greater:
-        case Op::GreaterEqual:
-            return make_value(comparison(t, variables));
-        case Op::Add:
-        case Op::Subtract:
-        case Op::Multiply:
-        case Op::Divide:
-        case Op::Modulo:
-        case Op::Power:
-            return arithmetic(t, variables);
-        case Op::Anonymous:
-        case Op::Due:
-        case Op::NextHop:
-        case Op::Fresh:
-        case Op::NewNode:
-            break;
+            return make_value(__builtin_sqrt(operand().real));
+        default:
+            return operand();  // Op::NodeToInt
     }
-    MELD_CHECK(false, "a question computes a term without a value, {}", static_cast<int>(t.op));
 }
 
 Value Terms::constant(const Term& t) {

@@ -38,6 +38,13 @@ class Terms {
     Types types;
 
   private:
+    // One function a family of operators (compiler/check/program/op_info.h).
+    Value leaf(const check::Term& term, Values& variables);
+    Value compound(const check::Term& term, Values& variables);
+    Value control(const check::Term& term, Values& variables);
+    Value call(const check::Term& term, Values& variables);
+    Value asked_of_run(const check::Term& term, Values& variables);
+    Value number(const check::Term& term, Values& variables);
     Value constant(const check::Term& term);
     Value arithmetic(const check::Term& term, Values& variables);
     bool comparison(const check::Term& term, Values& variables);

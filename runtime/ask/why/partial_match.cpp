@@ -60,9 +60,7 @@ std::optional<PartialMatch> match_head(const Program& program, Terms& terms, con
     // Heads may depend on results of aggregates over matches, which no body says.
     Bound known = bound_by(out);
     const auto is_known = [&](const Term& term) {
-        bool all = true;
-        check::each_free_use(term, [&](const Term& t) { all = all && (known[t.variable.index()] || out.bound[t.variable.index()]); });
-        return all;
+        return check::all_free(term, [&](check::VariableId v) { return known[v.index()] || out.bound[v.index()]; });
     };
     for (const Clause& c : more) {
         if (c.kind == Clause::Kind::Test && c.test.op == Op::Equal && c.test.operands[0].is_variable() && is_known(c.test.operands[1]))

@@ -32,6 +32,10 @@ using Node = Explanation::Node;
 using Part = Explanation::Part;
 using Way = Explanation::Way;
 
+bool all_bound(const check::Term& term, const Bound& bound) {
+    return check::all_free(term, [&](check::VariableId v) { return bool{bound[v.index()]}; });
+}
+
 class WhyNot {
   public:
     WhyNot(Explainer& explainer, const WhyOptions& options) : e_(explainer), options_(options) {}
@@ -159,9 +163,7 @@ class WhyNot {
         Values values = solution.values;
         const std::size_t end = p.aggregate == check::Aggregate::None ? p.arguments.size() : p.aggregate_at + 1;
         for (std::size_t a = 1; a < end; ++a) {
-            bool known = !out.arguments[a - 1];
-            check::each_free_use(head.arguments[a], [&](const check::Term& t) { known = known && bound[t.variable.index()]; });
-            if (!known || !cannot(e_.checked(), head.arguments[a]).empty()) continue;
+            if (out.arguments[a - 1] || !all_bound(head.arguments[a], bound) || !cannot(e_.checked(), head.arguments[a]).empty()) continue;
             const Value v = e_.terms().value_as(head.arguments[a], p.arguments[a].type, values);
             if (e_.terms().scratch.went_well()) out.arguments[a - 1] = e_.keep(p.arguments[a].type, v);
         }
@@ -264,9 +266,7 @@ class WhyNot {
         const check::Predicate& p = e_.predicate(atom.predicate);
         const auto value_of = [&](const check::Term& term, const check::Type& type) -> std::optional<Value> {
             if (term.op == check::Op::Anonymous) return std::nullopt;
-            bool all = true;
-            check::each_free_use(term, [&](const check::Term& t) { all = all && bound[t.variable.index()]; });
-            if (!all) return std::nullopt;
+            if (!all_bound(term, bound)) return std::nullopt;
             const Value v = e_.terms().value_as(term, type, values);
             if (!e_.terms().scratch.went_well()) return std::nullopt;
             return e_.keep(type, v);

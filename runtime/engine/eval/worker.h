@@ -16,9 +16,35 @@
 
 namespace meld::eval {
 
+inline constexpr std::size_t kArena = 1 << 16;
+
+// A copy of a length known at compile time is a few instructions.
+inline void copy_record(u8* to, const u8* from, u32 bytes) {
+    switch (bytes) {
+        case 4:
+            std::memcpy(to, from, 4);
+            break;
+        case 8:
+            std::memcpy(to, from, 8);
+            break;
+        case 16:
+            std::memcpy(to, from, 16);
+            break;
+        default:
+            std::memcpy(to, from, bytes);
+    }
+}
+
 // A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
 struct Evaluator::Thread : Eval {
     explicit Thread(const ModuleInfo& module) : outbox(module), repeated(module) { outgoing = outbox.places(); }
+
+    // Set what a module may ask for while it evaluates a catom (host.cpp).
+    static void connect_memory(Host& host);
+    static void connect_writes(Host& host);
+    static void connect_messages(Host& host);
+    static void connect_requests(Host& host);
+    static void connect_undefined(Host& host);
     Evaluator* owner = nullptr;
     int number = 0;
     std::vector<std::unique_ptr<u8[]>> chunks;
@@ -154,5 +180,7 @@ struct Evaluator::Thread : Eval {
         if (chunks.size() > 1) chunks.erase(chunks.begin(), chunks.end() - 1);
     }
 };
+
+inline Evaluator::Thread& Evaluator::of(Eval* e) { return *static_cast<Thread*>(e); }
 
 }  // namespace meld::eval

@@ -31,7 +31,7 @@ template <class T>
 struct Front : Mutual<T> {
     using Row = typename T::Row;
     using Base = Mutual<T>;
-    using Base::kept, Base::lost, Base::old, Base::old_count, Base::r, Base::trusted, Base::wake, Base::waiting;
+    using Base::kept, Base::lost, Base::old, Base::old_count, Base::r, Base::trusted;
 
     using Base::Base;
 
@@ -55,27 +55,15 @@ struct Front : Mutual<T> {
     }
     // Groups take all trusted proposals that no other beats, and drop the elements that these beat. A value that exists keeps its rank.
     MELD_STEP bool take(Eval& e) {
-        Row* p = r.proposed.rows;
-        const u32 n = r.proposed.count;
-        sort_rows(e, p, n, FrontOrder<T>{});
-        wake = 0;
-        waiting = 0;
-        bool grew = false;
-        RowList<Row> next;
-        next.reset();
-        u32 held = 0;
-        for (u32 i = 0; i < n;) {
-            u32 end = i + 1;
-            while (end < n && T::group(p[end], p[i]) == 0) ++end;
-            while (held < r.count && T::group(r.rows[held], p[i]) < 0) next.add(e, r.rows[held++]);
-            const u32 first = next.count;
-            while (held < r.count && T::group(r.rows[held], p[i]) == 0) next.add(e, r.rows[held++]);
-            for (u32 k = i; k < end; ++k) grew = join(e, next, first, p[k]) || grew;
-            sort_rows(e, next.rows + first, next.count - first, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
-            i = end;
-        }
-        while (held < r.count) next.add(e, r.rows[held++]);
-        return r.end_round(e, next, grew);
+        const auto group = [](const Row& a, const Row& b) { return T::group(a, b); };
+        return Base::take_groups(e, FrontOrder<T>{}, group, [&](RowList<Row>& next, u32& held, const Row* first, const Row* end) {
+            const u32 begin = next.count;
+            while (held < r.count && T::group(r.rows[held], *first) == 0) next.add(e, r.rows[held++]);
+            bool grew = false;
+            for (const Row* p = first; p != end; ++p) grew = join(e, next, begin, *p) || grew;
+            sort_rows(e, next.rows + begin, next.count - begin, [](const Row& a, const Row& b) { return T::key(a, b) < 0; });
+            return grew;
+        });
     }
 
   private:
@@ -87,12 +75,7 @@ struct Front : Mutual<T> {
             const bool same_value = !T::better(p, other) && !T::better(other, p);
             if (same_value || beats<T>(other, p)) return false;
         }
-        const i64 ready = trusted(e, p);
-        if (ready > e.subdomain->now) {
-            ++waiting;
-            if (wake == 0 || ready < wake) wake = ready;
-            return false;
-        }
+        if (!Base::may_enter(e, p)) return false;
         u32 left = first;
         for (u32 i = first; i < rows.count; ++i)
             if (!beats<T>(p, rows.rows[i])) rows.rows[left++] = rows.rows[i];

@@ -92,11 +92,14 @@ struct Mutual {
         const u32 at = find_row<T>(r.origin, r.origin_count, row);
         return at < r.origin_count && T::same(r.origin[at], row);
     }
-    // Groups take the best trusted value proposed.
-    MELD_STEP bool take(Eval& e) {
+    // Goes through the groups with proposals, in order, and makes the next rows; the rows of all other groups stay. For each of them
+    // decide(next, held, first, end) gets the proposals from `first` to `end`, takes the rows that the group has, in `r.rows` from number
+    // `held` on, adds those that it will have to `next`, and returns whether one has come.
+    template <class Order, class Compare, class Decide>
+    [[gnu::always_inline]] bool take_groups(Eval& e, const Order& order, const Compare& compare, const Decide& decide) {
         Row* p = r.proposed.rows;
         const u32 n = r.proposed.count;
-        sort_rows(e, p, n, ChoiceOrder<T>{});
+        sort_rows(e, p, n, order);
         wake = 0;
         waiting = 0;
         bool grew = false;
@@ -105,30 +108,36 @@ struct Mutual {
         u32 held = 0;
         for (u32 i = 0; i < n;) {
             u32 end = i + 1;
-            while (end < n && T::key(p[end], p[i]) == 0) ++end;
-            while (held < r.count && T::key(r.rows[held], p[i]) < 0) next.add(e, r.rows[held++]);
-            const Row* current = held < r.count && T::key(r.rows[held], p[i]) == 0 ? &r.rows[held++] : nullptr;
-            const Row* best = current;
-            for (u32 k = i; k < end; ++k) {
-                if (best != nullptr && !T::better(p[k], *best)) continue;
-                const i64 ready = trusted(e, p[k]);
-                if (ready <= e.subdomain->now) {
-                    best = &p[k];
-                    continue;
-                }
-                ++waiting;
-                if (wake == 0 || ready < wake) wake = ready;
-            }
-            if (best != current) {
-                grew = true;
-                replaced = replaced || current != nullptr;
-                note_rank(e, best->rank);
-            }
-            if (best != nullptr) next.add(e, *best);
+            while (end < n && compare(p[end], p[i]) == 0) ++end;
+            while (held < r.count && compare(r.rows[held], p[i]) < 0) next.add(e, r.rows[held++]);
+            grew = decide(next, held, p + i, p + end) || grew;
             i = end;
         }
         while (held < r.count) next.add(e, r.rows[held++]);
         return r.end_round(e, next, grew);
+    }
+    // Whether the proposal may give its group a value now; if not, it waits.
+    bool may_enter(Eval& e, const Row& p) {
+        const i64 ready = trusted(e, p);
+        if (ready <= e.subdomain->now) return true;
+        ++waiting;
+        if (wake == 0 || ready < wake) wake = ready;
+        return false;
+    }
+    // Groups take the best trusted value proposed.
+    MELD_STEP bool take(Eval& e) {
+        const auto key = [](const Row& a, const Row& b) { return T::key(a, b); };
+        return take_groups(e, ChoiceOrder<T>{}, key, [&](RowList<Row>& next, u32& held, const Row* first, const Row* end) {
+            const Row* current = held < r.count && T::key(r.rows[held], *first) == 0 ? &r.rows[held++] : nullptr;
+            const Row* best = current;
+            for (const Row* p = first; p != end; ++p)
+                if ((best == nullptr || T::better(*p, *best)) && may_enter(e, *p)) best = p;
+            if (best != nullptr) next.add(e, *best);
+            if (best == current) return false;
+            replaced = replaced || current != nullptr;
+            note_rank(e, best->rank);
+            return true;
+        });
     }
     bool finish(Eval& e) {
         count_waiting<T>(e, waiting);

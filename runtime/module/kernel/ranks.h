@@ -53,15 +53,21 @@ inline void note_rank(Eval& e, u32 rank) {
     if (rank > kMaxRank) trap(e, Trap::RankTooHigh, e.rule, i64{rank}, i64{kMaxRank});
 }
 
-// Decides one group that no rule of the same catom reads back: `current` may be null; proposals are in any order.
-// Returns whether `out` holds a value.
+// One group that no rule of the same catom reads back, and the proposals for it in any order; `current` is null if it has no value.
 template <class T>
-bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
+struct GroupDecision {
     using Row = typename T::Row;
-    KERNEL_CHECK(e, of_one_group<T>(proposals, n));
-    KERNEL_CHECK(e, current == nullptr || n == 0 || T::key(*current, proposals[0]) == 0);
-    if (!e.subdomain->tombstones) {
-        // Nothing has been lost, so all proposals are trusted; unless the group loses its value now.
+    Eval& e;
+    const Row* current;
+    const Row* proposals;
+    u32 n;
+    // What the group has lost, once somebody has asked for it.
+    const Tombstone* lost = nullptr;
+    bool asked = false;
+    Tombstone memory{};
+
+    // Nothing has been lost, so all proposals are trusted. Null: the group has no value, or loses it now.
+    [[gnu::always_inline]] const Row* without_losses() const {
         bool supported = false;
         const Row* first = nullptr;
         for (u32 i = 0; i < n; ++i) {
@@ -72,74 +78,96 @@ bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row
         const Row* const holds = current == nullptr || (first != nullptr && T::better(*first, *current)) ? first
                                  : supported                                                             ? current
                                                                                                          : nullptr;
-        if (holds != nullptr) {
-            out = *holds;
-            note_rank(e, out.rank);
-            return true;
-        }
-        if (current == nullptr) return false;
-        // So the value is lost, and nothing else is offered.
-        KERNEL_CHECK(e, first == nullptr || !T::better(*first, *current));
+        // If the value is lost, nothing else is offered.
+        KERNEL_CHECK(e, holds != nullptr || current == nullptr || first == nullptr || !T::better(*first, *current));
+        return holds;
     }
-    const i64 now = e.subdomain->now;
-    const u32 latency = e.subdomain->latency;
-    Tombstone memory{};
-    const Tombstone* lost = nullptr;
-    bool asked = false;
-    const auto remembered = [&](const Row& group) {
+
+    const Row* with_losses() {
+        bool quarantined = false;
+        const Row* const best = best_trusted(still_supported(), quarantined);
+        if (quarantined) wake_for_better(best);
+        return best;
+    }
+
+  private:
+    const Tombstone* remembered(const Row& group) {
         if (!asked) lost = lost_before<T>(e, group, memory);
         asked = true;
         return lost;
-    };
-    const Row* best = nullptr;
-    if (current != nullptr) {
+    }
+    // The first tick at which the group may take a proposal.
+    i64 ready(const Row& p) { return trusted_from(remembered(p), p.rank, e.subdomain->latency); }
+
+    // The current value if a proposal supports it. If none does and no better one takes its place, the group loses it.
+    const Row* still_supported() {
+        if (current == nullptr) return nullptr;
+        const i64 now = e.subdomain->now;
         bool supported = false, superseded = false;
         for (u32 i = 0; i < n; ++i) {
             if (T::same(proposals[i], *current))
                 supported |= proposals[i].rank <= current->rank;
             else if (T::better(proposals[i], *current))
-                superseded = superseded || trusted_from(remembered(proposals[i]), proposals[i].rank, latency) <= now;
+                superseded = superseded || ready(proposals[i]) <= now;
         }
-        if (supported)
-            best = current;
-        else if (!superseded) {
-            if constexpr (T::kLinks) {
-                remembered(*current);
-                memory = after_loss(lost, current->rank, now);
-                lost = &memory;
-                e.host->lose(&e, T::kPredicate, T::hash(*current), current->rank);
+        if (supported) return current;
+        if (superseded) return nullptr;
+        if constexpr (T::kLinks) {
+            remembered(*current);
+            memory = after_loss(lost, current->rank, now);
+            lost = &memory;
+            e.host->lose(&e, T::kPredicate, T::hash(*current), current->rank);
+        }
+        return nullptr;
+    }
+    const Row* best_trusted(const Row* best, bool& quarantined) {
+        const i64 now = e.subdomain->now;
+        for (u32 i = 0; i < n; ++i) {
+            const Row& p = proposals[i];
+            if (best != nullptr) {
+                if (best == current ? !T::better(p, *best) : !ChoiceOrder<T>{}(p, *best)) continue;
+            }
+            if (ready(p) > now) {
+                quarantined = true;
+                count_waiting<T>(e, 1);
+            } else {
+                KERNEL_CHECK(e, best == nullptr || !T::better(*best, p));
+                best = &p;
             }
         }
+        return best;
     }
-    bool quarantined = false;
-    for (u32 i = 0; i < n; ++i) {
-        const Row& p = proposals[i];
-        if (best != nullptr) {
-            if (best == current ? !T::better(p, *best) : !ChoiceOrder<T>{}(p, *best)) continue;
-        }
-        if (trusted_from(remembered(p), p.rank, latency) > now) {
-            quarantined = true;
-            count_waiting<T>(e, 1);
-        } else {
-            KERNEL_CHECK(e, best == nullptr || !T::better(*best, p));
-            best = &p;
-        }
-    }
-    if (quarantined) {
+    // For the first of the proposals in quarantine that would be better.
+    void wake_for_better(const Row* best) {
+        const i64 now = e.subdomain->now;
         i64 wake = 0;
         for (u32 i = 0; i < n; ++i) {
             if (best != nullptr && !T::better(proposals[i], *best)) continue;
-            const i64 ready = trusted_from(remembered(proposals[i]), proposals[i].rank, latency);
-            if (ready > now && (wake == 0 || ready < wake)) wake = ready;
+            const i64 at = ready(proposals[i]);
+            if (at > now && (wake == 0 || at < wake)) wake = at;
         }
         if constexpr (T::kFollowed)
             e.host->wake_group(&e, wake, T::kPredicate, proposals);
         else
             wake_at(e, wake);
     }
-    if (best == nullptr) return false;
-    KERNEL_CHECK(e, best->rank != kAbsent);
-    out = *best;
+};
+
+// Returns whether `out` holds a value.
+template <class T>
+bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
+    KERNEL_CHECK(e, of_one_group<T>(proposals, n));
+    KERNEL_CHECK(e, current == nullptr || n == 0 || T::key(*current, proposals[0]) == 0);
+    GroupDecision<T> group{e, current, proposals, n};
+    const typename T::Row* value = nullptr;
+    if (!e.subdomain->tombstones) {
+        value = group.without_losses();
+        if (value == nullptr && current == nullptr) return false;
+    }
+    if (value == nullptr) value = group.with_losses();
+    if (value == nullptr) return false;
+    KERNEL_CHECK(e, value->rank != kAbsent);
+    out = *value;
     note_rank(e, out.rank);
     return true;
 }
