@@ -52,6 +52,7 @@ foreach(folder runtime physics)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION include/claymeld FILES_MATCHING PATTERN "*.h" PATTERN "*.def")
 endforeach()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/extensions DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/examples/exercises DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake COMPATIBILITY ExactVersion)
 install(FILES cmake/claymeldConfig.cmake ${CMAKE_BINARY_DIR}/claymeldConfigVersion.cmake DESTINATION lib/cmake/claymeld)
 set(exported runtime_base runtime_base_process runtime_base_files runtime_base_terminal runtime_comm_launch runtime_comm_transport

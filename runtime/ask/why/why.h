@@ -34,4 +34,7 @@ Result<Explanation> why_body(timeline::Timeline& timeline, const Witness& witnes
 // a fact that is not there, the same of that one. Errors and cost: as of why(); the fact's catom is not said.
 Result<Explanation> why_not(timeline::Timeline& timeline, const std::string& fact, const WhyOptions& options);
 
+// The same of a body that holds nowhere: the parts of it that hold together, and the one that then fails. Nothing is explained if it holds.
+Result<Explanation> why_not_body(timeline::Timeline& timeline, const std::string& body, const WhyOptions& options);
+
 }  // namespace meld::inspect

@@ -61,6 +61,33 @@ class WhyNot {
             if (auto done = explain(i); !done) return tl::unexpected<Error>(done.error());
         return std::move(out_);
     }
+    Result<Explanation> run_body(const std::string& asked) {
+        out_.tick = e_.states().tick;
+        out_.asked = asked;
+        const Rule& question = e_.program().question();
+        PartialMatch match{.of = &question, .rule = question, .body = question.body, .own = question.body.size(), .open = true};
+        match.values.resize(question.variables.count());
+        match.bound.resize(question.variables.count());
+        Attempt best;
+        Way way;
+        std::optional<Known> missing;
+        bool holds = false;
+        const auto further = [&](const Attempt& attempt) { missing = note_attempt(match, attempt, way); };
+        const Result<bool> done = e_.search(match, {.best = &best, .further = further}, [&](const Solution&) {
+            holds = true;
+            return false;
+        });
+        if (!done) return tl::unexpected<Error>(done.error());
+        if (holds) return std::move(out_);
+        out_.nodes.push_back({.is = Node::Is::Missing, .fact = asked, .tick = out_.tick});
+        facts_.push_back({});
+        out_.roots.push_back(0);
+        if (missing) way.parts.back().node = add(*missing, 1);
+        node(0).ways.push_back(std::move(way));
+        for (std::size_t i = 1; i < facts_.size(); ++i)
+            if (auto explained = explain(i); !explained) return tl::unexpected<Error>(explained.error());
+        return std::move(out_);
+    }
     // The catom of the fact that was asked about, if there is none.
     std::optional<u64> absent() const { return absent_; }
 
@@ -250,12 +277,22 @@ class WhyNot {
             missing = pattern(c.atom, attempt.bound, values);
         } else if (c.kind == Clause::Kind::Not) {
             static_cast<void>(e_.search_part(match, c.inner, values, attempt.bound, {}, [&](const Solution& inner) {
-                for (std::size_t n = 0; n < c.inner.size(); ++n)
-                    if (inner.facts[n] != nullptr)
-                        part.note += (part.note.empty() ? "" : ", ") + e_.text(e_.keep(c.inner[n].atom.predicate, *inner.facts[n], 0));
+                Bound bound = attempt.bound;
+                for (std::size_t n = 0; n < c.inner.size(); ++n) {
+                    if (inner.facts[n] == nullptr) continue;
+                    part.note += (part.note.empty() ? "" : ", ") + e_.text(e_.keep(c.inner[n].atom.predicate, *inner.facts[n], 0));
+                    for (const check::Term& term : c.inner[n].atom.arguments)
+                        check::each_free_use(term, [&](const check::Term& t) { bound[t.variable.index()] = true; });
+                }
+                // What should not be absent beside these: not (p(A), not q(A)).
+                Values found = inner.values;
+                for (const Clause& absent : c.inner)
+                    if (!missing && absent.kind == Clause::Kind::Not && absent.inner.size() == 1 &&
+                        absent.inner[0].kind == Clause::Kind::Atom)
+                        missing = pattern(absent.inner[0].atom, bound, found);
                 return false;
             }));
-            if (!part.note.empty()) part.note += " holds";
+            if (!part.note.empty()) part.note += missing ? " holds, and this does not:" : " holds";
         }
         way.parts.push_back(std::move(part));
         return missing;
@@ -430,6 +467,18 @@ Result<Explanation> why_not(timeline::Timeline& timeline, const std::string& fac
     const Result<std::string> when = when_removed(timeline, ByteReader(first, "a catom").read<u64>());
     if (!when) return tl::unexpected<Error>(when.error());
     if (absent && !when->empty()) out.nodes[out.roots.front()].note += ": " + *when;
+    return out;
+}
+
+Result<Explanation> why_not_body(timeline::Timeline& timeline, const std::string& body, const WhyOptions& options) {
+    Explanation out;
+    const Result<void> asked = ask_back(timeline, body, [&](Explainer& explainer) -> Result<void> {
+        Result<Explanation> found = WhyNot(explainer, options).run_body(body);
+        if (!found) return tl::unexpected<Error>(found.error());
+        out = std::move(*found);
+        return {};
+    });
+    if (!asked) return tl::unexpected<Error>(asked.error());
     return out;
 }
 

@@ -28,17 +28,6 @@ using world::type_mismatch;
 constexpr std::uint64_t kMostStudy_bytes = std::uint64_t{16} << 20;
 constexpr std::uint64_t kMostSeeds = 10'000'000;
 
-// The keys of a table in the order of the file; the library sorts them.
-std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::table& table) {
-    std::vector<std::pair<std::string, const toml::node*>> all;
-    for (const auto& [key, node] : table) all.emplace_back(std::string(key.str()), &node);
-    std::ranges::stable_sort(all, [](const auto& a, const auto& b) {
-        const toml::source_position x = a.second->source().begin, y = b.second->source().begin;
-        return std::pair(x.line, x.column) < std::pair(y.line, y.column);
-    });
-    return all;
-}
-
 std::string not_a_count(const std::string& word) {
     const auto near = nearest_name(word, count_names());
     return near ? fmt::format("Did you mean '{}'?", *near) : fmt::format("Its counts are {}.", fmt::join(count_names(), ", "));
@@ -250,6 +239,16 @@ class StudyReader {
 };
 
 }  // namespace
+
+std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::table& table) {
+    std::vector<std::pair<std::string, const toml::node*>> all;
+    for (const auto& [key, node] : table) all.emplace_back(std::string(key.str()), &node);
+    std::ranges::stable_sort(all, [](const auto& a, const auto& b) {
+        const toml::source_position x = a.second->source().begin, y = b.second->source().begin;
+        return std::pair(x.line, x.column) < std::pair(y.line, y.column);
+    });
+    return all;
+}
 
 std::string body_of(const std::string& text) {
     const std::size_t open = text.find('{');

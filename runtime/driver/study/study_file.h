@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -74,6 +75,9 @@ struct Study {
     int threads = 1;
     std::vector<std::string> events = {}, library = {}, link = {}, extensions = {};  // Paths.
 };
+
+// The keys of a table in the order of the file; the library sorts them.
+std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::table& table);
 
 // Reads and checks a study. Errors name file, line and column, and the nearest key.
 Result<Study> read_study(const std::string& path);

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "runtime/base/terminal/terminal_text.h"
 #include "runtime/base/units.h"
 #include "runtime/base/version.h"
+#include "runtime/driver/study/html_text.h"
 #include "runtime/driver/study/shell_words.h"
 #include "runtime/show/render/chart.h"
 
@@ -22,13 +22,6 @@ constexpr std::string_view kStyle =
     "body{font:16px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}"
     "table{border-collapse:collapse;display:block;overflow-x:auto}th,td{padding:.2rem .7rem;border-bottom:1px solid #ddd;text-align:left;"
     "white-space:nowrap}pre{background:#f4f4f4;padding:.6rem;overflow-x:auto}svg{max-width:100%;height:auto}";
-
-std::string html(const std::string& text) {
-    std::string out;
-    for (const char c : visible(text))
-        out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-    return out;
-}
 
 // Without the declaration of XML, which has no place in a page.
 std::string inline_svg(const StudyPlot& plot) {
