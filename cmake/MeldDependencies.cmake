@@ -1,4 +1,4 @@
-# Every outside library the project uses, all Debian packages (scripts/install lists them).
+# Every outside library the project uses, all Debian packages (scripts/install lists them). packaging/ has the same for other systems.
 
 find_package(Threads REQUIRED)
 find_package(fmt REQUIRED)
@@ -18,7 +18,8 @@ add_library(meld_mpi INTERFACE)
 target_link_libraries(meld_mpi INTERFACE MPI::MPI_CXX)
 target_compile_definitions(meld_mpi INTERFACE OMPI_SKIP_MPICXX)
 
-pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi)
+# The one of this MPI, which Debian has beside others; elsewhere there is one.
+pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi hdf5)
 add_library(meld_hdf5 INTERFACE)
 target_link_libraries(meld_hdf5 INTERFACE PkgConfig::HDF5)
 

@@ -11,6 +11,7 @@
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/lattice/lattice_motion.h"
+#include "runtime/sim/points/point_motion.h"
 #include "runtime/sim/watchers/thermometer.h"
 
 namespace meld::sim {
@@ -36,7 +37,7 @@ bool Registry::may_give(const world::World& world) const {
         return choice && !std::holds_alternative<MakeCode>(*choice);
     };
     const std::string& motion = world.motion.kind;
-    return (motion != "none" && motion != "lattice" && motion != "amoebot" && motion != "bodies") ||
+    return (motion != "none" && motion != "lattice" && motion != "amoebot" && motion != "bodies" && motion != "points") ||
            std::ranges::any_of(world.components, gives);
 }
 
@@ -72,7 +73,13 @@ Result<void> check_choices(const Registry& registry, const world::World& world) 
 
 Registry Registry::standard() {
     Registry r;
-    r.add_sim("motion", "none", [](const world::World&) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<NoMotion>(); });
+    r.add_sim("motion", "none", [](const world::World& w) -> Result<std::unique_ptr<SimModule>> {
+        // What nodes sense of those in range is given by the same module, whether they move or not.
+        if (w.links) return std::make_unique<PointMotion>(w);
+        return std::make_unique<NoMotion>();
+    });
+    r.add_sim("motion", "points",
+              [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<PointMotion>(w); });
     for (const char* kind : {"lattice", "amoebot"})
         r.add_sim("motion", kind,
                   [](const world::World& w) -> Result<std::unique_ptr<SimModule>> { return std::make_unique<LatticeMotion>(w); });

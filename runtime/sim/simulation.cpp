@@ -296,7 +296,7 @@ Result<void> Simulation::strike() {
         summary_.restarted += struck.restarted.size();
     }
     LinkFailures(subdomain_).strike();
-    return {};
+    return each_module([&](SimModule& m) { return m.struck(subdomain_), Result<void>{}; });
 }
 
 Result<void> Simulation::failed(const eval::Failure& failure) {

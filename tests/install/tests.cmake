@@ -1,6 +1,8 @@
 # What `cmake --install` leaves under a prefix; and, in the campaign where the machine allows it, the Debian package in a clean root.
 add_test(NAME install COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/install_test.py --build ${CMAKE_BINARY_DIR} -v)
 set_tests_properties(install PROPERTIES TIMEOUT 300)
+# The recipes for other systems, as far as they can be read without them.
+add_test(NAME install_recipes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recipes_test.py)
 find_program(DEBOOTSTRAP debootstrap PATHS /usr/sbin)
 execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHITESPACE)
 if(DEBOOTSTRAP AND user_id STREQUAL "0")

@@ -122,6 +122,20 @@ def line_formation(outcome, seeds):
             f"no line from the seed: {sorted(cells)}")
 
 
+def coating(outcome, cells_of_object):
+    thing = {outcome.cells[a] for a, in outcome.facts["object"]}
+    (first,) = (a for a, in outcome.facts["first"])
+    cells = {(x + outcome.cells[first][0], y + outcome.cells[first][1]) for x, y in shape(outcome, {first})}
+    require(thing == cells_of_object, "the object has moved")
+    layer, left = thing, cells - thing
+    while left:
+        around_it = {step(cell, d) for cell in layer for d in range(6)} - thing - (cells - left)
+        here = around_it & left
+        require(here and (here == around_it or here == left), f"{len(here)} of {len(around_it)} cells of a layer, and {len(left)} amoebots")
+        require(here == around_it or connected(here), "the outermost layer is in pieces")
+        thing, left, layer = thing | here, left - here, around_it
+
+
 def energy_sharing(outcome, sources):
     energy, acted, harvested = ({row[0]: row[1] for row in outcome.facts[name]} for name in ("energy", "acted", "harvested"))
     require(set(energy) == set(acted) == set(outcome.cells), "somebody has no battery, or two")
@@ -156,6 +170,9 @@ PROGRAMS = {
     "hexagon_formation": Program(45, True, "seed", 1, FORMED, "common",
                                  [*SHAPE_BREAKS, ("not built(A, (P + 5) % 6)", "not built(A, (P + 4) % 6)")]),
     "line_formation": Program(24, True, "seed", 1, FORMED, "common", [*SHAPE_BREAKS, ("(P + 3) % 6) :- marked", "(P + 2) % 6) :- marked")]),
+    "coating": Program(40, True, None, 0, FORMED, "common",
+                       [*SHAPE_BREAKS, ("marked(A, 0) :- first(A)", "marked(A, 0) :- first(A), object(A)"),
+                        ("not built(A, (P + 5) % 6)", "not built(A, (P + 1) % 6)")]),
     "energy_sharing": Program(30, True, "source", 2, "N = count : { acted(_, K), K > 0 }, N = @world", "own",
                               [("energy(A, E - G), child", "energy(A, E), child"),
                                ("harvested(A, H + G), inhibited(A, S)", "harvested(A, H + G), inhibited(A, false)")]),
@@ -172,17 +189,40 @@ def run(meldsim, folder, program, options, processes=1):
     return Outcome(facts.read_text(), json.loads(done.stdout)), facts.read_text()
 
 
-def world(rng, program, activation, seed):
+def coated(rng, count):
+    """An object, a parallelogram, with a blob of amoebots around one that touches it: the cells of the object, of all, and the facts."""
+    width, height = rng.randint(1, 8), rng.randint(1, 5)
+    thing = {(28 + x, 13 + y) for x in range(width) for y in range(height)}
+    first = rng.choice(sorted({step(cell, d) for cell in thing for d in range(6)} - thing))
+    cells, blob = thing | {first}, [first]
+    while len(blob) < count:
+        cell = step(rng.choice(blob), rng.randrange(6))
+        if cell not in cells:
+            cells.add(cell)
+            blob.append(cell)
+    region = [f"cell == ({x}, {y}, 0)" for x, y in sorted(thing)]
+    return thing, sorted(cells), f'[facts]\nobject = {json.dumps(region)}\nfirst = "cell == ({first[0]}, {first[1]}, 0)"\n'
+
+
+def world(rng, name, activation, seed):
+    program = PROGRAMS[name]
+    if name == "coating":
+        given, cells, facts = coated(rng, program.count)
+        return given, placed(cells, facts, program, activation, seed)
     cells = grown(rng, program.count, program.holes)
     given = {rng.randrange(len(cells))} if program.given == 1 else set(rng.sample(range(len(cells)), program.given))
     facts = f"[facts]\n{program.fact} = {json.dumps([f'id == {a}' for a in sorted(given)])}\n" if given else ""
-    return given, (f'lattice = "hex"\nseed = {seed}\n[[body]]\ncells = {json.dumps(cells)}\n{facts}'
-                   f'[motion]\nkind = "amoebot"\nactivation = "{activation}"\ncompass = "own"\nchirality = "{program.chirality}"\n')
+    return given, placed(cells, facts, program, activation, seed)
+
+
+def placed(cells, facts, program, activation, seed):
+    return (f'lattice = "hex"\nseed = {seed}\n[[body]]\ncells = {json.dumps(cells)}\n{facts}'
+            f'[motion]\nkind = "amoebot"\nactivation = "{activation}"\ncompass = "own"\nchirality = "{program.chirality}"\n')
 
 
 def judge(meldsim, folder, name, activation, seed, divided):
     program = PROGRAMS[name]
-    given, text = world(random.Random(f"{name} {seed}"), program, activation, seed)
+    given, text = world(random.Random(f"{name} {seed}"), name, activation, seed)
     (folder / "world.toml").write_text(text)
     if divided:
         some = {run(meldsim, folder, name, ("--ticks", str(ALIKE)), processes)[1] for processes in (1, 2, 3)}

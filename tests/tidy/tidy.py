@@ -6,7 +6,8 @@ import sys
 from references import SKIPPED, References
 from rules import Layers, PrivateNames, Problem, check_file, check_table_of_folders
 
-FOLDERS = ("cmake", "compiler", "docs/pictures", "docs/site", "editors", "examples", "physics", "python", "runtime", "stdlib", "tests")
+FOLDERS = ("cmake", "compiler", "docs/pictures", "docs/site", "editors", "examples", "packaging", "physics", "python", "runtime", "stdlib",
+           "tests")
 PAGES = ("README.md", "CHANGELOG.md", "docs", "editors")
 SUFFIXES = (".h", ".cpp", ".def", ".l", ".y", ".yy", ".py", ".js", ".cmake", ".meld")
 # Programs for the shell have no suffix.

@@ -18,12 +18,14 @@ using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
-// Whether only some worlds know the name: those of bodies, or of amoebots.
+// Whether only some worlds know the name: those of bodies, of amoebots, or of nodes with a range.
 bool of_some_worlds(const std::string& name) {
     using Performer = ActionInfo::Performer;
-    return is_body_sense(name) || is_amoebot_sense(name) || std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
-               return action.word == name && (action.performer == Performer::Bodies || action.performer == Performer::Amoebots);
-           });
+    if (is_body_sense(name) || is_amoebot_sense(name) || is_range_sense(name)) return true;
+    return std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
+        return action.word == name &&
+               (action.performer == Performer::Bodies || action.performer == Performer::Amoebots || action.performer == Performer::Points);
+    });
 }
 
 class Declarer {

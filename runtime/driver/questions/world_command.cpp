@@ -49,9 +49,12 @@ std::string graph_text(const world::World& world) {
     const graph::Degrees degrees = graph::degrees(graph);
     const std::uint64_t components = graph::components(graph);
     const auto counted = [](std::uint64_t n, const char* one) { return fmt::format("{} {}{}", n, one, n == 1 ? "" : "s"); };
-    return fmt::format("{}: {}graph, {}, {}, degrees {} to {}, {:.2f} on average, {}\n", visible(world.path),
+    const std::string range = !world.links               ? ""
+                              : world.has_moving_nodes() ? fmt::format("; linked up to the distance {}, and moving", world.links->range)
+                                                         : fmt::format("; linked up to the distance {}", world.links->range);
+    return fmt::format("{}: {}graph, {}, {}, degrees {} to {}, {:.2f} on average, {}{}\n", visible(world.path),
                        graph.directed ? "directed " : "", counted(graph.nodes(), "node"), counted(graph.links(), "link"), degrees.least,
-                       degrees.most, degrees.mean, counted(components, "component"));
+                       degrees.most, degrees.mean, counted(components, "component"), range);
 }
 
 std::string size_text(const world::World& world, const world::WorldSize& size) {

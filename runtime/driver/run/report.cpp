@@ -55,6 +55,7 @@ std::string warning_of_other_worlds(const sim::Summary& s) {
         if (kind.empty())
             kind = performer == ActionInfo::Performer::Lattice    ? "lattice"
                    : performer == ActionInfo::Performer::Amoebots ? "amoebot"
+                   : performer == ActionInfo::Performer::Points   ? "points"
                                                                   : "bodies";
     }
     if (all == 0) return "";

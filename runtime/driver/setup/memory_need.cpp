@@ -59,6 +59,12 @@ constexpr double kContactsInHeap = 3;
 
 std::size_t whole(double number) { return static_cast<std::size_t>(std::ceil(number)); }
 
+// The most neighbours within the range that a body has when they lie as densely as spheres can.
+int ports_in_range(const world::World& world, const sim::ExpectedShare& share) {
+    const double reach = 2 * world.links->range + 1;
+    return static_cast<int>(std::min({share.catoms, 0.74 * reach * reach * reach, 1e6})) + 1;
+}
+
 // What a process takes of the whole world or of its share of it. Upper bounds are those of kMemoryAssumed.
 class Counting {
   public:
@@ -69,6 +75,7 @@ class Counting {
           share_(share),
           here_(share.catoms + share.ghosts),
           ports_(world.is_graph()  ? static_cast<int>(graph::degrees(*world.graph).mean) + 1
+                 : world.links     ? ports_in_range(world, share)
                  : world.is_free() ? kMaxPorts
                                    : world::Lattice(world.lattice).ports()) {}
 
@@ -112,7 +119,8 @@ class Counting {
     // Where neighbours are listed: the table of links, which a graph has counted. Where messages take time also a mailbox for each link and
     // direction, with what its reader knows of the neighbour; and on their way at most all that every catom exports, once.
     MemoryPart links() const {
-        const double ends = world_.is_graph() ? ports_ * share_.catoms : 2 * lattice_contacts() * share_.catoms / std::max(1.0, here_);
+        const double ends =
+            world_.is_graph() || world_.links ? ports_ * share_.catoms : 2 * lattice_contacts() * share_.catoms / std::max(1.0, here_);
         const double table = world_.is_graph() ? 0 : kLinkRow * here_ + kLinkEnd * ends;
         if (!world_.apart()) return {"links", exactly(table)};
         double exported = 0, under_way = 0;
@@ -291,7 +299,7 @@ MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, cons
                   : world.is_free() ? counting.bodies()
                                     : counting.ensemble(),
                   counting.records(), counting.rows(), counting.lists(options.threads), counting.tick()};
-    if (module.by_links && !world.is_free()) need.parts.push_back(counting.links());
+    if (module.by_links && (!world.is_free() || world.links)) need.parts.push_back(counting.links());
     if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms));
     if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares.catoms));
     if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares.largest.catoms));

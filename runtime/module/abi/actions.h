@@ -16,7 +16,7 @@ enum class ActionKind : std::uint8_t {
 
 // The table's entry for an action; actions.def explains each column.
 struct ActionInfo {
-    enum class Performer { None, Lattice, Amoebots, Bodies, Recording, Watcher, Printer, Clock, Run };
+    enum class Performer { None, Lattice, Amoebots, Bodies, Points, Recording, Watcher, Printer, Clock, Run };
     enum Trait : unsigned { kCreates = 1, kTeleports = 2, kEndsRun = 4 };
 
     ActionKind kind = ActionKind::None;

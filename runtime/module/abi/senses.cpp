@@ -42,6 +42,11 @@ constexpr BodySense kBodySenses[] = {
 #include "runtime/module/abi/senses.def"
 };
 
+constexpr RangeSense kRangeSenses[] = {
+#define MELD_RANGE_SENSE(quantity, word, arguments) {RangeQuantity::quantity, word, arguments},
+#include "runtime/module/abi/senses.def"
+};
+
 }  // namespace
 
 const SenseInfo& info(WorldSource source) {
@@ -67,6 +72,12 @@ std::span<const BodySense> body_senses() { return kBodySenses; }
 
 bool is_body_sense(std::string_view word) {
     return std::ranges::any_of(kBodySenses, [&](const BodySense& sense) { return sense.word == word; });
+}
+
+std::span<const RangeSense> range_senses() { return kRangeSenses; }
+
+bool is_range_sense(std::string_view word) {
+    return std::ranges::any_of(kRangeSenses, [&](const RangeSense& sense) { return sense.word == word; });
 }
 
 }  // namespace meld

@@ -64,4 +64,19 @@ std::span<const BodySense> body_senses();
 // Whether one of them has this name.
 bool is_body_sense(std::string_view word);
 
+// ---- what nodes sense of neighbours within their range
+
+enum class RangeQuantity {
+#define MELD_RANGE_SENSE(quantity, word, arguments) quantity,
+#include "runtime/module/abi/senses.def"
+};
+
+struct RangeSense {
+    RangeQuantity quantity = RangeQuantity::Distance;
+    std::string_view word;
+    std::size_t arguments = 0;
+};
+std::span<const RangeSense> range_senses();
+bool is_range_sense(std::string_view word);
+
 }  // namespace meld

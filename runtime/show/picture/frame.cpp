@@ -292,6 +292,8 @@ void Looker::add_graph() {
     for (const auto& [a, b] : now)
         if (const auto here = at(a), there = at(b); here && there)
             stage_.frame.scene.strokes.push_back({.from = *here, .to = *there, .colour = kFaint, .radius = kThin});
+    // Where nodes move, a link that is not there was not cut.
+    if (subdomain_.world.has_moving_nodes()) return;
     for (graph::Node node = 0; node < graph.nodes(); ++node)
         for (const graph::Node other : graph.neighbours(node)) {
             if (other < node || std::ranges::binary_search(now, Link(std::minmax(graph.id(node), graph.id(other))))) continue;

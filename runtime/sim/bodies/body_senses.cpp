@@ -59,6 +59,14 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
     return static_cast<std::int64_t>(best);
 }
 
+// Whether two bodies at this distance in diameters touch.
+bool touches(const PhysicsScene& physics, const world::World& world, u64 one, u64 other, double diameters) {
+    const physics::Scene& scene = *physics.scene;
+    const auto a = static_cast<physics::BodyId>(one), b = static_cast<physics::BodyId>(other);
+    if (!scene.has(a) || !scene.has(b)) return false;
+    return diameters * 2 * world.radius < scene.radius(a) + scene.radius(b) + physics.touch_m;
+}
+
 }  // namespace
 
 void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense) {
@@ -132,6 +140,8 @@ void BodySenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
     MELD_EXPECT(catom < subdomain.ensemble.index_count(), "catom {} of {}", catom, subdomain.ensemble.index_count());
     if (subdomain.ensemble.state(catom) == kCatomFree) return;
     const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
+    // A neighbour within the range may be farther away than the bodies that this process has.
+    if (!subdomain.owned(catom) && !scene.has(body)) return;
     const physics::BodyState state = scene.state(body);
     const world::Vec3 here = to_diameters(*world_, state.position_m);
     u64 news = 0;
@@ -193,13 +203,12 @@ void BodySenses::write_contacts(Subdomain& subdomain, const PhysicsScene& physic
                      [&](const Value* v) { last.emplace_back(v[0].catom, v[1].integer); });
     const physics::Quat turned = conjugate(physics.scene->state(static_cast<physics::BodyId>(subdomain.ensemble.id(catom))).orientation);
     const world::Vec3 here = subdomain.ensemble.position(catom);
-    for (int port = 0; port < kMaxPorts; ++port) {
-        const std::optional<Catom> other = subdomain.ensemble.linked(catom, port);
-        if (!other) continue;
-        const world::Vec3 there = subdomain.ensemble.position(*other);
-        const physics::Vec3 towards = rotate(turned, {there[0] - here[0], there[1] - here[1], there[2] - here[2]});
-        now.emplace_back(subdomain.ensemble.id(*other), nearest_feature(physics.features, towards));
-    }
+    subdomain.each_neighbour(catom, [&](Catom other) {
+        const world::Vec3 there = subdomain.ensemble.position(other);
+        const physics::Vec3 way = {there[0] - here[0], there[1] - here[1], there[2] - here[2]};
+        if (world_->links && !touches(physics, *world_, subdomain.ensemble.id(catom), subdomain.ensemble.id(other), length(way))) return;
+        now.emplace_back(subdomain.ensemble.id(other), nearest_feature(physics.features, rotate(turned, way)));
+    });
     std::sort(last.begin(), last.end());
     std::sort(now.begin(), now.end());
     if (last == now) return;

@@ -56,15 +56,13 @@ int owner_after(const Subdomain& subdomain, const NewOwners& owners, Catom catom
 
 std::vector<Neighbour> neighbours_of(const Subdomain& subdomain, const NewOwners& owners, Catom catom) {
     std::vector<Neighbour> found;
-    for (int port = 0; port < kMaxPorts; ++port) {
-        const std::optional<Catom> other = subdomain.ensemble.linked(catom, port);
-        if (!other) continue;
+    subdomain.ensemble.each_link(catom, [&](int port, Catom other) {
         found.push_back({.port = port,
-                         .port_there = *subdomain.ensemble.port_towards(*other, catom),
-                         .owner = owner_after(subdomain, owners, *other),
-                         .position = subdomain.ensemble.position(*other),
-                         .who = {subdomain.ensemble.id(*other), {}}});
-    }
+                         .port_there = subdomain.ensemble.port_there(catom, port),
+                         .owner = owner_after(subdomain, owners, other),
+                         .position = subdomain.ensemble.position(other),
+                         .who = {subdomain.ensemble.id(other), {}}});
+    });
     return found;
 }
 
@@ -156,8 +154,7 @@ void connect(Subdomain& subdomain, const Arrival& a) {
 
 void take_out(Subdomain& subdomain, Catom catom) {
     std::vector<Catom> others;
-    for (int port = 0; port < kMaxPorts; ++port)
-        if (const std::optional<Catom> other = subdomain.ensemble.linked(catom, port)) others.push_back(*other);
+    subdomain.each_neighbour(catom, [&](Catom other) { others.push_back(other); });
     subdomain.remove_freely(catom);
     for (const Catom other : others) {
         subdomain.mark(other, kDirtyLinks);

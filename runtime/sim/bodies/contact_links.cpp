@@ -28,9 +28,9 @@ std::optional<Catom> ours(const Subdomain& subdomain, physics::BodyId id) {
 
 void forget_if_lonely(Subdomain& subdomain, Catom ghost) {
     if (subdomain.owned(ghost)) return;
-    for (int port = 0; port < kMaxPorts; ++port)
-        if (subdomain.ensemble.linked(ghost, port)) return;
-    subdomain.remove_freely(ghost);
+    bool linked = false;
+    subdomain.each_neighbour(ghost, [&](Catom) { linked = true; });
+    if (!linked) subdomain.remove_freely(ghost);
 }
 
 void ContactLinks::note(Subdomain& subdomain, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {

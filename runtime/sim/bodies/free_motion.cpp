@@ -47,6 +47,7 @@ Result<void> FreeMotion::look_up(Subdomain& subdomain) {
         if (!any || last.first != home) last = {home, place_on_curve(physics::unpack(home))}, any = true;
         return last.second;
     });
+    if (in_range_) in_range_->senses.start(subdomain);
     return senses_.start(subdomain, world_);
 }
 
@@ -129,12 +130,35 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     if (auto done = actions_.release(*physics_.scene); !done) return done;
     if (auto done = lose_catoms(subdomain); !done) return done;
     subdomain.refresh();
+    if (in_range_) find_in_range(subdomain);
     const StageClock clock(sensing_s_);
     senses_.sense(subdomain, physics_, divided_ ? &*divided_ : nullptr);
+    if (in_range_) in_range_->senses.sense(subdomain);
     bodies_ = subdomain.ensemble.owned_count();
     subdomain.set_moving(awake_ > 0);
     subdomain.set_motion_bytes(physics_.scene->bytes());
     return {};
+}
+
+void FreeMotion::find_in_range(Subdomain& subdomain) {
+    const StageClock clock(linking_s_);
+    for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(c));
+        if (subdomain.place(c, to_diameters(world_, physics_.scene->state(body).position_m))) subdomain.mark(c, kDirtyPlace);
+    }
+    in_range_->links.update(subdomain);
+    in_range_->seen = subdomain.ensemble.links().version();
+    subdomain.refresh();
+}
+
+// Catoms that an event has killed.
+void FreeMotion::struck(Subdomain& subdomain) {
+    if (!in_range_) return;
+    const std::uint64_t now = subdomain.ensemble.links().version();
+    if (std::exchange(in_range_->seen, now) == now) return;
+    subdomain.refresh();
+    in_range_->senses.sense(subdomain);
 }
 
 Result<void> FreeMotion::step_once(Subdomain& subdomain) {
@@ -149,11 +173,12 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
     senses_.note_obstacles(subdomain, events());
-    links_.note(subdomain, fixed_touches_.empty() ? events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
+    if (!in_range_)
+        links_.note(subdomain, fixed_touches_.empty() ? events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
     release_memory(fixed_touches_);
     lost_.clear();
     physics_.scene->forget_events();
-    links_.connect(subdomain, divided);
+    if (!in_range_) links_.connect(subdomain, divided);
     return {};
 }
 

@@ -19,12 +19,16 @@
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
+#include "runtime/sim/points/range_links.h"
+#include "runtime/sim/points/range_senses.h"
 
 namespace meld::sim {
 
 class FreeMotion : public SimModule {
   public:
-    explicit FreeMotion(const world::World& world) : world_(world) {}
+    explicit FreeMotion(const world::World& world) : world_(world) {
+        if (world.links) in_range_.emplace(*world.links);
+    }
     Result<void> start(Subdomain& subdomain) override;
     // Carries out the actions of the last tick, moves the bodies for the duration of a tick, and updates what the programs sense.
     Result<void> step(Subdomain& subdomain) override;
@@ -37,6 +41,7 @@ class FreeMotion : public SimModule {
     void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
     Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override;
     Result<void> resumed(Subdomain& subdomain) override;
+    void struck(Subdomain& subdomain) override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;
@@ -64,6 +69,8 @@ class FreeMotion : public SimModule {
     // Makes the same scene on all processes, with the bodies of this one.
     Result<void> make_scene(Subdomain& subdomain);
     Result<void> step_once(Subdomain& subdomain);
+    // Of a world whose neighbours are those within a range: places catoms where their bodies are, and links them.
+    void find_in_range(Subdomain& subdomain);
     // After the first step: adds the touches that began in it to those of immovable catoms.
     void note_fixed_touches(const Subdomain& subdomain);
     Result<physics::StepReport> move(Subdomain& subdomain);
@@ -82,6 +89,14 @@ class FreeMotion : public SimModule {
     BodyActions actions_;
     BodySenses senses_;
     ContactLinks links_;
+    // If neighbours are those within a range, instead of those that touch.
+    struct InRange {
+        explicit InRange(const world::RangeOptions& options) : links(options.range), senses(options) {}
+        RangeLinks links;
+        RangeSenses senses;
+        std::uint64_t seen = 0;  // Links::version() when catoms last sensed their neighbours.
+    };
+    std::optional<InRange> in_range_;
     std::optional<DividedBodies> divided_;
     std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they become links.
     std::uint64_t bodies_ = 0, awake_ = 0;

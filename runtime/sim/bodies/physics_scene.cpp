@@ -153,7 +153,7 @@ Error about_catoms(Error error) {
 Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, bool senses_acceleration) {
     auto scene = physics::Scene::make(settings_of(world, radii, senses_acceleration));
     if (!scene) return fail(fmt::format("{}: [motion] {}", world.path, scene.error().problem), scene.error().suggestion);
-    PhysicsScene out{std::move(*scene), {}, 0};
+    PhysicsScene out{std::move(*scene), {}, 0, physics::Settings{}.touch_share * 2 * radii.min};
     if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
     if (auto done = add_features(world, out); !done) return tl::unexpected<Error>(done.error());
     return out;

@@ -26,6 +26,7 @@ struct PhysicsScene {
     std::unique_ptr<physics::Scene> scene;
     std::vector<physics::Feature> features;  // The features of every catom, in the order of their numbers; empty: none.
     std::uint16_t feature_table = 0;
+    double touch_m = 0;  // Surfaces nearer than this touch.
 };
 // `radii`: of all bodies of all processes; senses_acceleration: whether the program senses it.
 Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange radii, bool senses_acceleration);

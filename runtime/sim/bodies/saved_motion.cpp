@@ -136,6 +136,7 @@ Result<void> FreeMotion::resumed(Subdomain& subdomain) {
     if (placed) placed = place_catoms(subdomain);
     if (auto done = agree_on_error(subdomain, placed); !done) return done;
     loading_ = {};
+    if (in_range_) in_range_->seen = subdomain.ensemble.links().version();
     moved_ = begun;
     bodies_ = subdomain.ensemble.owned_count();
     awake_ = begun ? physics_.scene->awake_bodies() : bodies_;
@@ -169,6 +170,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
 Result<void> FreeMotion::place_catoms(Subdomain& subdomain) {
     for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         const auto id = static_cast<physics::BodyId>(subdomain.ensemble.id(c));
+        if (!physics_.scene->has(id) && !subdomain.owned(c) && in_range_) continue;
         if (!physics_.scene->has(id)) return damaged("has a catom @" + std::to_string(id) + " without a body");
         subdomain.place(c, to_diameters(world_, physics_.scene->state(id).position_m));
     }

@@ -48,12 +48,13 @@ Membership::Membership(const ModuleInfo& module, const world::World& world, cons
     if (module.by_links) ensemble.keep_links(world.apart());
     if (world.is_graph()) {
         ensemble.set_graph();
-        nodes.emplace(*world.graph);
+        nodes.emplace(*world.graph, world.has_moving_nodes());
     }
     if (world.has_amoebots()) ensemble.set_amoebots(compasses(world));
     if (!world.is_free()) return;
     ensemble.set_free(world.target ? [shape = *world.target](const world::Vec3& at) { return shape.contains(at); }
-                                   : std::function<bool(const world::Vec3&)>());
+                                   : std::function<bool(const world::Vec3&)>(),
+                      world.links ? world::Ensemble::Ports::Any : world::Ensemble::Ports::Twelve);
 }
 
 int Membership::owner_of(Catom catom) const {

@@ -29,11 +29,12 @@ void Nodes::add(std::uint64_t id, Node maker) {
     const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
     const double k = ++children_[maker], r = kApart * std::sqrt(k);
     const graph::Point& at = place(maker);
-    made_.push_back({id, maker, {at[0] + r * std::cos(k * turn), at[1] + r * std::sin(k * turn)}});
+    made_.push_back({id, maker, {at[0] + r * std::cos(k * turn), at[1] + r * std::sin(k * turn), at[2]}});
 }
 
 std::size_t Nodes::bytes() const {
-    return made_.capacity() * sizeof(Made) + children_.size() * (sizeof(Node) + sizeof(std::uint32_t) + 2 * sizeof(void*));
+    return places_.capacity() * sizeof(graph::Point) + made_.capacity() * sizeof(Made) +
+           children_.size() * (sizeof(Node) + sizeof(std::uint32_t) + 2 * sizeof(void*));
 }
 
 }  // namespace meld::sim

@@ -36,7 +36,7 @@ std::vector<Births::Newborn> Births::all() {
 void Births::place(u64 id) {
     Membership& m = subdomain_.members_;
     const graph::Point& at = m.nodes->place(*m.nodes->find(id));
-    const Catom catom = subdomain_.add_freely(id, {at[0], at[1], 0}, kCatomOwned, subdomain_.comm.process());
+    const Catom catom = subdomain_.add_freely(id, at, kCatomOwned, subdomain_.comm.process());
     m.ensemble.links().room(catom, 0);
     Programs(subdomain_).begin(catom);
     subdomain_.mark(catom, kDirtyBirths);

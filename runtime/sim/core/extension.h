@@ -41,6 +41,8 @@ class SimModule {
     // Catoms of this process that have restarted in this tick: the facts that the module had given them are gone. Called when they have the
     // facts of the start.
     virtual void restarted(Subdomain&, std::span<const std::uint32_t> /*catoms*/) {}
+    // After the events and faults of a tick, on every process at the same time: catoms and links are as this tick's rules find them.
+    virtual void struck(Subdomain&) {}
     // After evaluation, before the tick is counted.
     virtual Result<void> after(Subdomain&) { return {}; }
     // Whether a snapshot can hold what it keeps between two ticks: yes for a module that keeps nothing, and for one that saves all of it

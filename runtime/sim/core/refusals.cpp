@@ -103,7 +103,8 @@ void refuse_those_of_other_worlds(Subdomain& subdomain, ActionInfo::Performer he
     for (const eval::Action& action : subdomain.actions()) {
         const ActionKind kind = subdomain.kind_of(action);
         const Performer whose = info(kind).performer;
-        const bool moves = whose == Performer::Lattice || whose == Performer::Amoebots || whose == Performer::Bodies;
+        const bool moves =
+            whose == Performer::Lattice || whose == Performer::Amoebots || whose == Performer::Bodies || whose == Performer::Points;
         if (moves && whose != here) subdomain.refuse(kind, Refusal::NotInThisWorld);
     }
 }

@@ -65,7 +65,7 @@ std::vector<Refused> read_refused(ByteReader& in);
 // Whether there is such an action and such a reason; bytes from outside may say anything.
 bool known(const Refused& refused);
 
-// Refuses the actions of the last tick that only other worlds carry out: those on lattices and on bodies, except this one's.
+// Refuses the actions of the last tick that only other worlds carry out: those on lattices, on bodies and on points, except this one's.
 void refuse_those_of_other_worlds(Subdomain& subdomain, ActionInfo::Performer here);
 
 }  // namespace meld::sim

@@ -159,6 +159,14 @@ void Subdomain::remove_freely(Catom catom) {
     members_.ensemble.remove(catom);
 }
 
+void Subdomain::move_node(graph::Node node, const world::Vec3& to) {
+    members_.nodes->move(node, to);
+    const std::optional<Catom> catom = ensemble.find(nodes().id(node));
+    if (!catom) return;
+    members_.ensemble.place(*catom, to);
+    if (senses_positions()) sense_position(*catom, to);
+}
+
 void Subdomain::pack_catom(Catom catom, CatomState there, ByteWriter& out) const {
     MELD_EXPECT(ensemble.state(catom) != kCatomFree && (owned(catom) || there == kCatomGhost), "catom {}", catom);
     if (there != kCatomOwned) return columns.pack(catom, tuple::Columns::Which::Exported, out);

@@ -198,6 +198,9 @@ class Subdomain {
     Cell start_cell(Catom catom) const { return members_.start_cell(catom); }
     void forget_start_cells() { members_.forget_start_cells(); }
 
+    // A node of a graph, of this process or another, is at another place, on all processes. The caller marks it.
+    void move_node(graph::Node node, const world::Vec3& to);
+
     // ---- catoms that migrate
     // What another process needs of a catom (runtime/sim/core/migration.h): everything if it will own it, the exports if it will have a
     // ghost.

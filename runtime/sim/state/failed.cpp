@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "runtime/sim/state/reading.h"
@@ -75,6 +76,8 @@ void Failed::save(const Subdomain& subdomain, ByteWriter& out) {
     out.write_count(tells ? subdomain.nodes().made().size() : 0);
     if (!tells) return;
     for (const Nodes::Made& one : subdomain.nodes().made()) out.write(one.id), out.write(one.maker);
+    if (!subdomain.world.has_moving_nodes()) return;
+    for (graph::Node node = 0; node < subdomain.nodes().count(); ++node) out.write(subdomain.nodes().place(node));
 }
 
 Result<void> Failed::read(const world::World& world, ByteReader& in) {
@@ -105,6 +108,8 @@ Result<void> Failed::read(const world::World& world, ByteReader& in) {
             return damaged(fmt::format("has a node @{} that no rule can have made", id));
         made_.push_back({id, maker});
     }
+    // Those of process 0, for all.
+    while (world.has_moving_nodes() && !in.failed() && !in.done()) places_.push_back(in.read<graph::Point>());
     return in.failed() ? in.outcome() : Result<void>{};
 }
 
@@ -116,6 +121,16 @@ Result<void> Failed::check_joined(const Nodes& nodes) const {
         };
         if (!fits(link.a, link.port_of_a) || !fits(link.b, link.port_of_b) || link.a == link.b)
             return damaged(fmt::format("has a link of nodes {} and {} that cannot be", link.a, link.b));
+    }
+    return {};
+}
+
+Result<void> Failed::place(Nodes& nodes) const {
+    if (places_.size() != nodes.count()) return damaged(fmt::format("has {} places of {} nodes", places_.size(), nodes.count()));
+    for (graph::Node node = 0; node < places_.size(); ++node) {
+        if (!std::ranges::all_of(places_[node], [](double x) { return std::isfinite(x); }))
+            return damaged(fmt::format("has a place of node {} that is not finite", node));
+        nodes.move(node, places_[node]);
     }
     return {};
 }

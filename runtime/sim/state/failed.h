@@ -29,6 +29,8 @@ class Failed {
     const std::vector<Made>& made() const { return made_; }
     // Once all shares have been read and all nodes are known. Errors: a link cannot be.
     Result<void> check_joined(const Nodes& nodes) const;
+    // The same of the places of nodes that move, which they get. Errors: there are too few.
+    Result<void> place(Nodes& nodes) const;
     // Takes the missing links out, once all catoms are there.
     void cut(world::Ensemble& ensemble) const;
     // By their numbers.
@@ -42,6 +44,7 @@ class Failed {
     std::vector<std::pair<std::uint64_t, std::uint64_t>> missing_;
     std::vector<JoinedNodes> joined_;
     std::vector<Made> made_;
+    std::vector<graph::Point> places_;  // Of all nodes, if they move.
 };
 
 }  // namespace meld::sim

@@ -124,10 +124,13 @@ Result<void> Loader::link(const FreePlaces& all, std::span<const tuple::SavedCat
         for (const FreePlaces::Link& link : all.links(i)) {
             const std::optional<Catom> other = ensemble.find(link.other);
             if (!other || !(here[i].owned || subdomain_.owned(*other))) continue;
-            if (other == catom || link.port >= kMaxPorts || link.port_there >= kMaxPorts || ensemble.linked(catom, link.port) ||
-                ensemble.linked(*other, link.port_there))
+            // Each leads to another catom.
+            const std::uint64_t most = ensemble.has_any_ports() ? bodies_ : kMaxPorts;
+            const auto port = static_cast<int>(link.port), there = static_cast<int>(link.port_there);
+            if (other == catom || link.port >= most || link.port_there >= most || ensemble.linked(catom, port) ||
+                ensemble.linked(*other, there))
                 return damaged(fmt::format("has a link of catom @{} that cannot be", all.ids()[i]));
-            ensemble.link(catom, link.port, *other, link.port_there);
+            ensemble.link(catom, port, *other, there);
         }
     }
     return {};

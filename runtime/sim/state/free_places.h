@@ -23,7 +23,7 @@ class FreePlaces {
     // It is the lower number's of the two.
     struct Link {
         std::uint32_t other = 0;
-        std::uint8_t port = 0, port_there = 0;
+        std::uint32_t port = 0, port_there = 0;
     };
     // `homes` are those of the catoms. All have numbers below 2^32. Of nodes of a graph only where they are in
     // the order of nodes (Nodes), which is called their numbers here.

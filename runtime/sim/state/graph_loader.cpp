@@ -24,6 +24,7 @@ Result<void> Loader::add_nodes() {
     for (const Failed::Made& made : failed_.made()) all_nodes.add(made.id, made.maker);
     std::vector<bool> left(all_nodes.count());
     Result<void> known = failed_.check_joined(all_nodes);
+    if (known && subdomain_.world.has_moving_nodes()) known = failed_.place(all_nodes);
     if (known)
         known = each_chunk([&](std::size_t share, std::size_t chunk) -> Result<void> {
             const Result<FreePlaces> all = nodes(share, chunk);

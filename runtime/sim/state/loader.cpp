@@ -142,6 +142,7 @@ Result<void> Loader::divide() {
     Setup(subdomain_).divide(counts);
     std::size_t bricks = 0;
     for (const auto& [key, count] : counts) {
+        bodies_ += free ? count : 0;
         if (subdomain_.members_.partition->owner(key) != subdomain_.comm.process()) continue;
         mine_ += count;
         ++bricks;

@@ -91,6 +91,7 @@ class Loader {
     Loads how_;
     Block room_;                                   // For blocks that are read.
     std::size_t mine_ = 0;                         // How many catoms are this process's.
+    std::uint64_t bodies_ = 0;                     // Catoms at arbitrary positions, of all processes.
     std::vector<std::vector<PlacedChunk>> found_;  // By share and chunk.
     // By chunk of all shares. They are read several times; where there is no other process, all are here anyway, and read once.
     std::vector<FreePlaces> free_places_;

@@ -43,11 +43,7 @@ class Ensemble {
     template <class Visit>
     void each_neighbour(Catom catom, const Visit& visit) const {
         if (links_) return links_->each(catom, [&](Port, Catom other) { visit(other); });
-        if (free_links_) {
-            for (int port = 0; port < kMaxPorts; ++port)
-                if (const std::optional<Catom> other = linked(catom, port)) visit(*other);
-            return;
-        }
+        if (free_links_) return each_link(catom, [&](int, Catom other) { visit(other); });
         const Cell here = cell(catom);
         for (int port = 0; port < lattice_.ports(); ++port)
             if (const std::optional<Catom> other = at(lattice_.neighbour(here, port))) visit(*other);
@@ -101,8 +97,10 @@ class Ensemble {
 
     // ---- catoms at arbitrary positions (free_ensemble.cpp)
     // They have no cells; their neighbours are the catoms they are linked with, over ports that are only numbers. The arrays of geometry()
-    // are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called.
-    void set_free(std::function<bool(const Vec3&)> in_target);
+    // are laid out so that modules find links as they find neighbours on a lattice. Must be empty when called. Ports::Any: links are in the
+    // table alone, as those of a graph; keep_links() comes first.
+    enum class Ports { Twelve, Any };
+    void set_free(std::function<bool(const Vec3&)> in_target, Ports ports = Ports::Twelve);
     bool is_free() const { return free_links_; }
     // The same for nodes of a graph, whose links are in the table alone: any number of ports. keep_links() comes first.
     void set_graph();
@@ -117,9 +115,17 @@ class Ensemble {
     void link(Catom a, int port_of_a, Catom b, int port_of_b);
     void unlink(Catom catom, int port);
     std::optional<Catom> linked(Catom catom, int port) const;
+    bool has_any_ports() const { return any_ports_; }
+    // Calls visit(port, neighbour) for the links of a catom, in the order of its ports.
+    template <class Visit>
+    void each_link(Catom catom, const Visit& visit) const {
+        if (any_ports_) return links_->each(catom, [&](Port port, Catom other) { visit(static_cast<int>(port), other); });
+        for (int port = 0; port < kMaxPorts; ++port)
+            if (const std::optional<Catom> other = linked(catom, port)) visit(port, *other);
+    }
     // The port at the other end of a link.
     int port_there(Catom catom, int port) const {
-        if (graph_) return static_cast<int>(links_->port_there(catom, static_cast<Port>(port)));
+        if (any_ports_) return static_cast<int>(links_->port_there(catom, static_cast<Port>(port)));
         return link_back_[site_[catom] + static_cast<std::uint32_t>(port)];
     }
     // The lowest port without a link, or none.
@@ -211,7 +217,7 @@ class Ensemble {
     RawArray<std::uint8_t> compass_;
 
     // For catoms at arbitrary positions: by site and port, the port at the other end of the link.
-    bool free_links_ = false, graph_ = false;
+    bool free_links_ = false, graph_ = false, any_ports_ = false;
     std::function<bool(const Vec3&)> in_target_;
     std::vector<Vec3> positions_;
     std::vector<std::uint8_t> link_back_;

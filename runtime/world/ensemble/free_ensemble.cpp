@@ -29,9 +29,9 @@ const std::vector<u16>& link_steps() {
 
 }  // namespace
 
-void Ensemble::set_free(std::function<bool(const Vec3&)> in_target) {
-    MELD_EXPECT(index_count() == 0, "{} catoms", index_count());
-    free_links_ = true;
+void Ensemble::set_free(std::function<bool(const Vec3&)> in_target, Ports ports) {
+    MELD_EXPECT(index_count() == 0 && (ports == Ports::Twelve || links_), "{} catoms", index_count());
+    free_links_ = true, any_ports_ = ports == Ports::Any;
     in_target_ = std::move(in_target);
     link_back_.assign(kBrickCells, 0);
 }
@@ -47,7 +47,7 @@ void Ensemble::reserve_free(std::size_t catoms) {
 
 void Ensemble::set_graph() {
     MELD_EXPECT(index_count() == 0 && links_, "{} catoms", index_count());
-    free_links_ = graph_ = true;
+    free_links_ = graph_ = any_ports_ = true;
 }
 
 void Ensemble::reserve_nodes(std::size_t catoms, std::size_t ports) {
@@ -56,7 +56,7 @@ void Ensemble::reserve_nodes(std::size_t catoms, std::size_t ports) {
 }
 
 void Ensemble::add_free(Geometry& g) const {
-    if (graph_) {
+    if (any_ports_) {
         g.ports = 0;
         return;
     }
@@ -83,7 +83,7 @@ Catom Ensemble::add_at(std::uint64_t id, const Vec3& position, CatomState state)
         neighbours_[(bricks - 1) * kBrickNeighbours + kBrickCentre] = static_cast<std::uint32_t>(bricks - 1);
     }
     place(catom, position);
-    if (links_) links_->room(catom, kPorts);
+    if (links_ && !any_ports_) links_->room(catom, kPorts);
     return catom;
 }
 
@@ -97,7 +97,10 @@ bool Ensemble::place(Catom catom, const Vec3& position) {
 }
 
 void Ensemble::link(Catom a, int port_of_a, Catom b, int port_of_b) {
-    if (graph_) return links_->connect(a, static_cast<Port>(port_of_a), b, static_cast<Port>(port_of_b));
+    if (any_ports_) {
+        links_->room(a, static_cast<Port>(port_of_a) + 1), links_->room(b, static_cast<Port>(port_of_b) + 1);
+        return links_->connect(a, static_cast<Port>(port_of_a), b, static_cast<Port>(port_of_b));
+    }
     const std::uint32_t at_a = site_[a] + static_cast<std::uint32_t>(port_of_a), at_b = site_[b] + static_cast<std::uint32_t>(port_of_b);
     MELD_EXPECT(cell_catom_[at_a] == kNobody && cell_catom_[at_b] == kNobody, "link {} {}", a, b);
     cell_catom_[at_a] = static_cast<std::int32_t>(b);
@@ -108,7 +111,7 @@ void Ensemble::link(Catom a, int port_of_a, Catom b, int port_of_b) {
 }
 
 void Ensemble::unlink(Catom catom, int port) {
-    if (graph_) return links_->disconnect(catom, static_cast<Port>(port));
+    if (any_ports_) return links_->disconnect(catom, static_cast<Port>(port));
     const std::uint32_t here = site_[catom] + static_cast<std::uint32_t>(port);
     MELD_EXPECT(cell_catom_[here] != kNobody, "catom {} port {}", catom, port);
     cell_catom_[site_[static_cast<Catom>(cell_catom_[here])] + link_back_[here]] = kNobody;
@@ -117,28 +120,29 @@ void Ensemble::unlink(Catom catom, int port) {
 }
 
 std::optional<Catom> Ensemble::linked(Catom catom, int port) const {
-    if (graph_) return links_->at(catom, static_cast<Port>(port));
+    if (any_ports_) return static_cast<Port>(port) < links_->ports(catom) ? links_->at(catom, static_cast<Port>(port)) : std::nullopt;
     const std::int32_t other = cell_catom_[site_[catom] + static_cast<std::uint32_t>(port)];
     return other == kNobody ? std::nullopt : std::optional<Catom>(static_cast<Catom>(other));
 }
 
 std::optional<int> Ensemble::vacant_port(Catom catom) const {
-    if (graph_) return links_->vacant(catom);
+    if (any_ports_) return links_->vacant(catom);
     for (int port = 0; port < kMaxPorts; ++port)
         if (!linked(catom, port)) return port;
     return std::nullopt;
 }
 
 std::optional<int> Ensemble::port_towards(Catom catom, Catom other) const {
-    if (graph_) return links_->towards(catom, other);
+    if (any_ports_) return links_->towards(catom, other);
     for (int port = 0; port < kMaxPorts; ++port)
         if (linked(catom, port) == other) return port;
     return std::nullopt;
 }
 
 void Ensemble::cut(Catom catom) {
-    if (graph_) return links_->clear(catom);
-    for (int port = 0; port < kMaxPorts; ++port)
+    if (any_ports_) links_->clear(catom);
+    if (graph_) return;
+    for (int port = 0; port < kMaxPorts && !any_ports_; ++port)
         if (linked(catom, port)) unlink(catom, port);
     target_[site_[catom] >> 6] &= ~(std::uint64_t{1} << (site_[catom] & 63));
 }

@@ -22,6 +22,8 @@ constexpr std::size_t kMaxJams = 100'000;
 constexpr std::array<std::string_view, 7> kOfEvents = {"tick", "time", "every", "times", "give", "take", "kill"};
 constexpr std::array<std::string_view, 4> kOfFaults = {"kill", "where", "from", "until"};
 
+constexpr std::string_view kNoHealing = "points that move are linked again when one of them moves within the range";
+
 class Events {
   public:
     Events(TomlReader& reader, World& world) : reader_(reader), world_(world) {}
@@ -205,6 +207,8 @@ void Events::read(const toml::table& table) {
         if (const toml::node* const node = section.find(key)) read_links(key, *node, *links);
     if (const toml::node* const node = section.find("join")) read_joins(*node, event.join);
     if (const toml::node* const node = section.find("jam")) each(*node, [&](const toml::node& item) { read_jam(item, event.jam); });
+    if (const toml::node* const node = section.find("heal"); node != nullptr && world_.has_moving_nodes())
+        return reader_.wrong(node->source(), kNoHealing, "take heal out");
     for (const char* key : {"hang", "restart", "cut", "heal", "jam"})
         if (const toml::node* const node = section.find(key)) refuse_for_bodies(key, *node);
     if (event.give.empty() && event.take.empty() && !event.strikes_catoms() && !event.strikes_links() && event.jam.empty())
@@ -252,6 +256,7 @@ void read_one_of_faults(TomlReader& reader, const toml::table& table, World& wor
         return reader.wrong(table.source(), "these [faults] do nothing", "write kill = 1e-4");
     if (world.is_free() && (faults.hang > 0 || faults.restart > 0 || faults.strikes_links()))
         return reader.wrong(table.source(), "bodies can only be killed", "leave only kill in [faults]");
+    if (world.has_moving_nodes() && faults.heal > 0) return section.wrong("heal", kNoHealing, "take heal out");
     world.faults.push_back(std::move(faults));
 }
 

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/world/file/point_section.h"
 #include "runtime/world/graph/cycle.h"
 #include "runtime/world/graph/files.h"
 #include "runtime/world/graph/generate.h"
 #include "runtime/world/graph/layout.h"
+#include "runtime/world/graph/range.h"
 
 namespace meld::world {
 namespace {
-
-constexpr std::uint64_t kMaxGraph_bytes = std::uint64_t{16} << 30;
 
 // Sections and keys of bodies and cells, and what to do instead.
 constexpr std::pair<std::string_view, std::string_view> kNotInGraphs[] = {
@@ -122,19 +122,26 @@ void keep(World& world, graph::Graph graph) {
 
 void refuse_graph_keys(TomlReader& reader, const Section& top) {
     for (const std::string_view key : kGraphKeys)
-        if (top.has(key))
+        // [links] range goes with bodies too.
+        if (top.has(key) && !(key == "links" && links_by_range(top)))
             return reader.wrong(top.find(key)->source(), fmt::format("{} belongs to a graph, and this world has cells", key),
                                 "write lattice = \"graph\", or take it out");
 }
 
+bool refuse_cells(TomlReader& reader, const Section& top) {
+    for (const auto& [key, cure] : kNotInGraphs)
+        if (top.has(key)) return reader.wrong(top.find(key)->source(), fmt::format("a graph has no {}", key), std::string(cure)), false;
+    return true;
+}
+
 void read_graph_world(TomlReader& reader, const Section& top, World& world) {
+    if (links_by_range(top)) return read_point_world(reader, top, world);
     const bool made = top.has("graph"), listed = top.has("links");
     if (made == listed)
         return reader.wrong(made ? top.find("links")->source() : top.find("lattice")->source(),
                             made ? "this world has both graph and links" : "this world has neither graph nor links",
                             "write graph = \"ring(100)\" or links = \"edges.csv\"");
-    for (const auto& [key, cure] : kNotInGraphs)
-        if (top.has(key)) return reader.wrong(top.find(key)->source(), fmt::format("a graph has no {}", key), std::string(cure));
+    if (!refuse_cells(reader, top)) return;
     for (const std::string_view key : {"nodes", "directed", "acyclic"})
         if (made && top.has(key))
             return reader.wrong(top.find(key)->source(), fmt::format("{} goes with links, and this graph is generated", key),
@@ -162,8 +169,12 @@ void read_graph_world(TomlReader& reader, const Section& top, World& world) {
 
 Result<void> set_seed(World& world, std::uint64_t seed) {
     if (std::exchange(world.seed, seed) == seed || world.generator.empty()) return {};
-    Result<graph::Graph> graph = graph::generate(world.generator, seed, memory_limit(world.limits.memory_bytes));
+    const MemoryLimit room = memory_limit(world.limits.memory_bytes);
+    Result<graph::Graph> graph = graph::generate(world.generator, seed, room);
     if (!graph) return tl::unexpected<Error>(graph.error());
+    if (world.links)
+        if (auto linked = graph::link_within(*graph, world.links->range, world.generator, room); !linked)
+            return tl::unexpected<Error>(linked.error());
     keep(world, std::move(*graph));
     return {};
 }

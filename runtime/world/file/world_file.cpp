@@ -19,6 +19,7 @@
 #include "runtime/world/file/graph_section.h"
 #include "runtime/world/file/network_section.h"
 #include "runtime/world/file/physics_section.h"
+#include "runtime/world/file/point_section.h"
 #include "runtime/world/file/populate.h"
 #include "runtime/world/file/positions_file.h"
 #include "runtime/world/file/program_section.h"
@@ -285,6 +286,7 @@ void read_motion(TomlReader& reader, const toml::table& table, World& world) {
         return;
     }
     if (kind && kind->is_string() && **kind->as_string() == "amoebot") return read_amoebots(reader, table, motion);
+    if (kind && kind->is_string() && **kind->as_string() == "points") return read_points(reader, table, motion);
     const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
     section.read("kind", motion.kind);
     section.read_count("capacity", motion.capacity, 0);
@@ -359,8 +361,7 @@ void check_whole(TomlReader& reader, const Section& top, World& world) {
     if (world.has_amoebots()) check_amoebots(reader, top, world);
     if (const Error misplaced = misplaced_ports(world); !misplaced.problem.empty())
         top.wrong("ports", misplaced.problem, misplaced.suggestion);
-    if (world.is_graph() && world.motion.kind != "none")
-        reader.wrong(top.find("motion")->source(), "nodes of a graph do not move", "take [motion] out");
+    check_moving(reader, top, world);
     const toml::node* network = top.find("network");
     if (const toml::node* reach = network != nullptr && network->is_table() ? network->as_table()->get("reach") : nullptr;
         reach != nullptr && !world.is_graph())
@@ -394,7 +395,8 @@ bool is_graph(const toml::table& top) { return top["lattice"].value<std::string_
 
 // Graphs, networks that take time, links that fail, catoms that hang and amoebots are known by their links.
 bool by_links(const toml::table& top) {
-    return is_graph(top) || top.contains("network") || top.contains("clock") || needs_links(top) || says_amoebots(top);
+    return is_graph(top) || top["links"].is_table() || top.contains("network") || top.contains("clock") || needs_links(top) ||
+           says_amoebots(top);
 }
 
 World read_sections(TomlReader& reader, const toml::table& table) {
@@ -411,6 +413,7 @@ World read_sections(TomlReader& reader, const toml::table& table) {
         if (!reader.error()) read_graph_world(reader, top, world);
     } else {
         refuse_graph_keys(reader, top);
+        if (links_by_range(top)) read_range(reader, *top.find("links")->as_table(), world);
         read_bodies(reader, top, world);
     }
     read_target(reader, table_at(reader, table, "target"), world);

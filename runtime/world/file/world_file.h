@@ -1,6 +1,7 @@
 // A world file (TOML): lattice, bodies, target, facts, motion, network, record, limits. It is read and checked as a whole.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -61,11 +62,20 @@ struct AmoebotOptions {
     bool own_compass = false, own_chirality = false;
 };
 
+// [links] range = 3: nodes of a graph, or bodies, are neighbours if their centres are at this distance or less. Lengths are in diameters.
+struct RangeOptions {
+    double range = 0;
+    // Standard deviations of what catoms sense: of distances, and of the angles of bearings, in radians.
+    double distance_noise = 0, bearing_noise_rad = 0;
+};
+
 struct MotionOptions {
-    std::string kind = "none";    // "none", "lattice", "amoebot", "bodies", or a name that a SimModule registered.
+    std::string kind = "none";    // "none", "lattice", "amoebot", "bodies", "points", or a name that a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
     bool keep_connected = false;  // Refuse moves of articulation points.
     AmoebotOptions amoebots;
+    // [motion] kind = "points": the longest way of a node in a tick, in diameters.
+    double speed = std::numeric_limits<double>::infinity();
 };
 
 struct RecordOptions {
@@ -89,9 +99,10 @@ struct World {
     const PortNumbers* ports = nullptr;
     // lattice = "graph": nodes and links instead of cells. Then `lattice` means nothing, and `body`, `cells` and `placed` are empty.
     std::shared_ptr<const graph::Graph> graph;
-    std::string generator;  // If the graph is generated: "ring(1000)".
-    double radius = 0.5;    // Metres; used only by recordings and physics. A diameter is twice this, even if catoms have several sizes.
-    Shape body;             // Union of all [[body]] shapes.
+    std::string generator;              // If the graph is generated: "ring(1000)".
+    std::optional<RangeOptions> links;  // If links follow from the places of nodes or bodies.
+    double radius = 0.5;  // Metres; used only by recordings and physics. A diameter is twice this, even if catoms have several sizes.
+    Shape body;           // Union of all [[body]] shapes.
     // Cells listed by [[body]] cells = "file.csv" or cells = [[x,y,z], ...]: each once, sorted by Lattice::key. They may also lie in
     // `body`. See sort_cells.
     std::vector<Cell> cells;
@@ -138,6 +149,8 @@ struct World {
     bool has_amoebots() const { return motion.kind == "amoebot"; }
     // Whether catoms are the nodes of a graph, whose neighbours are those that they have a link with.
     bool is_graph() const { return graph != nullptr; }
+    // Whether nodes move, and their links with them: then those of `graph` are only the first ones.
+    bool has_moving_nodes() const { return is_graph() && motion.kind == "points"; }
     // The cells, with ports as the program numbers them. Where ports do not matter, Lattice(lattice) is the same.
     Lattice cells_and_ports() const { return Lattice(lattice, ports); }
     std::string_view ports_name() const { return ports != nullptr ? ports->name : kLatticePorts; }

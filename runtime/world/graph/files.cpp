@@ -25,4 +25,15 @@ Result<Graph> read_graph(const FileText& list, std::uint64_t nodes, std::optiona
     return graph_of(std::move(*table), directed, room);
 }
 
+Result<Graph> read_points(const FileText& nodes, const MemoryLimit& room) {
+    Table table;
+    table.path = nodes.path;
+    if (auto read = read_nodes(nodes, table); !read) return tl::unexpected<Error>(read.error());
+    Result<Graph> graph = graph_of(std::move(table), std::nullopt, room);
+    if (graph && graph->places.empty())
+        return fail(nodes.path + " has no columns x and y of numbers, so its nodes have no places",
+                    "let its first line be x,y or node,x,y,z");
+    return graph;
+}
+
 }  // namespace meld::graph

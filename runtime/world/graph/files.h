@@ -27,6 +27,10 @@ Result<Graph> read_graph(const FileText& links, const std::optional<FileText>& n
 // A list with the nodes 0 .. nodes - 1, linked or not.
 Result<Graph> read_graph(const FileText& list, std::uint64_t nodes, std::optional<bool> directed, const MemoryLimit& room = {});
 
+// Nodes with places, the columns x, y and perhaps z, and without links. The first column is the node, or x: then nodes are numbered in the
+// order of the lines. Errors as above; there are no places.
+Result<Graph> read_points(const FileText& nodes, const MemoryLimit& room = {});
+
 // ---- by form
 // A line for each link: its two ends and further columns. Lines that begin with # or % and empty lines are skipped; a first line of words
 // before numbers, or of well-known names, names the columns.

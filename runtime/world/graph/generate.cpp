@@ -16,7 +16,6 @@
 namespace meld::graph {
 namespace {
 
-constexpr double kMaxLinks = 2e9;
 // Whole numbers of one side of the graph's arguments, so that no product overflows.
 constexpr double kMaxArgument = 2e9;
 
@@ -54,16 +53,19 @@ Result<Call> parse(std::string_view text) {
         call.arguments.push_back(*number);
         rest.remove_prefix(std::min(end + 1, rest.size()));
     }
-    const bool third = (name == "grid" || name == "torus") && call.arguments.size() == 3;
-    if (call.arguments.size() != needed && !third)
+    const std::size_t most = name == "grid" || name == "torus" ? 3 : name == "scatter" ? 4 : needed;
+    if (call.arguments.size() < needed || call.arguments.size() > most)
         return fail(fmt::format("{} has {} argument{}, here are {}", name, needed, needed == 1 ? "" : "s", call.arguments.size()), cure);
     return call;
 }
 
+// Points without links.
+bool are_points(std::string_view name) { return name == "scatter" || name == "disc" || name == "ball"; }
+
 // The arguments that are probabilities or lengths.
 bool is_real(const Call& call, std::size_t i) {
     const std::string_view name = call.info->name;
-    return ((name == "random" || name == "geometric") && i == 1) || (name == "small_world" && i == 2);
+    return ((name == "random" || name == "geometric") && i == 1) || (are_points(name) && i > 0) || (name == "small_world" && i == 2);
 }
 
 Result<void> check_numbers(const Call& call) {
@@ -71,7 +73,8 @@ Result<void> check_numbers(const Call& call) {
         const double value = call.arguments[i];
         if (is_real(call, i)) {
             if (!(value >= 0)) return fail(fmt::format("{} is below 0 in {}", value, call.text));
-            if (value > 1 && call.info->name != "geometric")
+            if (!std::isfinite(value)) return fail(fmt::format("{} is no length in {}", value, call.text));
+            if (value > 1 && call.info->name != "geometric" && !are_points(call.info->name))
                 return fail(fmt::format("{} is no probability in {}", value, call.text), "write a number from 0 to 1");
         } else if (std::trunc(value) != value || value < (i == 0 ? 1 : 0) || value > kMaxArgument) {
             return fail(fmt::format("{} is not a whole number of at least {} in {}", value, i == 0 ? 1 : 0, call.text),
@@ -94,6 +97,7 @@ std::pair<double, double> size_of(const Call& call) {
     if (name == "random") return {a[0], a[0] * (a[0] - 1) / 2 * a[1]};
     if (name == "regular") return {a[0], a[0] * a[1] / 2};
     if (name == "geometric") return {a[0], a[0] * a[0] / 2 * std::min(1.0, 3.15 * a[1] * a[1])};
+    if (are_points(name)) return {a[0], 0};
     if (name == "scale_free") return {a[0], a[0] * a[1]};
     if (name == "small_world") return {a[0], a[0] * a[1] / 2};
     return {a[0], a[0]};
@@ -129,7 +133,10 @@ double making_link(std::string_view name) { return name == "regular" ? 32 : name
 
 Result<Links> links_of(const Call& call, std::uint64_t seed, std::vector<Point>& places) {
     const std::string_view name = call.info->name;
+    const std::vector<double>& a = call.arguments;
     const Draws draws(seed, 0);
+    if (name == "scatter") return places = points_in_box(call.whole(0), {a[1], a[2], a.size() > 3 ? a[3] : 0}, draws), Links();
+    if (name == "disc" || name == "ball") return places = points_in_ball(call.whole(0), a[1], name == "disc" ? 2 : 3, draws), Links();
     if (name == "line") return line(call.whole(0));
     if (name == "ring") return ring(call.whole(0));
     if (name == "star") return star(call.whole(0));
@@ -149,7 +156,9 @@ Result<Links> links_of(const Call& call, std::uint64_t seed, std::vector<Point>&
 void place(const Call& call, Graph& graph, std::vector<Point>&& random_places) {
     const std::string_view name = call.info->name;
     const auto n = static_cast<Node>(graph.nodes());
-    if (name == "geometric")
+    if (are_points(name))
+        graph.places = std::move(random_places);
+    else if (name == "geometric")
         graph.places = spread(std::move(random_places));
     else if (name == "line")
         graph.places = on_grid(n, n, 1);
@@ -178,10 +187,18 @@ const std::vector<GeneratorInfo>& generators() {
         {"random", "n, p", "n nodes; each pair is linked with probability p"},
         {"regular", "n, d", "n nodes with d links each, at random"},
         {"geometric", "n, r", "n points of the unit square, linked up to the distance r"},
+        {"scatter", "n, w, h", "n random points of a rectangle w times h, also scatter(n, w, h, d); without links, for [links] range"},
+        {"disc", "n, r", "n random points of a disc with radius r; without links"},
+        {"ball", "n, r", "n random points of a ball with radius r; without links"},
         {"scale_free", "n, m", "n nodes; each new one is linked with m earlier ones, rather with those that have many links"},
         {"small_world", "n, k, p", "a ring with links to the nearest k nodes, each of which leads elsewhere with probability p"},
     };
     return all;
+}
+
+bool makes_points(std::string_view text) {
+    const Result<Call> call = parse(text);
+    return !call || are_points(call->info->name);
 }
 
 Result<Graph> generate(std::string_view text, std::uint64_t seed, const MemoryLimit& room) {

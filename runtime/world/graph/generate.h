@@ -17,6 +17,9 @@ namespace meld::graph {
 // links than there may be, or than `room` has place for. Cost: linear in nodes and links.
 Result<Graph> generate(std::string_view text, std::uint64_t seed, const MemoryLimit& room = {});
 
+// Whether a text such as "disc(100, 20)" asks for points without links; also if it is wrong.
+bool makes_points(std::string_view text);
+
 // "ring(n)", "grid(w, h)", ... with a sentence for each, for messages and the documentation.
 struct GeneratorInfo {
     std::string_view name, arguments, meaning;

@@ -30,6 +30,9 @@ Links random(Node n, double p, Draws draws);
 std::optional<Links> regular(Node n, Node d, Draws draws);
 // Points of the unit square, linked up to the distance r.
 Links geometric(Node n, double r, Draws draws, std::vector<Point>& places);
+// Points without links, around the origin: of a box with these sides, or of a ball in the plane or in space.
+std::vector<Point> points_in_box(Node n, const Point& sides, Draws draws);
+std::vector<Point> points_in_ball(Node n, double radius, std::size_t dimensions, Draws draws);
 // Each node after the first m + 1 is linked with m earlier ones, chosen in proportion to their links (Barabasi and Albert).
 Links scale_free(Node n, Node m, Draws draws);
 // A ring in which each node is linked with the nearest k, and each link leads elsewhere with probability p (Watts and Strogatz). k is even.

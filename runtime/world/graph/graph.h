@@ -24,7 +24,8 @@ struct Link {
     Node from = 0, to = 0;
 };
 
-using Point = std::array<double, 2>;
+// In catom diameters. Flat layouts have z = 0.
+using Point = std::array<double, 3>;
 
 // What a file says about each link besides its ends, or about each node.
 struct Column {

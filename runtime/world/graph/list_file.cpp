@@ -140,6 +140,8 @@ Result<void> read_nodes(const FileText& file, Table& table) {
     std::vector<ColumnReader> columns;
     char separator = ' ';
     std::size_t count = 0, rows = 0;
+    // The first column that is no node.
+    std::size_t skipped = 1;
     std::unordered_map<std::uint64_t, std::size_t> lines;
     const auto done = each_line(file.text, [&](std::string_view line, std::size_t number) -> Result<void> {
         const bool first = count == 0;
@@ -150,7 +152,9 @@ Result<void> read_nodes(const FileText& file, Table& table) {
         const std::span<const std::string_view> fields = *split;
         if (first) {
             count = fields.size();
-            for (std::size_t i = 1; i < count; ++i) columns.emplace_back(std::string(fields[i]));
+            // A list of places alone numbers its nodes from 0.
+            if (fields[0] == "x" && !table.names.words() && table.ends.empty()) skipped = 0;
+            for (std::size_t i = skipped; i < count; ++i) columns.emplace_back(std::string(fields[i]));
             if (count > 1 && is_number(fields[1]))
                 return wrong(file.path, number, 1, "the first line does not name the columns", "write node,x,y");
             // Nodes alone need no name.
@@ -159,10 +163,10 @@ Result<void> read_nodes(const FileText& file, Table& table) {
         if (fields.size() != count)
             return wrong(file.path, number, 1, fmt::format("here are {} fields, and the first line names {}", fields.size(), count),
                          "give each node the same columns");
-        std::uint64_t node = 0;
-        if (table.names.words())
+        std::uint64_t node = rows;
+        if (skipped > 0 && table.names.words())
             node = table.names.number_of(fields[0]);
-        else if (!parse_whole(fields[0], node) || node > kMaxNumber)
+        else if (skipped > 0 && (!parse_whole(fields[0], node) || node > kMaxNumber))
             return wrong(file.path, number, splitter.column(0), fmt::format("'{}' is no node", fields[0].substr(0, 40)),
                          "write the number of a node, as the links do");
         const auto [at, fresh] = lines.try_emplace(node, number);
@@ -170,7 +174,7 @@ Result<void> read_nodes(const FileText& file, Table& table) {
             return wrong(file.path, number, 1, fmt::format("node {} is listed already, in line {}", fields[0], at->second),
                          "take one of them out");
         table.nodes.push_back(node);
-        for (std::size_t i = 1; i < count; ++i) columns[i - 1].add(fields[i]);
+        for (std::size_t i = skipped; i < count; ++i) columns[i - skipped].add(fields[i]);
         ++rows;
         return {};
     });

@@ -13,6 +13,9 @@ namespace meld::graph {
 inline constexpr double kMaking_link = 16;
 inline constexpr double kMaking_node = 24;
 
+// Of all graphs.
+inline constexpr double kMaxLinks = 2e9;
+
 // `what` as a message begins: "complete(100000)", "web.mtx". The need is a lower bound.
 Result<void> check_memory(const std::string& what, double nodes, double links, double need_bytes, const MemoryLimit& room);
 

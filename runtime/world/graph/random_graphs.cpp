@@ -125,6 +125,30 @@ Links geometric(Node n, double r, Draws draws, std::vector<Point>& places) {
     return out;
 }
 
+std::vector<Point> points_in_box(Node n, const Point& sides, Draws draws) {
+    std::vector<Point> places(n);
+    for (Point& place : places)
+        for (std::size_t i = 0; i < 3; ++i) place[i] = sides[i] > 0 ? sides[i] * (draws.unit() - 0.5) : 0;
+    return places;
+}
+
+std::vector<Point> points_in_ball(Node n, double radius, std::size_t dimensions, Draws draws) {
+    std::vector<Point> places(n);
+    for (Point& place : places) {
+        // Of the box around it, drawn again while outside: no function of the library decides about the bits.
+        double square = 2;
+        while (square > 1) {
+            square = 0;
+            for (std::size_t i = 0; i < dimensions; ++i) {
+                place[i] = 2 * draws.unit() - 1;
+                square += place[i] * place[i];
+            }
+        }
+        for (double& x : place) x *= radius;
+    }
+    return places;
+}
+
 Links scale_free(Node n, Node m, Draws draws) {
     MELD_EXPECT(m >= 1 && m < n, "{} links of each of {} nodes", m, n);
     Links out;

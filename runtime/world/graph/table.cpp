@@ -58,10 +58,10 @@ void take_places(Graph& graph) {
         }
         return std::nullopt;
     };
-    const auto x = numbers("x"), y = numbers("y");
+    const auto x = numbers("x"), y = numbers("y"), z = numbers("z");
     if (!x || !y) return;
     graph.places.resize(graph.nodes());
-    for (std::size_t i = 0; i < graph.places.size(); ++i) graph.places[i] = {(*x)[i], (*y)[i]};
+    for (std::size_t i = 0; i < graph.places.size(); ++i) graph.places[i] = {(*x)[i], (*y)[i], z ? (*z)[i] : 0};
 }
 
 }  // namespace
@@ -99,6 +99,7 @@ Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLi
         return tl::unexpected<Error>(fits.error());
     std::vector<std::uint64_t> numbers = numbers_of(table);
     if (numbers.size() > kMaxNodes) return fail(fmt::format("{} has {} nodes, and there may be {}", table.path, numbers.size(), kMaxNodes));
+    if (numbers.empty() && table.nodes_listed) return fail(table.path + " lists no nodes", "write a line for each");
     if (numbers.empty()) return fail(table.path + " lists no links", "write a line with two nodes for each link");
     const bool dense = numbers.back() + 1 == numbers.size();
     // The node of a number, by an array where that is small.

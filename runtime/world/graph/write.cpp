@@ -67,12 +67,14 @@ Result<void> write_nodes(const Graph& graph, const Put& put) {
     std::vector<const Column*> columns = pointers(graph.node_columns);
     // Places are columns of the file, or follow from the links, or are those of a generator.
     const bool has_x = std::ranges::any_of(columns, [](const Column* c) { return c->name == "x" || c->name == "y"; });
-    Column x{.name = "x"}, y{.name = "y"};
+    Column x{.name = "x"}, y{.name = "y"}, z{.name = "z"};
     if (!has_x && !graph.places.empty()) {
-        std::vector<double> xs, ys;
-        for (const Point& place : graph.places) xs.push_back(place[0]), ys.push_back(place[1]);
-        x.values = std::move(xs), y.values = std::move(ys);
+        std::vector<double> xs, ys, zs;
+        for (const Point& place : graph.places) xs.push_back(place[0]), ys.push_back(place[1]), zs.push_back(place[2]);
+        const bool flat = std::ranges::all_of(zs, [](double each) { return each == 0; });
+        x.values = std::move(xs), y.values = std::move(ys), z.values = std::move(zs);
         columns.insert(columns.begin(), {&x, &y});
+        if (!flat) columns.insert(columns.begin() + 2, &z);
     }
     const Result<std::string> first = names("node", columns);
     if (!first) return tl::unexpected<Error>(first.error());

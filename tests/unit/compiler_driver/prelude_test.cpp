@@ -57,6 +57,15 @@ TEST(Prelude, DeclaresTheSensesOfBodiesOfTheTable) {
     EXPECT_EQ(known.size(), body_senses().size()) << "a sense of bodies is twice in the table";
 }
 
+TEST(Prelude, DeclaresWhatNodesSenseWithinTheirRange) {
+    std::set<Signature> declared, known;
+    for (const check::Predicate& p : prelude().predicates)
+        if (p.sensed && is_range_sense(p.name)) declared.emplace(p.name, p.arguments.size() - 1);
+    for (const RangeSense& sense : range_senses()) known.emplace(sense.word, sense.arguments);
+    EXPECT_EQ(declared, known);
+    EXPECT_EQ(known.size(), range_senses().size()) << "a sense of a range is twice in the table";
+}
+
 TEST(Prelude, HasIntsWhereTheTableHasBounds) {
     for (const check::Predicate& p : prelude().predicates) {
         if (info(p.world).values != SenseInfo::Values::Any) {

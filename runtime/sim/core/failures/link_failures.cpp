@@ -30,8 +30,7 @@ LinkFailures::End LinkFailures::end_of(Catom catom) const {
 }
 
 LinkFailures::End LinkFailures::end_of_node(graph::Node node) const {
-    const graph::Point& place = subdomain_.nodes().place(node);
-    const world::Vec3 at = {place[0], place[1], 0};
+    const world::Vec3& at = subdomain_.nodes().place(node);
     return {subdomain_.nodes().id(node), nearest_cell(at), at};
 }
 
@@ -105,6 +104,17 @@ void LinkFailures::cut(const Which& which) {
             ensemble.links().disconnect(c, port);
             note(c, other, subdomain_.status_.links_cut);
         }
+    }
+    subdomain_.refresh();
+}
+
+void LinkFailures::cut(std::span<const std::pair<Catom, Port>> links) {
+    subdomain_.note_change();
+    world::Links& all = subdomain_.members_.ensemble.links();
+    for (const auto& [catom, port] : links) {
+        const Catom other = *all.at(catom, port);
+        all.disconnect(catom, port);
+        note(catom, other, subdomain_.status_.links_cut);
     }
     subdomain_.refresh();
 }

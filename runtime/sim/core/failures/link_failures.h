@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,8 @@ class LinkFailures {
     // Whether a link is meant; the ends may be in any order.
     using Which = std::function<bool(const End&, const End&)>;
     void cut(const Which& which);
+    // These links, by one of their ends.
+    void cut(std::span<const std::pair<Catom, world::Port>> links);
     // Makes links that are missing. Every process calls it.
     void heal(const Which& which);
     // Makes links of nodes. Every process calls it.

@@ -117,6 +117,11 @@ Result<void> check_degrees(const ModuleInfo& module, const world::World& world) 
     std::map<std::uint64_t, u64> joined;
     for (const world::Event& event : world.events)
         for (const world::LinkChoice& choice : event.join) ++joined[choice.pair->first], ++joined[choice.pair->second];
+    if (module.waits && world.has_moving_nodes())
+        return fail(fmt::format("the program has an aggregate that waits for all neighbours, of which there may be {}, and nodes that move "
+                                "may come to have more",
+                                kMostAwaited),
+                    "Use an aggregate that does not wait");
     for (Node node = 0; module.waits && node < graph.nodes(); ++node) {
         const auto more = joined.find(graph.id(node));
         const u64 degree = graph.degree(node) + (more == joined.end() ? 0 : more->second);
@@ -150,7 +155,7 @@ bool may_be_given(const PredicateInfo& p) { return !p.auxiliary && p.base != kNo
 
 bool graph_gives(const world::World& world, std::string_view name) {
     if (!world.is_graph()) return false;
-    if (name == kLink) return true;
+    if (name == kLink) return !world.has_moving_nodes();
     for (const Column& column : world.graph->node_columns)
         if (column.name == name) return true;
     return false;
@@ -165,7 +170,7 @@ Result<void> give_graph_facts(Subdomain& subdomain, const std::vector<Catom>* on
     for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
         const PredicateInfo& p = subdomain.module.predicates[i];
         if (!may_be_given(p)) continue;
-        if (p.name == kLink && p.arity > 0 && !states_facts(subdomain.module, i))
+        if (p.name == kLink && graph_gives(subdomain.world, kLink) && p.arity > 0 && !states_facts(subdomain.module, i))
             if (auto given = facts.give_links(p); !given) return given;
         if (p.arity != 1) continue;
         for (const Column& column : subdomain.world.graph->node_columns)

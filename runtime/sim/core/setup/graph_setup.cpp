@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::int32_t kUnknown = -1;
 
-world::Vec3 place_of(const Nodes& all, Node node) { return {all.place(node)[0], all.place(node)[1], 0}; }
+const world::Vec3& place_of(const Nodes& all, Node node) { return all.place(node); }
 
 // Nodes are linked in ascending order, so a port is the place in the row of neighbours, on every process.
 world::Port port_towards(const Nodes& all, Node node, Node other) {
@@ -39,6 +39,21 @@ std::vector<std::int32_t> owners(const Graph& graph, comm::Communicator& comm) {
 }
 
 }  // namespace
+
+std::vector<JoinedNodes> first_links(const Graph& graph) {
+    std::vector<JoinedNodes> links;
+    links.reserve(graph.links());
+    // Rows are ascending, so the entries of each row are met in order when those of lower nodes are visited in order.
+    std::vector<world::Port> next(graph.nodes());
+    for (Node node = 0; node < graph.nodes(); ++node) {
+        world::Port port = 0;
+        for (const Node other : graph.neighbours(node)) {
+            if (node < other) links.push_back({node, other, port, next[other]++});
+            ++port;
+        }
+    }
+    return links;
+}
 
 void populate_graph(Membership& members, const Graph& graph, comm::Communicator& comm, const std::vector<bool>* left,
                     std::span<const JoinedNodes> joined) {

@@ -16,6 +16,9 @@ struct JoinedNodes {
     world::Port port_of_a = 0, port_of_b = 0;
 };
 
+// All links of a graph, as those of nodes that move: at the ports that they would have in the graph.
+std::vector<JoinedNodes> first_links(const graph::Graph& graph);
+
 // Places the nodes of members.nodes that this process owns, and a ghost for each neighbour that another one owns. Collective: the first
 // process decides who owns what, and tells the others. `left`: only these nodes; the others have been killed, and the ports that led to
 // them are vacant. Links that are `joined` are made too; links of nodes that are not there, or at ports that are taken, are not. Cost:

@@ -60,7 +60,8 @@ Result<void> Setup::run(std::optional<BrickCounts> counted) {
     divide(counts);
 
     if (s.world.is_graph())
-        populate_graph(s.members_, *s.world.graph, s.comm);
+        populate_graph(s.members_, *s.world.graph, s.comm, nullptr,
+                       s.world.has_moving_nodes() ? first_links(*s.world.graph) : std::vector<JoinedNodes>());
     else if (s.world.is_free())
         populate_freely(counts);
     else

@@ -1,0 +1,18 @@
+# The server of the viewer.
+from spack.package import *
+
+
+class Civetweb(CMakePackage):
+    """A web server as a small library, with WebSockets."""
+
+    homepage = "https://github.com/civetweb/civetweb"
+    url = "https://github.com/civetweb/civetweb/archive/refs/tags/v1.15.tar.gz"
+    license("MIT")
+    version("1.15")
+
+    depends_on("c", type="build")
+
+    def cmake_args(self):
+        return [self.define("BUILD_SHARED_LIBS", True), self.define("BUILD_TESTING", False),
+                self.define("CIVETWEB_ENABLE_WEBSOCKETS", True), self.define("CIVETWEB_ENABLE_SSL", False),
+                self.define("CIVETWEB_ENABLE_SERVER_EXECUTABLE", False)]
