@@ -41,7 +41,18 @@ std::optional<std::string> pairs(const toml::node& links, std::int64_t& greatest
     return text;
 }
 
-// Links that stand in the world itself; nodes = 12: these and all others of @0 to @11.
+// nodes = [0, 3, 7], as the text of a file; nothing if it is something else.
+std::optional<std::string> numbers(const toml::array& nodes) {
+    std::string text;
+    for (const toml::node& each : nodes) {
+        const auto node = each.value_exact<std::int64_t>();
+        if (!node || *node < 0) return std::nullopt;
+        text += fmt::format("{}\n", *node);
+    }
+    return nodes.empty() ? std::nullopt : std::optional(text);
+}
+
+// Links that stand in the world itself; nodes = 12: these and all others of @0 to @11; nodes = [0, 3, 7]: these nodes.
 Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::optional<bool> directed, const MemoryLimit& room) {
     const toml::node& links = *top.find("links");
     std::int64_t greatest = 0;
@@ -49,6 +60,11 @@ Result<graph::Graph> read_pairs(TomlReader& reader, const Section& top, std::opt
     if (!text) return fail("links are pairs of numbers", "write links = [[0, 1], [1, 2]], or name a file: links = \"edges.csv\"");
     const graph::FileText link_text{reader.place(links.source()), *text};
     if (!top.has("nodes")) return graph::read_graph(link_text, std::nullopt, directed, room);
+    if (const toml::array* const listed = top.find("nodes")->as_array()) {
+        const std::optional<std::string> node_text = numbers(*listed);
+        if (!node_text) return fail("nodes are listed by their numbers", "write nodes = [0, 1, 2], or how many there are: nodes = 3");
+        return graph::read_graph(link_text, graph::FileText{reader.place(top.find("nodes")->source()), *node_text}, directed, room);
+    }
     std::uint64_t count = 0;
     top.read_count("nodes", count, 1, graph::kMaxNodes);
     if (count <= static_cast<std::uint64_t>(greatest))
