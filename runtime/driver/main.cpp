@@ -12,6 +12,7 @@
 #include "runtime/base/files/standard_streams.h"
 #include "runtime/base/process/deep_stack.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/driver/about/about_command.h"
 #include "runtime/driver/pictures/picture_commands.h"
 #include "runtime/driver/questions/bisect.h"
 #include "runtime/driver/questions/diff_command.h"
@@ -33,7 +34,21 @@ namespace cli = meld::cli;
 
 // What a command line of meldsim says.
 struct CommandLine {
-    enum class Command { Run, Resume, Fork, Diff, Bisect, Replay, Debug, Serve, Inquire, Profile, World, Sweep } command = Command::Run;
+    enum class Command {
+        Run,
+        Resume,
+        Fork,
+        Diff,
+        Bisect,
+        Replay,
+        Debug,
+        Serve,
+        Inquire,
+        Profile,
+        World,
+        Sweep,
+        About
+    } command = Command::Run;
     RunOptions run = {};
     ResumeOptions resume = {};
     ForkOptions fork = {};
@@ -49,6 +64,7 @@ struct CommandLine {
     ProfileOptions profile = {};
     WorldOptions world = {};
     SweepOptions sweep = {};
+    AboutOptions about = {};
 };
 
 // ---- the commands
@@ -258,6 +274,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     const CLI::App* profile = add_profile(app, line.profile);
     const CLI::App* world = add_world(app, line.world);
     const CLI::App* sweep = add_sweep(app, line.sweep);
+    const CLI::App* about = add_about(app, line.about);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
@@ -293,6 +310,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     if (*profile) line.command = CommandLine::Command::Profile;
     if (*world) line.command = CommandLine::Command::World;
     if (*sweep) line.command = CommandLine::Command::Sweep;
+    if (*about) line.command = CommandLine::Command::About;
     // The processes are told where the module is; nobody has typed that.
     std::vector<std::string>& typed = line.run.command;
     if (!line.run.module.empty() && typed.size() > 2 && typed[typed.size() - 2] == "--module") typed.resize(typed.size() - 2);
@@ -337,6 +355,8 @@ int run_program(int argc, char** argv) {
             return world_command(line.world);
         case CommandLine::Command::Sweep:
             return sweep_command(line.sweep);
+        case CommandLine::Command::About:
+            return about_command(line.about, run_options);
     }
     return 0;
 }
