@@ -12,6 +12,7 @@
 #include "runtime/base/files/standard_streams.h"
 #include "runtime/base/process/deep_stack.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/driver/about/about_command.h"
 #include "runtime/driver/grade/grade_command.h"
 #include "runtime/driver/pictures/picture_commands.h"
 #include "runtime/driver/questions/bisect.h"
@@ -47,6 +48,7 @@ struct CommandLine {
         Profile,
         World,
         Sweep,
+        About,
         Grade
     } command = Command::Run;
     RunOptions run = {};
@@ -65,6 +67,7 @@ struct CommandLine {
     WorldOptions world = {};
     SweepOptions sweep = {};
     GradeOptions grade = {};
+    AboutOptions about = {};
 };
 
 // ---- the commands
@@ -275,6 +278,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     const CLI::App* world = add_world(app, line.world);
     const CLI::App* sweep = add_sweep(app, line.sweep);
     const CLI::App* grade = add_grade(app, line.grade);
+    const CLI::App* about = add_about(app, line.about);
     cli::add_common(app);
     const cli::Elsewhere elsewhere = {{"check", "meldc"}, {"compile", "meldc"}, {"explain", "meldc"}, {"fmt", "meldc"}, {"lsp", "meldc"}};
     if (const std::optional<int> code = cli::parse(app, argc, argv, {}, elsewhere)) return code;
@@ -311,6 +315,7 @@ std::optional<int> read_command_line(int argc, const char* const* argv, CommandL
     if (*world) line.command = CommandLine::Command::World;
     if (*sweep) line.command = CommandLine::Command::Sweep;
     if (*grade) line.command = CommandLine::Command::Grade;
+    if (*about) line.command = CommandLine::Command::About;
     // The processes are told where the module is; nobody has typed that.
     std::vector<std::string>& typed = line.run.command;
     if (!line.run.module.empty() && typed.size() > 2 && typed[typed.size() - 2] == "--module") typed.resize(typed.size() - 2);
@@ -357,6 +362,8 @@ int run_program(int argc, char** argv) {
             return sweep_command(line.sweep);
         case CommandLine::Command::Grade:
             return grade_command(line.grade);
+        case CommandLine::Command::About:
+            return about_command(line.about, run_options);
     }
     return 0;
 }

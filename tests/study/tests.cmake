@@ -5,3 +5,19 @@ foreach(class Rows Figures Measures Mistakes Going Costs)
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(study_${name} PROPERTIES TIMEOUT 120)
 endforeach()
+
+# Failed rows, made small.
+foreach(class Smallest Ways)
+  string(TOLOWER ${class} name)
+  add_test(NAME shrink_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/shrink_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(shrink_${name} PROPERTIES TIMEOUT 170)
+endforeach()
+
+# What is said of runs.
+foreach(class Recordings Checkpoints Rows Mistakes)
+  string(TOLOWER ${class} name)
+  add_test(NAME about_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/about_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(about_${name} PROPERTIES TIMEOUT 120)
+endforeach()

@@ -138,7 +138,13 @@ sum(A, L) :- neighbor(A, B), level(B, L).
         everywhere, toml = "type seen(node, int).\nseen(A, 1) :- id(A, _).\n", toml.split("[facts]")[0]
         self.assertEqual(len(self.facts(everywhere, toml, "seen")), 5)
         self.assertEqual(len(self.facts(everywhere, toml.replace("links", "nodes = 8\nlinks", 1), "seen")), 8)
-        for wrong, said in (("links = [[0, 1, 2]]", "pairs of numbers"), ('links = [["a", 1]]', "pairs of numbers"), ("links = 7", "pairs"),
+        self.assertEqual(self.facts(everywhere, world("nodes = [7, 0, 3]\nlinks = [[7, 0]]"), "seen"), {(0, 1), (3, 1), (7, 1)})
+        self.assertEqual(self.facts(everywhere, world("nodes = [4]\nlinks = []"), "seen"), {(4, 1)})
+        for wrong, said in (("nodes = [0, 1]\nlinks = [[0, 5]]", "does not list node 5"),
+                            ("nodes = [0, 0]\nlinks = []", "node 0 is listed already"),
+                            ("nodes = []\nlinks = []", "nodes are listed by their numbers"),
+                            ('nodes = [0, "a"]\nlinks = []', "nodes are listed by their numbers"),
+                            ("links = [[0, 1, 2]]", "pairs of numbers"), ('links = [["a", 1]]', "pairs of numbers"), ("links = 7", "pairs"),
                             ("nodes = 3\nlinks = [[0, 5]]", "the links name @5, and the nodes are @0 to @2. write nodes = 6"),
                             ("links = [[0, -1]]", "pairs of numbers")):
             self.write("w.toml", world(wrong))

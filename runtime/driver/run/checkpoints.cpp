@@ -10,6 +10,8 @@
 #include "runtime/base/process/liveness.h"
 #include "runtime/base/terminal/log.h"
 #include "runtime/base/units.h"
+#include "runtime/driver/setup/made_by.h"
+#include "runtime/driver/study/run_counts.h"
 #include "runtime/results/record/state_digest.h"
 #include "runtime/sim/state/share_file.h"
 
@@ -84,7 +86,14 @@ void Checkpoints::write() {
     const auto save = [&](sim::ShareSink& sink) { return simulation_.save(counters.view(), sink); };
     const auto digest = [&] { return record::state_digest(subdomain).to_string(); };
     Result<void> written = simulation_.secure();
-    if (written) written = folder_.write({.tick = subdomain.tick(), .digest = "", .run = run_, .shares = {}}, save, digest, subdomain.comm);
+    if (written)
+        written = folder_.write({.tick = subdomain.tick(),
+                                 .digest = "",
+                                 .run = run_,
+                                 .shares = {},
+                                 .made_by = made_by().dump(),
+                                 .counts = counts_of(simulation_.summary()).dump()},
+                                save, digest, subdomain.comm);
     if (!written && subdomain.comm.process() == 0)
         log::warning("no checkpoint of tick {}: {}. The run goes on{}", subdomain.tick(), written.error().message(),
                      folder_.last() ? fmt::format("; the last checkpoint is of tick {}", *folder_.last()) : "");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/base/byte_text.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/files/standard_streams.h"
 #include "runtime/base/process/available_memory.h"
@@ -29,10 +31,12 @@
 #include "runtime/driver/run/run_configuration.h"
 #include "runtime/driver/session/debug.h"
 #include "runtime/driver/setup/inputs.h"
+#include "runtime/driver/setup/made_by.h"
 #include "runtime/driver/setup/memory_check.h"
 #include "runtime/driver/setup/memory_watch.h"
 #include "runtime/driver/setup/outputs.h"
 #include "runtime/driver/setup/watch_options.h"
+#include "runtime/driver/study/run_counts.h"
 #include "runtime/results/facts/facts_file.h"
 #include "runtime/results/profile/file/profile_file.h"
 #include "runtime/results/profile/report.h"
@@ -48,6 +52,16 @@
 namespace meld::driver {
 
 namespace {
+
+// For people who ask what a recording was made by.
+std::string made_by_json(const RunOptions& options) {
+    nlohmann::ordered_json command = nlohmann::ordered_json::array();
+    for (const std::string& word : options.command) command.push_back(text_of_bytes(word));
+    std::error_code error;
+    return nlohmann::ordered_json{
+        {"versions", made_by()}, {"folder", text_of_bytes(std::filesystem::current_path(error).string())}, {"command", std::move(command)}}
+        .dump();
+}
 
 // The steps of a run, in their order. Each returns the same on all processes.
 class Run {
@@ -157,11 +171,17 @@ Result<void> Run::add_recorder() {
                                       .lattice = std::string(world.lattice_name()),
                                       .radius = world.radius,
                                       .provenance = again_ ? "" : record::to_json(*how),
+                                      .made_by = again_ ? "" : made_by_json(options_),
                                       .durability = durability(options_)};
     using Loaded = record::Recorder::Loaded;
     auto recorder = std::make_unique<record::Recorder>(options_.record, world.record.every, world.record.predicates, about,
                                                        options_.fork.empty() ? Loaded::Appends : Loaded::Begins);
     if (options_.stats) recorder->add_load();
+    recorder->add_counts([this] {
+        record::RunCounts counts;
+        for (const auto& [name, value] : counts_of(simulation_->summary()).items()) counts.emplace_back(name, value.get<std::int64_t>());
+        return counts;
+    });
     simulation_->add(std::move(recorder), "recorder");
     return {};
 }

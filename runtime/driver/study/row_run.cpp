@@ -19,6 +19,7 @@
 #include "runtime/base/process/stage_clock.h"
 #include "runtime/base/terminal/terminal_text.h"
 #include "runtime/driver/run/simulate.h"
+#include "runtime/driver/setup/made_by.h"
 #include "runtime/driver/study/run_counts.h"
 #include "runtime/results/record/state_digest.h"
 #include "runtime/sim/ending_name.h"
@@ -96,9 +97,9 @@ Result<void> Measuring::end(sim::Simulation& simulation, const inspect::Watches*
     const sim::Summary& summary = simulation.summary();
     result_.seconds = summary.setup_seconds + summary.run_seconds;
     result_.memory = resident_memory().peak;
+    result_.counts = counts_of(summary);
     if (failed) return {};
     result_.ended = sim::name_of(summary.ending);
-    result_.counts = counts_of(summary);
     result_.digest = record::state_digest(simulation.subdomain()).to_string();
     if (watches != nullptr) {
         const auto& demands = plan_.study().demands;
@@ -107,6 +108,8 @@ Result<void> Measuring::end(sim::Simulation& simulation, const inspect::Watches*
                 if (outcome.name != demand.name || std::string_view(outcome.verb) != (demand.never ? "never" : "expect")) continue;
                 result_.demands[demand_key(demand)] = outcome.wrong ? outcome.found.substr(0, outcome.found.find('\n')) : "";
             }
+        for (const inspect::Watches::Outcome& outcome : watches->outcomes())
+            if (outcome.name == kStillName) result_.demands[std::string(kStillName)] = outcome.wrong ? outcome.found : "";
     }
     const auto& measures = plan_.study().measures;
     for (std::size_t i = 0; i < measures.size(); ++i) {
@@ -122,11 +125,11 @@ Result<void> Measuring::end(sim::Simulation& simulation, const inspect::Watches*
     return {};
 }
 
-RowResult make_run(const StudyPlan& plan, const StudyRow& row) {
+RowResult make_run(const StudyPlan& plan, RunOptions options, const StudyModule& module) {
     RowResult result;
-    const StudyModule& module = plan.module_of(row);
-    // Without a time limit: the process that has started this one looks at the clock, since timers are not inherited.
-    const RunOptions options = plan.options(row);
+    // The process that has started this one looks at the clock, since timers are not inherited.
+    options.timeout_seconds = 0;
+    result.made_by = made_by();
     Measuring observer(plan, module, result);
     const auto comm = comm::make_single();
     const Result<int> done = simulate(options, *comm, module.path, &observer);
@@ -138,14 +141,14 @@ RowResult make_run(const StudyPlan& plan, const StudyRow& row) {
 }
 
 // Never returns.
-[[noreturn]] void be_run(const StudyPlan& plan, const StudyRow& row, int pipe, int said, pid_t parent) {
+[[noreturn]] void be_run(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, int pipe, int said, pid_t parent) {
     // It ends with the process that wants its result.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);
     if (const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC); nothing >= 0) dup2(nothing, STDIN_FILENO);
     dup2(said, STDOUT_FILENO);
     dup2(said, STDERR_FILENO);
-    const RowResult result = make_run(plan, row);
+    const RowResult result = make_run(plan, options, module);
     std::fflush(stdout);
     std::fflush(stderr);
     const std::string text = to_json(result).dump(-1, ' ', true, Json::error_handler_t::replace);
@@ -167,8 +170,9 @@ std::string measure_key(const StudyMeasure& measure, std::int64_t tick) {
 std::string demand_key(const StudyDemand& demand) { return (demand.never ? "never " : "expect ") + demand.body; }
 
 nlohmann::ordered_json to_json(const RowResult& r) {
-    return {{"fine", r.fine},         {"exit", r.exit},       {"reason", r.reason}, {"ended", r.ended},     {"counts", r.counts},
-            {"measures", r.measures}, {"demands", r.demands}, {"digest", r.digest}, {"seconds", r.seconds}, {"memory", r.memory}};
+    return {{"fine", r.fine},       {"exit", r.exit},         {"reason", r.reason},   {"ended", r.ended},
+            {"counts", r.counts},   {"measures", r.measures}, {"demands", r.demands}, {"digest", r.digest},
+            {"seconds", r.seconds}, {"memory", r.memory},     {"made_by", r.made_by}};
 }
 
 std::optional<RowResult> row_result(const nlohmann::ordered_json& json) {
@@ -182,15 +186,20 @@ std::optional<RowResult> row_result(const nlohmann::ordered_json& json) {
                          .demands = json.at("demands"),
                          .digest = json.at("digest"),
                          .seconds = json.at("seconds"),
-                         .memory = json.at("memory")};
+                         .memory = json.at("memory"),
+                         .made_by = json.value("made_by", Json())};
     } catch (const Json::exception&) {
         return std::nullopt;
     }
 }
 
 Result<RowRun> RowRun::start(const StudyPlan& plan, std::size_t row) {
+    return start(plan, plan.options(plan.rows()[row]), plan.module_of(plan.rows()[row]), row);
+}
+
+Result<RowRun> RowRun::start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number) {
     RowRun run;
-    run.row_ = row;
+    run.row_ = number;
     run.begun_ = seconds_now();
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) return fail(fmt::format("cannot make a pipe: {}", std::strerror(errno)), "", ExitCode::LimitHit);
@@ -199,7 +208,7 @@ Result<RowRun> RowRun::start(const StudyPlan& plan, std::size_t row) {
     std::fflush(nullptr);
     const pid_t parent = getpid();
     run.process_ = fork();
-    if (run.process_ == 0) be_run(plan, plan.rows()[row], ends[1], run.said_, parent);
+    if (run.process_ == 0) be_run(plan, options, module, ends[1], run.said_, parent);
     const int error = errno;
     close(ends[1]);
     if (run.process_ < 0)

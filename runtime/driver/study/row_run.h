@@ -7,11 +7,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "runtime/base/error.h"
 #include "runtime/driver/study/study_plan.h"
 
 namespace meld::driver {
+
+// The name of an expectation beside those of the study, whose outcome is among the demands of a result by this name.
+inline constexpr std::string_view kStillName = "what must still hold";
 
 // What there is to know of a run; runtime/driver/study/row_store.h says how it is kept.
 struct RowResult {
@@ -25,9 +29,10 @@ struct RowResult {
     nlohmann::ordered_json measures = nlohmann::ordered_json::object();
     // By text of what is expected or may never be: what was found instead, or an empty text.
     nlohmann::ordered_json demands = nlohmann::ordered_json::object();
-    std::string digest = {};   // Of the state at the end, as --digest writes it.
-    double seconds = 0;        // Of set-up and run.
-    std::uint64_t memory = 0;  // At the peak.
+    std::string digest = {};              // Of the state at the end, as --digest writes it.
+    double seconds = 0;                   // Of set-up and run.
+    std::uint64_t memory = 0;             // At the peak.
+    nlohmann::ordered_json made_by = {};  // runtime/driver/setup/made_by.h; null: an earlier version has made it.
 };
 
 nlohmann::ordered_json to_json(const RowResult& result);
@@ -43,6 +48,8 @@ class RowRun {
   public:
     // Errors: there can be no further process.
     static Result<RowRun> start(const StudyPlan& plan, std::size_t row);
+    // A run with other options, whose program is this module; `number` is what row() returns.
+    static Result<RowRun> start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number);
     RowRun(RowRun&& other) noexcept;
     RowRun& operator=(RowRun&& other) noexcept;
     // A run that has not ended is killed.

@@ -62,6 +62,10 @@ bool write_all(int file, std::string_view text) {
 
 }  // namespace
 
+std::string results_folder(const std::string& study, const std::string& folder) {
+    return folder.empty() ? fs::path(study).replace_extension(".results").string() : folder;
+}
+
 Result<RowStore> RowStore::open(const std::string& folder) {
     RowStore store;
     store.folder_ = folder;

@@ -17,6 +17,9 @@
 
 namespace meld::driver {
 
+// The folder of the results of a study: this one, if it is not empty, or that beside the study.
+std::string results_folder(const std::string& study, const std::string& folder);
+
 class RowStore {
   public:
     // Makes the folder, and a journal in it when there is something to write. Errors: it cannot be written.

@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <charconv>
 #include <functional>
 #include <set>
 #include <span>
@@ -18,6 +18,7 @@
 #include "runtime/base/version.h"
 #include "runtime/driver/run/run.h"
 #include "runtime/driver/setup/inputs.h"
+#include "runtime/driver/setup/run_words.h"
 #include "runtime/driver/study/study_world.h"
 
 namespace meld::driver {
@@ -61,6 +62,7 @@ RunOptions StudyPlan::base_options(std::size_t program, const std::string& world
     options.link = study_.link;
     options.extensions = study_.extensions;
     options.threads = study_.threads;
+    options.timeout_seconds = study_.timeout_seconds;
     options.quiet = true;
     if (study_.ticks) options.ticks = *study_.ticks;
     if (!study_.until.empty()) options.watch.push_back(study_.until);
@@ -75,26 +77,7 @@ RunOptions StudyPlan::options(const StudyRow& row) const {
     return options;
 }
 
-std::vector<std::string> StudyPlan::command(const StudyRow& row, const std::string& from) const {
-    const RunOptions run = options(row);
-    const auto path = [&](const std::string& name) {
-        const std::string near = std::filesystem::absolute(name).lexically_proximate(std::filesystem::absolute(from)).string();
-        return near.starts_with('-') ? "./" + near : near;
-    };
-    std::vector<std::string> words = {"meldsim", "run", path(run.program)};
-    const auto add = [&](const char* option, const std::string& value) { words.insert(words.end(), {option, value}); };
-    if (!run.world.empty()) add("--world", path(run.world));
-    for (const auto& [option, files] :
-         {std::pair{"--events", &run.events}, {"-I", &run.library_paths}, {"--link", &run.link}, {"--extension", &run.extensions}})
-        for (const std::string& file : *files) add(option, path(file));
-    for (const std::string& setting : run.set) add("--set", setting);
-    if (row.seed) add("--seed", std::to_string(*row.seed));
-    if (run.ticks >= 0) add("--ticks", std::to_string(run.ticks));
-    if (run.threads > 1) add("--threads", std::to_string(run.threads));
-    for (const BodiesOption& watch : kWatches)
-        for (const std::string& body : run.*watch.bodies) add(watch.name, body);
-    return words;
-}
+std::vector<std::string> StudyPlan::command(const StudyRow& row, const std::string& from) const { return run_words(options(row), from); }
 
 Result<void> StudyPlan::read_questions(StudyModule& module) {
     for (const StudyMeasure& measure : study_.measures) {
@@ -114,7 +97,9 @@ Result<void> StudyPlan::read_questions(StudyModule& module) {
 }
 
 Result<std::size_t> StudyPlan::module_for(std::size_t program, const std::string& world_path) {
-    const RunOptions options = base_options(program, world_path);
+    RunOptions options = base_options(program, world_path);
+    // It is that of a run.
+    options.timeout_seconds = 0;
     const std::string name = fmt::format("{} {}", program, form_key(world_path));
     if (const auto found = module_numbers_.find(name); found != module_numbers_.end()) return found->second;
     const Result<std::string> path = compile_program(options);
@@ -270,6 +255,17 @@ Result<StudyPlan> StudyPlan::make(Study study, const std::string& worlds_folder)
         if (auto added = plan.add_program(program); !added) return tl::unexpected<Error>(added.error());
     if (auto checked = plan.check_axes(); !checked) return tl::unexpected<Error>(checked.error());
     return plan;
+}
+
+Result<std::size_t> row_named(const StudyPlan& plan, const std::string& name) {
+    const std::vector<StudyRow>& rows = plan.rows();
+    std::size_t number = 0;
+    const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (read.ec == std::errc{} && read.ptr == name.data() + name.size() && number >= 1 && number <= rows.size()) return number - 1;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (name.size() >= 4 && rows[i].key.starts_with(name)) return i;
+    return fail(fmt::format("the study has no row '{}'", name),
+                fmt::format("Its rows are 1 to {}, as in the column `row` of the table", rows.size()));
 }
 
 }  // namespace meld::driver

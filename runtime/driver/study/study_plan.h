@@ -50,10 +50,12 @@ class StudyPlan {
     RunOptions options(const StudyRow& row) const;
     // The same as words of a command, with paths from this folder.
     std::vector<std::string> command(const StudyRow& row, const std::string& from) const;
+    // A program compiled for another world, by its number. Modules that were returned before may have moved. Errors: it cannot be compiled.
+    Result<std::size_t> module_for(std::size_t program, const std::string& world_path);
+    const StudyModule& module(std::size_t number) const { return modules_[number]; }
 
   private:
     Result<void> add_program(std::size_t program);
-    Result<std::size_t> module_for(std::size_t program, const std::string& world_path);
     Result<void> check_world(const StudyWorld& world, const ComposedWorld& composed) const;
     Result<void> read_questions(StudyModule& module);
     Result<void> check_axes();
@@ -68,5 +70,8 @@ class StudyPlan {
     std::uint64_t options_hash_ = 0;
     std::vector<StudyRow> rows_;
 };
+
+// The row of this number, as in tables, or whose key begins like this. Errors: there is none.
+Result<std::size_t> row_named(const StudyPlan& plan, const std::string& name);
 
 }  // namespace meld::driver

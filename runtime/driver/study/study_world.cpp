@@ -141,6 +141,18 @@ std::string text_of_world(const toml::table& keys) {
     return text.str();
 }
 
+Result<toml::table> read_keys(const std::string& path) {
+    const Result<std::string> text = read_input(path, kMostWorldText_bytes);
+    if (!text) return tl::unexpected<Error>(text.error());
+    if (const auto shallow = world::check_key_depth(*text, path); !shallow) return tl::unexpected<Error>(shallow.error());
+    // The library's parser reports mistakes only by an exception.
+    try {
+        return toml::parse(std::string_view(*text), std::string_view(path));
+    } catch (const toml::parse_error& error) {
+        return fail(fmt::format("{}:{}:{}: {}", path, error.source().begin.line, error.source().begin.column, error.description()));
+    }
+}
+
 }  // namespace
 
 Result<WorldTemplate> WorldTemplate::read(const std::string& path) {
@@ -149,14 +161,9 @@ Result<WorldTemplate> WorldTemplate::read(const std::string& path) {
     if (path.empty()) return made;
     const std::string folder = fs::path(path).parent_path().string();
     made.folder_ = folder.empty() ? "" : folder + "/";
-    const Result<std::string> text = read_input(path, kMostWorldText_bytes);
-    if (!text) return tl::unexpected<Error>(text.error());
-    if (const auto shallow = world::check_key_depth(*text, path); !shallow) return tl::unexpected<Error>(shallow.error());
-    try {
-        made.keys_ = toml::parse(std::string_view(*text), std::string_view(path));
-    } catch (const toml::parse_error& error) {
-        return fail(fmt::format("{}:{}:{}: {}", path, error.source().begin.line, error.source().begin.column, error.description()));
-    }
+    Result<toml::table> keys = read_keys(path);
+    if (!keys) return tl::unexpected<Error>(keys.error());
+    made.keys_ = std::move(*keys);
     made.has_keys_ = true;
     return made;
 }
@@ -199,6 +206,14 @@ Result<ComposedWorld> WorldTemplate::compose(const Chosen& chosen, const std::st
     if (!fs::exists(path, error))
         if (auto written = write_file(path, text); !written && !fs::exists(path, error)) return tl::unexpected<Error>(written.error());
     return ComposedWorld{path, hash};
+}
+
+Result<toml::table> world_keys_of(const std::string& path) {
+    Result<toml::table> keys = read_keys(path);
+    if (!keys) return keys;
+    const std::string folder = fs::path(path).parent_path().string();
+    if (const auto done = make_absolute(*keys, folder.empty() ? "" : folder + "/"); !done) return tl::unexpected<Error>(done.error());
+    return keys;
 }
 
 const std::vector<std::string_view>& world_keys() {

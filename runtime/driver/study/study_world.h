@@ -43,6 +43,9 @@ class WorldTemplate {
     bool has_keys_ = false;
 };
 
+// The keys of a world with each file that they name from the root, so that the world can be written anywhere. Errors: it cannot be read.
+Result<toml::table> world_keys_of(const std::string& path);
+
 // Whether the name, or its first part, is that of a section or key of worlds.
 bool names_world_key(const std::string& name);
 // These keys, for messages.

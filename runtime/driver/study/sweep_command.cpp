@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <optional>
@@ -20,6 +19,7 @@
 #include "runtime/cli/command_line.h"
 #include "runtime/driver/pictures/frame_observer.h"
 #include "runtime/driver/setup/print_error.h"
+#include "runtime/driver/shrink/shrink.h"
 #include "runtime/driver/study/row_pool.h"
 #include "runtime/driver/study/shell_words.h"
 #include "runtime/driver/study/study_plot.h"
@@ -35,11 +35,6 @@ constexpr std::size_t kFailuresPrinted = 10;
 constexpr int kWriteAttempts = 20;
 constexpr int kWriteAgainAfter_ms = 100;
 
-std::string results_folder(const SweepOptions& options) {
-    if (!options.folder.empty()) return options.folder;
-    return std::filesystem::path(options.study).replace_extension(".results").string();
-}
-
 // rounds~n as a name of a file.
 std::string file_name(std::string text) {
     std::ranges::replace_if(text, [](unsigned char c) { return !std::isalnum(c) && c != '.' && c != '@' && c != '_'; }, '-');
@@ -54,8 +49,8 @@ class Sweep {
     Result<int> run();
 
   private:
-    Result<std::size_t> row_named(const std::string& name) const;
     Result<int> show() const;
+    Result<int> shrink();
     Result<int> write_job() const;
     Result<void> write_results(const StudyTable& table, const std::vector<StudyPlot>& plots);
     std::string said(const StudyTable& table, const PoolOutcome& outcome, std::size_t before) const;
@@ -66,20 +61,9 @@ class Sweep {
     RowStore store_;
 };
 
-// Its number, or the beginning of its key.
-Result<std::size_t> Sweep::row_named(const std::string& name) const {
-    std::size_t number = 0;
-    const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
-    if (read.ec == std::errc{} && read.ptr == name.data() + name.size() && number >= 1 && number <= plan_.rows().size()) return number - 1;
-    for (std::size_t i = 0; i < plan_.rows().size(); ++i)
-        if (name.size() >= 4 && plan_.rows()[i].key.starts_with(name)) return i;
-    return fail(fmt::format("the study has no row '{}'", name),
-                fmt::format("Its rows are 1 to {}, as in the column `row` of the table", plan_.rows().size()));
-}
-
 // The command that makes the run again.
 Result<int> Sweep::show() const {
-    const Result<std::size_t> row = row_named(options_.show);
+    const Result<std::size_t> row = row_named(plan_, options_.show);
     if (!row) return tl::unexpected<Error>(row.error());
     std::vector<std::string> words = plan_.command(plan_.rows()[*row], ".");
     const std::string run = shell_words(words);
@@ -89,6 +73,12 @@ Result<int> Sweep::show() const {
             text += fmt::format("# {}\n", visible(failure.substr(0, failure.find('\n'))));
     if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
     return 0;
+}
+
+Result<int> Sweep::shrink() {
+    const Result<std::size_t> row = row_named(plan_, options_.shrink);
+    if (!row) return tl::unexpected<Error>(row.error());
+    return shrink_row(options_, plan_, store_, *row);
 }
 
 std::size_t Sweep::rows_made() const {
@@ -162,6 +152,7 @@ std::string Sweep::said(const StudyTable& table, const PoolOutcome& outcome, std
 
 Result<int> Sweep::run() {
     if (!options_.show.empty()) return show();
+    if (!options_.shrink.empty()) return shrink();
     if (options_.slurm > 0) return write_job();
     if (!options_.plots.empty())
         if (auto there = show::need_view(); !there) return tl::unexpected<Error>(there.error());
@@ -207,7 +198,7 @@ Result<int> Sweep::run() {
 Result<int> sweep(const SweepOptions& options) {
     Result<Study> study = read_study(options.study);
     if (!study) return tl::unexpected<Error>(study.error());
-    Result<RowStore> store = RowStore::open(results_folder(options));
+    Result<RowStore> store = RowStore::open(results_folder(options.study, options.folder));
     if (!store) return tl::unexpected<Error>(store.error());
     Result<StudyPlan> plan = StudyPlan::make(std::move(*study), store->worlds_folder());
     if (!plan) return tl::unexpected<Error>(plan.error());
@@ -238,6 +229,18 @@ CLI::App* add_sweep(CLI::App& app, SweepOptions& sweep) {
         ->needs("--plot");
     s->add_option("--show", sweep.show, "Run nothing: print the command that makes this row again, with its number as in the table")
         ->type_name("ROW");
+    CLI::Option* const shrink = s->add_option("--shrink", sweep.shrink,
+                                              "Make a small world in which this failed row still fails in the same way: with the fewest "
+                                              "catoms, links, events and ticks, and no chance in its network if possible");
+    shrink->type_name("ROW")->excludes("--show");
+    s->add_option("--tries", sweep.tries, "Of --shrink: make at most so many runs")
+        ->check(cli::whole_number(1, 1'000'000'000))
+        ->type_name("INT")
+        ->capture_default_str()
+        ->needs(shrink);
+    s->add_option("--still", sweep.still, "Of --shrink: a body, in Meld, that must hold at the end of each smaller run too")
+        ->type_name("BODY")
+        ->needs(shrink);
     s->add_option("--slurm", sweep.slurm, "Run nothing: write the script of a job array of so many tasks, which share what is missing")
         ->check(cli::whole_number(1, 100000))
         ->type_name("TASKS");

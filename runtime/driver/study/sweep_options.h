@@ -1,6 +1,7 @@
 // Of `meldsim sweep`.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ struct SweepOptions {
     std::vector<std::string> plots = {};  // "Y~X"
     std::string image = {};               // Of the last plot.
     std::string show = {};                // A row.
+    std::string shrink = {};              // A row.
+    std::uint64_t tries = 2000;           // Runs that shrinking may take.
+    std::string still = {};               // A body that must hold at the end of these.
     int slurm = 0;                        // Tasks of a job array whose script is written; 0: none.
     bool quiet = false;
 };

@@ -9,6 +9,9 @@ namespace meld::record {
 
 inline constexpr std::string_view kRecordingFormat = "claymeld recording", kFactsFormat = "claymeld facts";
 // The versions that are written and read; files of others are refused.
+// An attribute of /meld/counts: whether its numbers are known.
+inline constexpr const char* kCountsKnown = "known";
+
 inline constexpr std::int64_t kRecordingVersion = 1, kFactsVersion = 1;
 
 enum class Hdf5Kind { Recording, Facts, Other };

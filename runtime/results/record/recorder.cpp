@@ -55,6 +55,8 @@ Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
     }
     info_.predicates = "[" + descriptions + "]";
+    if (counts_)
+        for (const auto& [name, value] : counts_()) info_.counts.push_back(name);
     return {};
 }
 
@@ -119,6 +121,7 @@ Result<void> Recorder::after(sim::Subdomain& subdomain) {
 void Recorder::finish(sim::Subdomain& subdomain) {
     if (last_step_ != subdomain.tick() && !subdomain.status().half_way()) ending_ = write(subdomain);
     Result<void> closed;
+    if (file_ && counts_) file_->count(counts_());
     if (file_) closed = file_->close();
     closed = comm::outcome_of_first(subdomain.comm, closed);
     if (ending_) ending_ = closed;

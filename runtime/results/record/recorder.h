@@ -24,6 +24,8 @@ class Recorder : public sim::SimModule {
     Recorder(std::string path, int every, std::vector<std::string> predicates, RecordingInfo info, Loaded loaded = Loaded::Appends);
     // How busy each catom was is recorded too: the run is counted.
     void add_load() { load_.emplace(); }
+    // At its end, the recording says what the run has counted.
+    void add_counts(std::function<RunCounts()> counts) { counts_ = std::move(counts); }
     Result<void> start(sim::Subdomain& subdomain) override;
     Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
@@ -59,6 +61,7 @@ class Recorder : public sim::SimModule {
     std::vector<RecordedPredicate> recorded_;  // What they hold is of one step, and of none between steps.
     Marks marks_;
     std::optional<LoadMap> load_;
+    std::function<RunCounts()> counts_;
     std::optional<Recording> file_;
     std::int64_t last_step_ = -1;
     std::uint64_t steps_ = 0;

@@ -126,6 +126,11 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     hdf5->write_texts("/meld/arguments", info.arguments);
     hdf5->write_text("/meld/provenance", info.provenance);
     hdf5->write_text("/meld/predicates", info.predicates);
+    hdf5->write_text("/meld/made_by", info.made_by);
+    hdf5->make_group("/meld/counts");
+    hdf5->write_text("/meld/counts/names", fmt::format("{}", fmt::join(info.counts, ",")));
+    hdf5->set_attribute("/meld/counts", kCountsKnown, std::int64_t{0});
+    for (const std::string& name : info.counts) hdf5->set_attribute("/meld/counts", name, std::int64_t{0});
 }
 
 // Columns with a row for each catom are made at the first step, when the size of the ensemble determines the size of a chunk.
@@ -273,6 +278,15 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     const Result<void> readable = state.appear();
     if (!readable) state.failure = readable.error();
     return readable;
+}
+
+void Recording::count(const RunCounts& counts) {
+    State& state = *state_;
+    // One that an earlier version has begun has no place for them.
+    if (state.failure || !state.hdf5->attribute("/meld/counts", kCountsKnown)) return;
+    for (const auto& [name, value] : counts)
+        if (state.hdf5->attribute("/meld/counts", name)) state.hdf5->change_attribute("/meld/counts", name, value);
+    state.hdf5->change_attribute("/meld/counts", kCountsKnown, 1);
 }
 
 Result<void> Recording::close() {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/bytes.h"
@@ -20,6 +21,9 @@ namespace meld::record {
 inline constexpr const char* kSidecar = ".xdmf";
 inline constexpr const char* kLinesSidecar = ".lines.xdmf";
 
+// What a run has counted, by name.
+using RunCounts = std::vector<std::pair<std::string, std::int64_t>>;
+
 // The properties of the run in a recording, in the group /meld of the file.
 struct RecordingInfo {
     std::string program;
@@ -27,9 +31,12 @@ struct RecordingInfo {
     std::uint64_t seed = 0;
     std::vector<std::string> arguments;
     std::string lattice;
-    double radius = 0;              // In metres.
-    bool lines = false;             // Steps may have lines.
-    std::string provenance = {};    // What it takes to run it again, as JSON; see provenance.h.
+    double radius = 0;            // In metres.
+    bool lines = false;           // Steps may have lines.
+    std::string provenance = {};  // What it takes to run it again, as JSON; see provenance.h.
+    std::string made_by = {};     // By what and how it was made, as JSON: for people, and no part of what the run is.
+    // The names of what close() says how often it has happened.
+    std::vector<std::string> counts = {};
     std::string predicates = "[]";  // What arrays and tables hold, as JSON.
     Durability durability = Durability::Process;
 };
@@ -87,6 +94,8 @@ class Recording {
     // Makes sure that all steps so far are on the disk. Errors: it failed, and then nothing more is written.
     Result<void> secure();
 
+    // What the run has counted, of RecordingInfo::counts; before close(). Without it a reader finds that nobody knows.
+    void count(const RunCounts& counts);
     // Ends the file and writes its sidecars. Without it, or after a step that failed, an earlier recording stays, and so does what there is
     // of the new one.
     Result<void> close();

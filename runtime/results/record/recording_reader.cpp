@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -20,6 +21,7 @@ namespace meld::record {
 namespace {
 
 constexpr std::uint64_t kStepsAtOnce = 4096;
+constexpr std::size_t kMostCounts = 1000;
 constexpr double kMaxTick = 9e15;  // Floats are exact up to there.
 
 // A column of the table of steps, of which some thousand rows are in memory.
@@ -72,7 +74,7 @@ Result<void> RecordingReader::State::read_about() {
                                 version.empty() ? "none" : version, kRecordingVersion),
                     "Read it with the meldsim that wrote it", ExitCode::RecordingRefused);
     for (const char* name : {"seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
-    for (const char* name : {"program", "world", "provenance"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    for (const char* name : {"program", "world", "provenance", "made_by"}) about[name] = text_at(*file, std::string("/meld/") + name);
     return {};
 }
 
@@ -240,6 +242,15 @@ const std::string& RecordingReader::path() const { return state_->path; }
 std::string RecordingReader::about(const std::string& name) const {
     const auto known = state_->about.find(name);
     return known == state_->about.end() ? "" : known->second;
+}
+std::vector<std::pair<std::string, std::uint64_t>> RecordingReader::counts() const {
+    const auto number = [&](const std::string& name) { return number_attribute(*state_->file, "/meld/counts", name); };
+    std::vector<std::pair<std::string, std::uint64_t>> all;
+    if (number(kCountsKnown).value_or(0) == 0) return all;
+    std::istringstream names(text_at(*state_->file, "/meld/counts/names"));
+    for (std::string name; std::getline(names, name, ',') && all.size() < kMostCounts;)
+        if (const auto count = number(name)) all.emplace_back(name, *count);
+    return all;
 }
 const std::vector<std::int64_t>& RecordingReader::ticks() const { return state_->ticks; }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -56,8 +57,10 @@ class RecordingReader {
     ~RecordingReader();
 
     const std::string& path() const;
-    // What the run was: texts by name, such as "program" and "seed"; "provenance" is what provenance.h reads.
+    // What the run was: texts by name, such as "program" and "seed"; "provenance" is what provenance.h reads, and "made_by" is JSON.
     std::string about(const std::string& name) const;
+    // What the run had counted at its end, by name; none: nobody knows.
+    std::vector<std::pair<std::string, std::uint64_t>> counts() const;
     // The tick of each step.
     const std::vector<std::int64_t>& ticks() const;
     // The digest of the whole state in each step. Errors: it has none.

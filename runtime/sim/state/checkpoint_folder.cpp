@@ -63,8 +63,9 @@ json to_json(const Manifest& m) {
     for (const std::string& word : m.run.command) command.push_back(text_of_bytes(word));
     json world = json::object();
     for (const auto& [part, hash] : m.run.world) world[part] = fmt::format("{:016x}", hash);
-    return {{"tick", m.tick},     {"digest", m.digest}, {"run", traits}, {"world", world}, {"folder", text_of_bytes(m.run.folder)},
-            {"command", command}, {"shares", m.shares}};
+    return {
+        {"tick", m.tick},     {"digest", m.digest}, {"run", traits},        {"world", world},    {"folder", text_of_bytes(m.run.folder)},
+        {"command", command}, {"shares", m.shares}, {"made_by", m.made_by}, {"counts", m.counts}};
 }
 
 // Errors of the library are thrown; whoever reads catches them.
@@ -79,6 +80,8 @@ Manifest from_json(const json& j) {
     m.run.folder = bytes_of_text(j.at("folder").get<std::string>());
     for (const json& word : j.at("command")) m.run.command.push_back(bytes_of_text(word.get<std::string>()));
     m.shares = j.at("shares").get<std::vector<std::string>>();
+    m.made_by = j.value("made_by", "");
+    m.counts = j.value("counts", "");
     return m;
 }
 

@@ -40,6 +40,8 @@ struct Manifest {
     std::string digest;  // Of the state, as `--digest` writes it.
     RunIdentity run;
     std::vector<std::string> shares;  // Names of files, by process.
+    // For people: by what it was made, and what the run had counted, as JSON. Empty: an earlier version has written it.
+    std::string made_by = {}, counts = {};
 };
 
 struct Checkpoint {
