@@ -22,6 +22,9 @@ add_test(NAME bench_checkpoint_bodies_small
                  $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld --bodies 1000)
 add_test(NAME bench_tables_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_tables.py $<TARGET_FILE_DIR:meldc> --short)
+add_test(NAME bench_observed_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_observed.py
+                 $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld --side 10 --runs 1)
 add_test(NAME bench_balance_small COMMAND bench_balance ${CMAKE_CURRENT_LIST_DIR}/balance/storm.meld 24 3 64)
 add_test(NAME bench_rows_small COMMAND bench_rows $<TARGET_FILE:meldc> ${CMAKE_CURRENT_LIST_DIR}/rows small)
 

@@ -29,7 +29,8 @@ class Notes : public sim::SimModule {
     Notes(Digests& noted, const Digests& known) : noted_(noted), known_(known) {}
     Result<void> saveable() const override { return {}; }
     Result<void> after(sim::Subdomain& subdomain) override {
-        const Digest digest = record::state_digest(subdomain);
+        const Digest digest = running_.of(subdomain);
+        if (const Result<void> same = running_.check(subdomain); !same) return same;
         if (subdomain.comm.process() != 0) return {};
         noted_[subdomain.tick()] = digest;
         const auto known = known_.find(subdomain.tick());
@@ -39,6 +40,7 @@ class Notes : public sim::SimModule {
     }
 
   private:
+    record::RunningDigest running_;
     Digests& noted_;
     const Digests& known_;
 };

@@ -107,7 +107,7 @@ class Births(Case):
             world = WORLD + conditions
             seen = []
             for n in (1, 2, 3, 4) if CAMPAIGN else (1, 3):
-                found, facts = self.run_in(world, "--digest", "d", "-n", n, "--threads", 1 + n % 2, "--ticks", 60)
+                found, facts = self.run_in(world, "--digest", "d", "--digest-check", 1, "-n", n, "--threads", 1 + n % 2, "--ticks", 60)
                 seen.append((facts, self.read("d"), *(found[key] for key in (
                     "nodes_made", "killed", "restarted", "far_facts", "far_messages", "dropped_messages", "lost_linear_facts"))))
                 with self.subTest(name, processes=n):

@@ -72,7 +72,7 @@ class Failures(Case):
 
     def digests(self, world, *options):
         self.write("w.toml", world)
-        out, _ = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--digest", "-", "--quiet", *options)
+        out, _ = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--digest", "-", "--digest-check", 1, "--quiet", *options)
         return [line.split() for line in out.splitlines() if line.startswith("tick ")]
 
     def facts(self, world, *options, program="p.meld"):

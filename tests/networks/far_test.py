@@ -148,7 +148,7 @@ class Far(Case):
                 world = RANDOM + with_reach(conditions, reach) + (TROUBLE if name != "pauses" else FAULTS)
                 seen = []
                 for n in (1, 2, 3, 4) if CAMPAIGN else (1, 3):
-                    found, facts = self.run_in(world, "--digest", "d", "-n", n, "--threads", 1 + n % 2)
+                    found, facts = self.run_in(world, "--digest", "d", "--digest-check", 1, "-n", n, "--threads", 1 + n % 2)
                     seen.append((facts, self.read("d"), found["far_facts"], found["far_messages"], found["dropped_messages"]))
                     with self.subTest(name, reach=reach, processes=n):
                         self.assertEqual(seen[-1], seen[0])

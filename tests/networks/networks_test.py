@@ -53,7 +53,8 @@ todo(A, N), !neighbor(A, B), N > 0 -o heard(B, N), todo(A, N - 1)@+1.
 
 class Networks(Case):
     def digests(self, world, *options, program="p.meld", tick_by_tick=True):
-        out, _ = self.call("meldsim", "run", program, "--world", world, "--digest", "-", "--quiet", *options)
+        out, _ = self.call("meldsim", "run", program, "--world", world, "--digest", "-", "--digest-check", 2, "--quiet",
+                           *options)
         lines = [line.split() for line in out.splitlines() if line.startswith("tick ")]
         self.assertTrue(lines)
         return lines if tick_by_tick else lines[-1][2]

@@ -269,7 +269,7 @@ def lose_the_fallen(bodies):
     found = {}
     for processes in ("1", "2", "4"):
         found[processes], summary = bodies.run(program, removing, 200, "-n", processes, "--record", bodies.folder / "out.vtkhdf",
-                                               "--digest", bodies.folder / f"{processes}.digest")
+                                               "--digest", bodies.folder / f"{processes}.digest", "--digest-check", "1")
         same("5 below the lowest height removed" in summary["outcomes"][0], True, summary["outcomes"][0])
         same(sorted(catom for catom, _, _, _ in found[processes]["place"]), list(range(7)), "the catoms that stay")
         same(found[processes], found["1"], f"the facts on {processes} processes")

@@ -80,8 +80,8 @@ class Runner:
     def run(self, program, world, processes, threads, options):
         facts, digest = self.folder / "out.facts", self.folder / "out.digest"
         facts.unlink(missing_ok=True)
-        command = [self.meldsim, "run", program, "--world", world, "--facts-out", facts, "--digest", digest, "--json",
-                   "-n", str(processes), "--threads", str(threads), *options]
+        command = [self.meldsim, "run", program, "--world", world, "--facts-out", facts, "--digest", digest, "--digest-check", "3",
+                   "--json", "-n", str(processes), "--threads", str(threads), *options]
         done = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             sys.exit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout}{done.stderr}")

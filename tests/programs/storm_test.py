@@ -60,7 +60,7 @@ def case(seed):
 
 def main():
     meldsim, first, seeds, ticks = sys.argv[1], *(int(word) for word in (sys.argv[2:] + ["0", "4", "12"][len(sys.argv) - 2 :])[:3])
-    divided = Divided(meldsim, "storm", SETTINGS, ["--ticks", str(ticks), "--digest", "-"])
+    divided = Divided(meldsim, "storm", SETTINGS, ["--ticks", str(ticks), "--digest", "-", "--digest-check", "1"])
     return divided.compare(((seed, *case(seed)) for seed in range(first, first + seeds)),
                            lambda digests: len(set(digests.splitlines())) > ticks // 2)
 

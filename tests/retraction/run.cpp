@@ -152,7 +152,7 @@ void compare(Shared& s, std::size_t burst) {
 }
 
 // One burst to quiescence; false: it never came.
-bool settle(sim::Subdomain& subdomain, sim::Tick& tick, Changes& changes, Shared& s, std::size_t burst) {
+bool settle(sim::Subdomain& subdomain, sim::Tick& tick, Changes& changes, Shared& s, std::size_t burst, record::RunningDigest& running) {
     const bool speaks = subdomain.comm.process() == 0;
     changes.begin_burst(burst, subdomain.tick());
     for (int patience = kPatience; patience > 0; --patience) {
@@ -160,7 +160,11 @@ bool settle(sim::Subdomain& subdomain, sim::Tick& tick, Changes& changes, Shared
         static_cast<void>(changes.step(subdomain));
         if (s.setting.no_quarantine) tick.set_latency(0);
         const sim::Totals& totals = tick.end();
-        const Digest state = record::state_digest(subdomain);
+        const Digest state = running.of(subdomain);
+        if (const Result<void> same = running.check(subdomain); !same) {
+            if (speaks) s.outcome.trouble = same.error().message();
+            return false;
+        }
         const Digest deep = s.setting.deep ? deep_digest(subdomain) : Digest{};
         if (speaks) {
             s.outcome.states.push_back(state);
@@ -182,11 +186,12 @@ void run_process(comm::Communicator& comm, Shared& s) {
     sim::Subdomain subdomain(s.module, s.world, s.target, comm, s.setting.threads);
     if (const auto done = subdomain.populate(); !done) throw std::runtime_error(done.error().message());
     sim::Tick tick(subdomain);
+    record::RunningDigest running;
     Changes changes(s.c, s.program.given);
     changes.lose(s.lost);
     const bool speaks = comm.process() == 0;
     for (std::size_t burst = 0; burst < s.c.bursts.size(); ++burst) {
-        const bool quiet = settle(subdomain, tick, changes, s, burst);
+        const bool quiet = settle(subdomain, tick, changes, s, burst, running);
         Facts& mine = s.facts[static_cast<std::size_t>(comm.process())];
         mine.clear();
         collect(subdomain, mine);

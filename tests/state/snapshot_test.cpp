@@ -47,7 +47,8 @@ class TickNotes : public sim::SimModule {
     explicit TickNotes(Ticks& ticks) : ticks_(ticks) {}
     Result<void> saveable() const override { return {}; }
     Result<void> after(sim::Subdomain& subdomain) override {
-        const Digest digest = record::state_digest(subdomain);
+        const Digest digest = running_.of(subdomain);
+        if (const Result<void> same = running_.check(subdomain); !same) return same;
         const sim::Totals& all = subdomain.totals;
         const eval::Statistics& t = all.tick;
         if (subdomain.comm.process() == 0)
@@ -57,6 +58,7 @@ class TickNotes : public sim::SimModule {
     }
 
   private:
+    record::RunningDigest running_;
     Ticks& ticks_;
 };
 

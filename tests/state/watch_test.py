@@ -32,6 +32,10 @@ CASES = (
     (EXAMPLES / "walk.meld", 12, ("neighborCount(A, N), N < 3", "neighbor(A, B), not neighbor(B, @0)")),
     (PROGRAMS / "late_nodes.meld", 7, ("id(A, X)", "id(A, X), not made(A, _)", "id(A, X), not count(A, _)", "count(A, N)",
                                        "made(A, B), count(B, N)")),
+    # Of facts that few catoms hold, wherever they are; then no two of a kind are left.
+    (PROGRAMS / "tokens.meld", 16, ("token(A, N), token(B, M), A <> B", "token(A, N), stopped(B, M)", "stopped(A, N), stopped(B, M), N < M",
+                                    "token(A, N), not (token(B, M), M > N)", "token(A, N), K = count : {token(B, _)}, K < 3",
+                                    "token(A, N), neighbor(A, C), token(B, M), N <> M")),
 )
 
 

@@ -10,7 +10,7 @@
 
 namespace meld::inspect {
 
-LocalFacts::LocalFacts(sim::Subdomain& subdomain) : subdomain_(subdomain) { subdomain_.refresh(); }
+LocalFacts::LocalFacts(sim::Subdomain& subdomain, Holders* holders) : subdomain_(subdomain), holders_(holders) { subdomain_.refresh(); }
 
 const std::vector<std::pair<u64, sim::Catom>>& LocalFacts::by_id() {
     if (std::exchange(sorted_, true)) return by_id_;
@@ -45,7 +45,8 @@ bool LocalFacts::at(const Source& source, u64 catom, const Visit& visit) {
 
 bool LocalFacts::each(const Source& source, const Visit& visit) {
     std::vector<Value> room;
-    for (const auto& [id, catom] : by_id())
+    const auto* const few = holders_ != nullptr && source.kind == Source::Kind::Stored ? holders_->few(source.predicate) : nullptr;
+    for (const auto& [id, catom] : few != nullptr ? *few : by_id())
         if (!at(source, catom, id, room, visit)) return false;
     return true;
 }

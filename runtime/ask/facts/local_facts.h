@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "runtime/ask/facts/facts.h"
+#include "runtime/ask/facts/holders.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::inspect {
 
 class LocalFacts : public Facts {
   public:
-    // The state of the run does not change while this exists.
-    explicit LocalFacts(sim::Subdomain& subdomain);
+    // The state of the run does not change while this exists. `holders`, if there are any, are up to date and outlive it.
+    explicit LocalFacts(sim::Subdomain& subdomain, Holders* holders = nullptr);
 
     // Of catoms that this process owns.
     bool at(const Source& source, u64 catom, const Visit& visit) override;
@@ -37,6 +38,7 @@ class LocalFacts : public Facts {
     const std::vector<std::pair<u64, sim::Catom>>& by_id();
 
     sim::Subdomain& subdomain_;
+    Holders* holders_;
     std::vector<std::pair<u64, sim::Catom>> by_id_;
     bool sorted_ = false;
     // Room for the arguments of a fact, for each visit that is inside of another one.

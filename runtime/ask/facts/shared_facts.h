@@ -19,7 +19,7 @@ namespace meld::inspect {
 class SharedFacts : public Facts {
   public:
     // The state of the run does not change while this exists. Every process makes it.
-    explicit SharedFacts(sim::Subdomain& subdomain) : here_(subdomain) {}
+    explicit SharedFacts(sim::Subdomain& subdomain, Holders* holders = nullptr) : here_(subdomain, holders) {}
 
     bool at(const Source& source, u64 catom, const Visit& visit) override;
     bool each(const Source& source, const Visit& visit) override;

@@ -109,6 +109,22 @@ void Watch::note_reads(const check::Atom& atom) {
     }
 }
 
+std::vector<u32> Watch::looked_for() const {
+    std::vector<u32> predicates;
+    if (!links_only_) add_stored(program_.question().body, predicates);
+    return predicates;
+}
+
+void Watch::add_stored(const std::vector<Clause>& clauses, std::vector<u32>& predicates) const {
+    for (const Clause& c : clauses) {
+        add_stored(c.inner, predicates);
+        if (c.kind != Clause::Kind::Atom) continue;
+        const Source& source = program_.source(c.atom.predicate);
+        if (source.kind != Source::Kind::Stored || program_.module().predicates[source.predicate].column == kNone16) continue;
+        if (std::ranges::find(predicates, source.predicate) == predicates.end()) predicates.push_back(source.predicate);
+    }
+}
+
 bool Watch::follows_links(VariableId start) const {
     const check::Rule& question = program_.question();
     Bound bound(question.variables.count());

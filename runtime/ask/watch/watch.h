@@ -41,6 +41,9 @@ class Watch {
         return reads_ticks_ || (reads_places_ && subdomain.ensemble.is_free());
     }
 
+    // The predicates whose facts a search may have to find wherever they are, beside those that lead over links from a change.
+    std::vector<u32> looked_for() const;
+
     // A way to satisfy the body.
     struct Way {
         std::vector<Value> values = {};  // By column.
@@ -82,6 +85,7 @@ class Watch {
     using Distances = std::map<check::VariableId, std::size_t>;
     void look(const std::vector<check::Clause>& clauses, Distances near, bool inside);
     void note_reads(const check::Atom& atom);
+    void add_stored(const std::vector<check::Clause>& clauses, std::vector<u32>& predicates) const;
     bool follows_links(check::VariableId start) const;
     void note(const Values& values);
     std::vector<u32> starts_of(sim::Subdomain& subdomain, const Changes& changes) const;

@@ -170,9 +170,22 @@ Changes Watches::changes_in(sim::Subdomain& subdomain, bool had_asked) {
     return out;
 }
 
+// Up to date, or null if no search needs them. Who only asks now and then, as the debugger, would leave followers behind.
+Holders* Watches::holders(sim::Subdomain& subdomain) {
+    if (!in_run_) return nullptr;
+    std::vector<u32> predicates;
+    for (const One& one : watches_)
+        for (const u32 predicate : one.watch->looked_for())
+            if (std::ranges::find(predicates, predicate) == predicates.end()) predicates.push_back(predicate);
+    if (predicates.empty()) return nullptr;
+    if (!holders_) holders_.emplace(subdomain, std::move(predicates));
+    holders_->update();
+    return &*holders_;
+}
+
 Result<void> Watches::search(sim::Subdomain& subdomain, const Changes& changes, const std::vector<std::size_t>& which,
                              std::vector<Watch::Found>& found) {
-    SharedFacts facts(subdomain);
+    SharedFacts facts(subdomain, holders(subdomain));
     for (const std::size_t i : which) watches_[i].watch->begin(subdomain, changes, !watches_[i].remembers());
     Result<void> outcome;
     do {
@@ -236,6 +249,7 @@ Result<Watches::Looked> Watches::look(sim::Subdomain& subdomain) {
 
 Result<void> Watches::after(sim::Subdomain& subdomain) {
     caught_now_.reset();
+    in_run_ = true;
     const Result<Looked> looked = look(subdomain);
     if (!looked) return tl::unexpected<Error>(looked.error());
     if (!looked->searched) return {};

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/ask/facts/holders.h"
 #include "runtime/ask/query/witness.h"
 #include "runtime/ask/watch/watch.h"
 #include "runtime/sim/core/extension.h"
@@ -50,7 +51,7 @@ class Watches : public sim::SimModule {
     // The catoms at which it held before the last look() and holds in no way now; without a witness. On process 0.
     std::optional<Where> lost(std::size_t number) const;
 
-    // As part of a run: looks, and prints what is new.
+    // As part of a run: looks, and prints what is new. Bodies of facts that few catoms hold cost their number.
     Result<void> after(sim::Subdomain& subdomain) override;
     // After the last tick of a run that ended well: looks for what must hold there. Every process calls it.
     Result<void> at_end(sim::Subdomain& subdomain);
@@ -109,6 +110,7 @@ class Watches : public sim::SimModule {
     Changes changes_in(sim::Subdomain& subdomain, bool had_asked);
     Result<void> search(sim::Subdomain& subdomain, const Changes& changes, const std::vector<std::size_t>& which,
                         std::vector<Watch::Found>& found);
+    Holders* holders(sim::Subdomain& subdomain);
     void forget_removed(sim::Subdomain& subdomain);
     std::vector<std::string> news(One& one, const Watch::Found& found);
     Result<void> tell(sim::Subdomain& subdomain, std::size_t number, const std::vector<std::string>& lines);
@@ -126,6 +128,8 @@ class Watches : public sim::SimModule {
     bool asked_ = false;                     // Actions were asked for in that.
     std::uint64_t gone_ = 0;                 // Catoms that there were, until then.
     std::vector<u64> asking_ = {};           // Catoms of this process that asked for actions in it.
+    bool in_run_ = false;                    // As part of a run, it follows what changes: the run ends with it.
+    std::optional<Holders> holders_;
 };
 
 }  // namespace meld::inspect

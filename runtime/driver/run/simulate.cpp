@@ -209,8 +209,9 @@ Result<void> Run::add_watchers() {
     if (watches_ != nullptr) simulation_->add(std::move(new_watches_), "watches");
     if (observer_ != nullptr) observer_->begin(*simulation_);
     if (!options_.digest.empty())
-        simulation_->add(std::make_unique<record::DigestFile>(options_.digest, durability(options_), std::move(outputs_.digest)),
-                         "digests");
+        simulation_->add(
+            std::make_unique<record::DigestFile>(options_.digest, durability(options_), std::move(outputs_.digest), options_.digest_check),
+            "digests");
     return {};
 }
 

@@ -51,7 +51,15 @@ void add_outputs(CLI::App& command, RunOptions& run) {
         "memory; repeatable");
     command.add_option("--record", run.record, "Record positions, colours and the world's [record] predicates as VTKHDF")
         ->type_name("FILE");
-    command.add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")->type_name("FILE");
+    CLI::Option* const digest =
+        command.add_option("--digest", run.digest, "Write a digest of the state after every tick; - for standard output")
+            ->type_name("FILE");
+    command
+        .add_option("--digest-check", run.digest_check,
+                    "In every so many ticks compare the digest, which is kept by changes, with one of the whole state")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 62).description(""))
+        ->type_name("TICKS")
+        ->needs(digest);
     command
         .add_option("--checkpoint", run.checkpoint,
                     "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")

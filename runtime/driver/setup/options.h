@@ -156,6 +156,7 @@ struct RunOptions {
     std::string facts_out = {};
     std::string record = {};
     std::string digest = {};                 // A file, or "-" for standard output.
+    std::int64_t digest_check = 0;           // In every so many ticks; 0: never.
     std::string checkpoint = {};             // A folder.
     std::string checkpoint_every = "10min";  // Or "1000ticks".
     int retries = 3;                         // After a process was killed or has crashed.

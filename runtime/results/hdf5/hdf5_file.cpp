@@ -155,6 +155,7 @@ void Hdf5File::shorten(ColumnIndex index, std::uint64_t rows) {
     const std::array<hsize_t, 2> extent = {rows, static_cast<hsize_t>(column.shape.components)};
     check(H5Dset_extent(column.dataset, extent.data()));
     column.rows = rows;
+    column.step_hashes.clear();
 }
 
 Hdf5File::~Hdf5File() { close(); }
@@ -339,6 +340,45 @@ void Hdf5File::write_rows(ColumnIndex index, std::uint64_t first_row, std::uint6
     check(selected.fine);
     if (!failed()) check(H5Dwrite(column.dataset, memory_type(column.shape.type), selected.in_memory, selected.in_file, H5P_DEFAULT, data));
 }
+
+void Hdf5File::write_rows_of_step(ColumnIndex index, std::uint64_t first_row, std::uint64_t rows, const void* data) {
+    lengthen(index, first_row + rows);
+    if (failed()) return;
+    Column& column = columns_[index];
+    const std::uint64_t chunk_rows = column.shape.chunk_rows;
+    const std::size_t row_bytes = static_cast<std::size_t>(column.shape.components) * size_of(column.shape.type);
+    MELD_EXPECT(first_row % chunk_rows == 0, "row {} of chunks of {}", first_row, chunk_rows);
+    std::vector<XXH128_hash_t> hashes;
+    for (std::uint64_t at = 0; at < rows && !failed(); at += chunk_rows) {
+        const std::uint64_t count = std::min(chunk_rows, rows - at);
+        const std::byte* const from = static_cast<const std::byte*>(data) + at * row_bytes;
+        hashes.push_back(XXH3_128bits(from, count * row_bytes));
+        const std::size_t chunk = hashes.size() - 1;
+        const bool same = chunk < column.step_hashes.size() && count == std::min(chunk_rows, column.step_rows - at) &&
+                          XXH128_isEqual(hashes.back(), column.step_hashes[chunk]) != 0;
+        if (same)
+            copy_chunk(index, column.step_first + at, first_row + at);
+        else
+            write_rows(index, first_row + at, count, from);
+    }
+    column.step_first = first_row;
+    column.step_rows = rows;
+    column.step_hashes = std::move(hashes);
+}
+
+// As it stands in the file, packed.
+void Hdf5File::copy_chunk(ColumnIndex index, std::uint64_t from_row, std::uint64_t to_row) {
+    const Column& column = columns_[index];
+    const std::array<hsize_t, 2> from = {from_row, 0}, to = {to_row, 0};
+    hsize_t bytes = 0;
+    check(H5Dget_chunk_storage_size(column.dataset, from.data(), &bytes));
+    if (failed()) return;
+    std::vector<std::byte> packed(bytes);
+    std::uint32_t filters = 0;
+    check(H5Dread_chunk(column.dataset, H5P_DEFAULT, from.data(), &filters, packed.data()));
+    if (!failed()) check(H5Dwrite_chunk(column.dataset, H5P_DEFAULT, filters, to.data(), packed.size(), packed.data()));
+}
+
 void Hdf5File::flush() {
     if (!failed()) check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
     if (failed() || durability_ == Durability::Process) return;

@@ -2,6 +2,8 @@
 // Private to runtime/results.
 #pragma once
 
+#include <xxhash.h>
+
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
@@ -75,6 +77,9 @@ class Hdf5File {
     ColumnIndex make_column(const std::string& path, const ColumnShape& shape, std::uint64_t rows = 0);
     // Writes rows from `first_row` on, also beyond the end.
     void write_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const void* data);
+    // The same of rows that begin a chunk: the chunks that are as they were in the last of these calls take the packed bytes from there. So
+    // a change costs its chunk, and all else a hash and a copy of few bytes. The file is one that write_rows() could have made.
+    void write_rows_of_step(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const void* data);
     // Rows that are there.
     void read_rows(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, void* data);
     void lengthen(ColumnIndex column, std::uint64_t rows);
@@ -102,12 +107,16 @@ class Hdf5File {
         ColumnShape shape;
         std::uint64_t rows = 0;
         std::string path = {};
+        // Of the last write_rows_of_step(): its rows, and the hash of each of its chunks.
+        std::uint64_t step_first = 0, step_rows = 0;
+        std::vector<XXH128_hash_t> step_hashes = {};
     };
 
     void check(std::int64_t result);
     void begin();
     void open_column(const std::string& path, std::uint64_t rows);
     void make_chunk_index(ColumnIndex column);
+    void copy_chunk(ColumnIndex column, std::uint64_t from_row, std::uint64_t to_row);
     void notice_end();
     void cut_end();
     void write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data);

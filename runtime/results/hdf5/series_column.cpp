@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "runtime/base/assert.h"
+
 namespace meld::record {
 
 namespace {
@@ -27,11 +29,15 @@ void SeriesColumn::write(Hdf5File& file, std::uint64_t rows, const void* data) {
     const XXH128_hash_t hash = XXH3_128bits(data, size_bytes(file.shape(values), rows));
     if (written && last_rows == rows && XXH128_isEqual(hash, last_hash)) return;
     const std::uint64_t offset = next_chunk(file, values);
-    file.write_rows(values, offset, rows, data);
+    file.write_rows_of_step(values, offset, rows, data);
     last_offset = rows > 0 ? offset : 0;
     last_rows = rows;
     last_hash = hash;
     written = true;
+}
+
+void SeriesColumn::keep(std::uint64_t rows) const {
+    MELD_CHECK(written && last_rows == rows, "{} rows are to be those of the last step, which has {}", rows, last_rows);
 }
 
 void SeriesColumn::leave_blank(Hdf5File& file, std::uint64_t rows) {

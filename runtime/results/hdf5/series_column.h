@@ -28,6 +28,8 @@ struct SeriesColumn {
     std::uint64_t blank_rows = 0;
 
     void write(Hdf5File& file, std::uint64_t rows, const void* data);
+    // The rows are those of the last step.
+    void keep(std::uint64_t rows) const;
     void leave_blank(Hdf5File& file, std::uint64_t rows);
     // Whether the file has the rows that were written last.
     bool matches(Hdf5File& file) const;

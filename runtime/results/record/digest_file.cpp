@@ -5,13 +5,14 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/comm/transport/collective_result.h"
-#include "runtime/results/record/state_digest.h"
 
 namespace meld::record {
 
 // Each line is written as soon as its tick ends.
 Result<void> DigestFile::after(sim::Subdomain& subdomain) {
-    const Digest digest = state_digest(subdomain);
+    const Digest digest = running_.of(subdomain);
+    if (check_every_ > 0 && subdomain.tick() % check_every_ == 0)
+        if (const Result<void> same = running_.check(subdomain); !same) return same;
     Result<void> written;
     if (file_) {
         last_line_ = fmt::format("tick {} {}\n", subdomain.tick(), digest.to_string());

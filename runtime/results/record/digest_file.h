@@ -1,10 +1,12 @@
 // Writes a digest of the state after every tick, one line `tick N DIGEST` each.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "runtime/base/files/output_file.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -13,9 +15,9 @@ namespace meld::record {
 class DigestFile : public sim::SimModule {
   public:
     // Process 0 has the file, except in a run that goes on from a checkpoint, where load_rest() opens it to append to it. A run that
-    // branches off there has a file of its own.
-    DigestFile(std::string path, Durability durability, std::optional<OutputFile> file)
-        : path_(std::move(path)), durability_(durability), file_(std::move(file)) {}
+    // branches off there has a file of its own. Every check_every ticks the digest is compared with that of the whole state; 0: never.
+    DigestFile(std::string path, Durability durability, std::optional<OutputFile> file, std::int64_t check_every = 0)
+        : path_(std::move(path)), durability_(durability), file_(std::move(file)), check_every_(check_every) {}
     Result<void> after(sim::Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
     Result<void> secure(sim::Subdomain& subdomain) override;
@@ -30,6 +32,8 @@ class DigestFile : public sim::SimModule {
     std::string path_;
     Durability durability_;
     std::optional<OutputFile> file_;
+    std::int64_t check_every_;
+    RunningDigest running_;
     std::string place_;  // Of the bytes, from the first line on; empty for a stream.
     std::string last_line_;
     std::optional<std::uint64_t> resumes_at_;  // The length to which what comes after the checkpoint is cut off.

@@ -69,10 +69,16 @@ void FactSeries::write(Hdf5File& file, StepTable& steps, const RecordedTable& ta
     for (std::size_t i = 0; i < columns_.size(); ++i) {
         Column& column = columns_[i];
         const RecordedArray& given = table.columns[i];
+        MELD_CHECK(!table.same || table.rows == last_rows_, "{} rows are to be those of the last step, which has {}", table.rows,
+                   last_rows_);
+        if (table.same) {
+            steps.set(column.offsets, static_cast<std::int64_t>(table.rows > 0 ? column.last_offset : 0));
+            continue;
+        }
         const XXH128_hash_t hash = XXH3_128bits(given.data, table.rows * row_bytes(given));
         if (table.rows > 0 && (table.rows != last_rows_ || !XXH128_isEqual(hash, column.last_hash))) {
             column.last_offset = (file.rows(column.values) + chunk_rows_ - 1) / chunk_rows_ * chunk_rows_;
-            file.write_rows(column.values, column.last_offset, table.rows, given.data);
+            file.write_rows_of_step(column.values, column.last_offset, table.rows, given.data);
         }
         column.last_hash = hash;
         steps.set(column.offsets, static_cast<std::int64_t>(table.rows > 0 ? column.last_offset : 0));

@@ -91,7 +91,8 @@ void Marks::write(const Labels& labels, ByteWriter& out) {
 
 void Marks::read(Colours& colours, ByteReader& in) {
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
-        Colour& known = colours[in.read<u64>()];
+        news_.push_back(in.read<u64>());
+        Colour& known = colours[news_.back()];
         const auto tick = in.read<i64>();
         const auto rgb = in.read<std::uint32_t>();
         if (tick >= known.tick) known = {tick, rgb};
@@ -100,7 +101,8 @@ void Marks::read(Colours& colours, ByteReader& in) {
 
 void Marks::read(Labels& labels, ByteReader& in) {
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
-        Label& known = labels[in.read<u64>()];
+        news_.push_back(in.read<u64>());
+        Label& known = labels[news_.back()];
         const auto tick = in.read<i64>();
         std::string text = in.read_string();
         if (tick >= known.tick) known = {tick, std::move(text)};
@@ -121,7 +123,10 @@ void Marks::send(ByteWriter& out) {
     new_lines_.clear();
 }
 
-void Marks::begin_step() { received_.clear(); }
+void Marks::begin_step() {
+    received_.clear();
+    news_.clear();
+}
 
 void Marks::receive(ByteReader& in) {
     read(colours_, in);

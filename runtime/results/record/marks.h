@@ -29,6 +29,8 @@ class Marks {
     void send(ByteWriter& out);
     void begin_step();
     void receive(ByteReader& in);
+    // Of whom colours or labels have come since begin_step(), in any order; some perhaps again.
+    const std::vector<u64>& news() const { return news_; }
 
     // What is collected and not sent yet, on every process; on the writing process also what is drawn so far. Of what was saved on any
     // number of processes, the writing process loads everything.
@@ -55,8 +57,8 @@ class Marks {
     using Labels = std::unordered_map<u64, Label>;
     static void write(const Colours& colours, ByteWriter& out);
     static void write(const Labels& labels, ByteWriter& out);
-    static void read(Colours& colours, ByteReader& in);
-    static void read(Labels& labels, ByteReader& in);
+    void read(Colours& colours, ByteReader& in);
+    void read(Labels& labels, ByteReader& in);
     void write_new(ByteWriter& out) const;
     // From one catom to another; a line to itself removes all its lines. A passing line is in this step only.
     struct Line {
@@ -70,6 +72,7 @@ class Marks {
     Labels new_labels_, labels_;
     std::vector<Line> new_lines_, received_;
     std::set<std::pair<u64, u64>> lines_;
+    std::vector<u64> news_;
 };
 
 }  // namespace meld::record

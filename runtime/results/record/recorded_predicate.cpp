@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "runtime/base/assert.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/engine/tuple/value_text.h"
 #include "runtime/results/facts/fact_tables.h"
@@ -79,12 +80,12 @@ void RecordedPredicate::skip(ByteReader& in) const {
 void RecordedPredicate::begin_step() {
     counts_.clear();
     catoms_.clear();
-    for (Argument& argument : arguments_) {
+    counts_same_ = table_same_ = false;
+    for (Argument& argument : arguments_)
         for (Cells* cells : {&argument.first, &argument.all}) {
-            cells->words.clear();
-            cells->texts.clear();
+            cells->clear();
+            cells->same = false;
         }
-    }
 }
 
 void RecordedPredicate::take(const Argument& argument, ByteReader& in, Cells& cells) {
@@ -93,24 +94,99 @@ void RecordedPredicate::take(const Argument& argument, ByteReader& in, Cells& ce
 }
 
 // Where there is no fact a number is -1, a vector is not a number, a text is empty.
+void RecordedPredicate::take_first(const Argument& argument, std::uint32_t count, ByteReader& in, Cells& cells) {
+    if (count > 0)
+        take(argument, in, cells);
+    else if (argument.stored == RecordedArray::Text)
+        cells.texts.emplace_back();
+    else if (argument.components == 3)
+        cells.words.insert(cells.words.end(), 3, std::bit_cast<u64>(std::numeric_limits<double>::quiet_NaN()));
+    else
+        cells.words.push_back(argument.stored == RecordedArray::Float64 ? std::bit_cast<u64>(-1.0) : ~u64{0});
+}
+
 void RecordedPredicate::unpack(u64 id, ByteReader& in) {
     const auto count = in.read<std::uint32_t>();
     counts_.push_back(count);
-    for (Argument& argument : arguments_) {
-        if (count > 0)
-            take(argument, in, argument.first);
-        else if (argument.stored == RecordedArray::Text)
-            argument.first.texts.emplace_back();
-        else if (argument.components == 3)
-            argument.first.words.insert(argument.first.words.end(), 3, std::bit_cast<u64>(std::numeric_limits<double>::quiet_NaN()));
-        else
-            argument.first.words.push_back(argument.stored == RecordedArray::Float64 ? std::bit_cast<u64>(-1.0) : ~u64{0});
-    }
+    for (Argument& argument : arguments_) take_first(argument, count, in, argument.first);
     if (!several_) return;
     for (std::uint32_t fact = 0; fact < count; ++fact) {
         catoms_.push_back(id);
         for (Argument& argument : arguments_) take(argument, in, argument.all);
     }
+}
+
+void RecordedPredicate::begin_update() {
+    counts_same_ = table_same_ = true;
+    for (Argument& argument : arguments_) argument.first.same = argument.all.same = true;
+    MELD_EXPECT(fresh_.empty(), "{} catoms are left of an update", fresh_.size());
+}
+
+// Puts what is in `room` into a row.
+void RecordedPredicate::Argument::put(std::size_t row) {
+    const auto replace = [&](auto& column, auto& with) {
+        const auto at = column.begin() + static_cast<std::ptrdiff_t>(row * with.size());
+        if (with.empty() || std::equal(with.begin(), with.end(), at)) return;
+        std::move(with.begin(), with.end(), at);
+        first.same = false;
+    };
+    replace(first.words, room.words);
+    replace(first.texts, room.texts);
+    room.clear();
+}
+
+void RecordedPredicate::update(std::size_t row, u64 id, ByteReader& in) {
+    const auto count = in.read<std::uint32_t>();
+    const u64 before = std::exchange(counts_[row], count);
+    counts_same_ = counts_same_ && before == count;
+    for (Argument& argument : arguments_) {
+        take_first(argument, count, in, argument.room);
+        argument.put(row);
+    }
+    if (!several_ || (before == 0 && count == 0)) return;
+    fresh_.push_back({id, count});
+    for (std::uint32_t fact = 0; fact < count; ++fact)
+        for (Argument& argument : arguments_) take(argument, in, argument.fresh);
+}
+
+// Appends rows to the facts of all catoms.
+void RecordedPredicate::Argument::append(const Cells& from, std::size_t first_row, std::size_t rows) {
+    const auto add = [&](auto& to, const auto& values, std::size_t width) {
+        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first_row * width);
+        to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(rows * width));
+    };
+    if (stored == RecordedArray::Text)
+        add(all.texts, from.texts, 1);
+    else
+        add(all.words, from.words, static_cast<std::size_t>(components));
+}
+
+// The table is merged with what has changed. Cost: its facts, or nothing if no catom has others.
+void RecordedPredicate::end_update() {
+    if (fresh_.empty()) return;
+    const std::vector<u64> before = std::exchange(catoms_, {});
+    std::vector<Cells> cells_before;
+    for (Argument& argument : arguments_) cells_before.push_back(std::exchange(argument.all, {}));
+    std::size_t at = 0, next = 0;
+    const auto keep_until = [&](std::size_t end) {
+        catoms_.insert(catoms_.end(), before.begin() + static_cast<std::ptrdiff_t>(at), before.begin() + static_cast<std::ptrdiff_t>(end));
+        for (std::size_t i = 0; i < arguments_.size(); ++i) arguments_[i].append(cells_before[i], at, end - at);
+    };
+    for (const Fresh& one : fresh_) {
+        const auto [from, to] = std::equal_range(before.begin() + static_cast<std::ptrdiff_t>(at), before.end(), one.id);
+        keep_until(static_cast<std::size_t>(from - before.begin()));
+        at = static_cast<std::size_t>(to - before.begin());
+        catoms_.insert(catoms_.end(), one.count, one.id);
+        for (Argument& argument : arguments_) argument.append(argument.fresh, next, one.count);
+        next += one.count;
+    }
+    keep_until(before.size());
+    table_same_ = catoms_ == before;
+    for (std::size_t i = 0; i < arguments_.size(); ++i) {
+        table_same_ = table_same_ && arguments_[i].all == cells_before[i];
+        arguments_[i].fresh.clear();
+    }
+    fresh_.clear();
 }
 
 RecordedArray RecordedPredicate::Argument::cells(const std::string& shown, const Cells& cells) const {
@@ -119,16 +195,18 @@ RecordedArray RecordedPredicate::Argument::cells(const std::string& shown, const
             .type = stored,
             .data = texts ? static_cast<const void*>(cells.texts.data()) : cells.words.data(),
             .components = components,
-            .texts = array};
+            .texts = array,
+            .same = cells.same};
 }
 
 void RecordedPredicate::list(std::vector<RecordedArray>& arrays, std::vector<RecordedTable>& tables) const {
     // Without arguments the number of facts is all there is to say: 1 or 0.
     const std::string counts = arguments_.empty() ? name_ : name_ + "." + kFactsColumn;
     for (const Argument& argument : arguments_) arrays.push_back(argument.cells(argument.array, argument.first));
-    arrays.push_back({.name = counts, .data = counts_.data()});
+    arrays.push_back({.name = counts, .data = counts_.data(), .same = counts_same_});
     if (!several_) return;
-    RecordedTable table{.name = name_, .rows = catoms_.size(), .columns = {{.name = kCatomColumn, .data = catoms_.data()}}};
+    RecordedTable table{
+        .name = name_, .rows = catoms_.size(), .columns = {{.name = kCatomColumn, .data = catoms_.data()}}, .same = table_same_};
     for (const Argument& argument : arguments_) table.columns.push_back(argument.cells(argument.name, argument.all));
     tables.push_back(std::move(table));
 }

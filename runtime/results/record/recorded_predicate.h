@@ -29,6 +29,11 @@ class RecordedPredicate {
     // begin_step().
     void begin_step();
     void unpack(u64 id, ByteReader& in);
+    // The step after one of the same catoms: between the first and the last of these, update() for those of which something may have
+    // changed, in the order of their ids, each with its row.
+    void begin_update();
+    void update(std::size_t row, u64 id, ByteReader& in);
+    void end_update();
     void list(std::vector<RecordedArray>& arrays, std::vector<RecordedTable>& tables) const;
 
   private:
@@ -36,17 +41,27 @@ class RecordedPredicate {
     struct Cells {
         std::vector<u64> words;
         std::vector<std::string> texts;
+        bool same = false;  // As in the step before.
+        bool operator==(const Cells& other) const { return words == other.words && texts == other.texts; }
+        void clear() {
+            words.clear();
+            texts.clear();
+        }
     };
     struct Argument {
         std::string name, array, type;
         RecordedArray::Type stored = RecordedArray::Int64;
         int components = 1;
-        Cells first = {}, all = {};
+        Cells first = {}, all = {}, fresh = {}, room = {};
+
+        void put(std::size_t row);
+        void append(const Cells& from, std::size_t first_row, std::size_t rows);
 
         RecordedArray cells(const std::string& shown, const Cells& cells) const;
     };
     void pack_fact(const ModuleInfo& module, const Value* fact, ByteWriter& out) const;
     static void take(const Argument& argument, ByteReader& in, Cells& cells);
+    static void take_first(const Argument& argument, std::uint32_t count, ByteReader& in, Cells& cells);
 
     u32 predicate_;
     std::string name_;
@@ -54,6 +69,13 @@ class RecordedPredicate {
     std::vector<Argument> arguments_;
     std::vector<u64> counts_;  // Of facts, by catom.
     std::vector<u64> catoms_;  // Of all facts.
+    bool counts_same_ = false, table_same_ = false;
+    // Of an update: the catoms whose facts in the table are others now, and how many; the facts are in `fresh` of the arguments.
+    struct Fresh {
+        u64 id;
+        std::uint32_t count;
+    };
+    std::vector<Fresh> fresh_;
 };
 
 }  // namespace meld::record

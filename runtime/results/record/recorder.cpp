@@ -12,7 +12,6 @@
 #include "runtime/base/process/liveness.h"
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/results/record/drawing.h"
-#include "runtime/results/record/state_digest.h"
 
 namespace meld::record {
 
@@ -136,36 +135,54 @@ struct RecordedRow {
     double diameter;
 };
 
+constexpr u64 kNobody = ~u64{0};
+// If more than one catom of so many has changed, a step is made anew.
+constexpr std::size_t kFew = 4;
+
 }  // namespace
 
-// A step as its columns.
-struct Recorder::Step {
-    std::vector<u64> ids;
-    std::vector<world::Vec3> positions, tails;
-    std::vector<double> diameters;
-    std::vector<std::uint8_t> colours;
-    std::vector<std::string> labels;
-};
+bool Recorder::find_changes(sim::Subdomain& subdomain) {
+    if (touched_ == nullptr) touched_ = &subdomain.follow();
+    changed_.clear();
+    touched_->take([&](sim::Catom c) { changed_.push_back(c); });
+    if (!changed_.empty()) recorded_ids_.resize(std::max<std::size_t>(recorded_ids_.size(), changed_.back() + std::size_t{1}), kNobody);
+    bool same = follows_;
+    for (const sim::Catom c : changed_) {
+        const bool here = c < subdomain.ensemble.index_count() && subdomain.owned(c);
+        const u64 id = here ? subdomain.ensemble.id(c) : kNobody;
+        same = std::exchange(recorded_ids_[c], id) == id && same;
+    }
+    // Where much has changed, all at once is no more work; what catoms did in a step is another number in each.
+    const std::byte mine{same && !load_ && changed_.size() <= subdomain.ensemble.owned_count() / kFew};
+    if (subdomain.alone()) return mine != std::byte{0};
+    return std::ranges::all_of(subdomain.comm.allgather({&mine, 1}), [](std::byte each) { return each != std::byte{0}; });
+}
 
-// What this process's catoms have drawn; then its catoms, each with its position and values.
-std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain) {
+// What this process's catoms have drawn; then its catoms, or those among them that may have changed, each with its position and values.
+std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain, bool whole) {
     ByteWriter out;
-    out.reserve(subdomain.ensemble.owned_count() * sizeof(RecordedRow));
+    out.reserve((whole ? subdomain.ensemble.owned_count() : changed_.size()) * sizeof(RecordedRow));
     marks_.send(out);
     if (load_) load_->send(subdomain, out);
-    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+    const auto one = [&](sim::Catom c) {
         liveness::beat();
-        if (!subdomain.owned(c)) continue;
+        if (!subdomain.owned(c)) return;
         out.write(
             RecordedRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), tail_position(subdomain, c), subdomain.diameter(c)});
         if (load_) out.write(LoadMap::here(subdomain, c));
         for (const RecordedPredicate& r : recorded_) r.pack(subdomain, c, out);
-    }
+    };
+    if (whole)
+        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) one(c);
+    else
+        for (const sim::Catom c : changed_)
+            if (c < subdomain.ensemble.index_count()) one(c);
     return out.take();
 }
 
-// Sorts the rows of all processes into columns, in the order of ids.
-void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& step) {
+// Calls visit(id, row, rest of the bytes) for the rows of all processes, in the order of ids. What stands before them is read first.
+template <class Before, class Skip, class Visit>
+void each_row(const std::vector<std::vector<std::byte>>& all, const Before& before, const Skip& skip, const Visit& visit) {
     // The bytes of each row, and where they start in those of their process.
     struct Packed {
         u64 id;
@@ -176,39 +193,97 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all, Step& s
     std::size_t most = 0;
     for (const auto& part : all) most += part.size() / sizeof(RecordedRow);
     rows.reserve(most);
-    marks_.begin_step();
-    if (load_) load_->begin_step();
     for (std::size_t part = 0; part < all.size(); ++part) {
         ByteReader in(all[part], "a step of a recording");
-        marks_.receive(in);
-        if (load_) load_->receive(in);
+        before(in);
         while (!in.done()) {
             liveness::beat();
             const std::size_t at = all[part].size() - in.left();
             rows.push_back({in.read<RecordedRow>().id, part, at});
-            if (load_) in.read<LoadMap::Load>();
-            for (const RecordedPredicate& r : recorded_) r.skip(in);
+            skip(in);
         }
     }
     std::sort(rows.begin(), rows.end());
-    for (RecordedPredicate& r : recorded_) r.begin_step();
-    step.ids.reserve(rows.size());
-    step.positions.reserve(rows.size());
-    step.diameters.reserve(rows.size());
-    step.colours.reserve(3 * rows.size());
     for (const auto& [id, part, at] : rows) {
         liveness::beat();
         const std::span<const std::byte> bytes = all[part];
         ByteReader in(bytes.subspan(at), "a row of a recording");
         const auto row = in.read<RecordedRow>();
-        step.ids.push_back(id);
-        if (load_) load_->add(id, in.read<LoadMap::Load>());
-        step.positions.push_back(row.position);
-        step.tails.push_back(row.tail);
-        step.diameters.push_back(row.diameter);
-        for (const int shift : {16, 8, 0}) step.colours.push_back(static_cast<std::uint8_t>(marks_.colour(id) >> shift));
-        if (marks_.labels()) step.labels.push_back(marks_.label(id));
-        for (RecordedPredicate& r : recorded_) r.unpack(id, in);
+        visit(row, in);
+    }
+}
+
+// Sorts the rows of all processes into columns, in the order of ids.
+void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all) {
+    marks_.begin_step();
+    if (load_) load_->begin_step();
+    step_ = {};
+    std::size_t most = 0;
+    for (const auto& part : all) most += part.size() / sizeof(RecordedRow);
+    step_.ids.reserve(most);
+    step_.positions.reserve(most);
+    step_.tails.reserve(most);
+    step_.diameters.reserve(most);
+    step_.colours.reserve(3 * most);
+    for (RecordedPredicate& r : recorded_) r.begin_step();
+    const auto before = [&](ByteReader& in) {
+        marks_.receive(in);
+        if (load_) load_->receive(in);
+    };
+    const auto skip = [&](ByteReader& in) {
+        if (load_) in.read<LoadMap::Load>();
+        for (const RecordedPredicate& r : recorded_) r.skip(in);
+    };
+    each_row(all, before, skip, [&](const RecordedRow& row, ByteReader& in) {
+        step_.ids.push_back(row.id);
+        if (load_) load_->add(row.id, in.read<LoadMap::Load>());
+        step_.positions.push_back(row.position);
+        step_.tails.push_back(row.tail);
+        step_.diameters.push_back(row.diameter);
+        for (const int shift : {16, 8, 0}) step_.colours.push_back(static_cast<std::uint8_t>(marks_.colour(row.id) >> shift));
+        if (marks_.labels()) step_.labels.push_back(marks_.label(row.id));
+        for (RecordedPredicate& r : recorded_) r.unpack(row.id, in);
+    });
+}
+
+// Of the same catoms as the last step.
+void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
+    marks_.begin_step();
+    step_.same_catoms = step_.same_positions = step_.same_tails = step_.same_diameters = true;
+    for (RecordedPredicate& r : recorded_) r.begin_update();
+    const auto skip = [&](ByteReader& in) {
+        for (const RecordedPredicate& r : recorded_) r.skip(in);
+    };
+    const auto replace = [](auto& column, std::size_t at, const auto& value, bool& same) {
+        same = same && column[at] == value;
+        column[at] = value;
+    };
+    std::size_t at = 0;
+    each_row(
+        all, [&](ByteReader& in) { marks_.receive(in); }, skip,
+        [&](const RecordedRow& row, ByteReader& in) {
+            at = static_cast<std::size_t>(std::lower_bound(step_.ids.begin() + static_cast<std::ptrdiff_t>(at), step_.ids.end(), row.id) -
+                                          step_.ids.begin());
+            MELD_CHECK(at < step_.ids.size() && step_.ids[at] == row.id, "catom @{} is not in the step before", row.id);
+            replace(step_.positions, at, row.position, step_.same_positions);
+            replace(step_.tails, at, row.tail, step_.same_tails);
+            replace(step_.diameters, at, row.diameter, step_.same_diameters);
+            for (RecordedPredicate& r : recorded_) r.update(at, row.id, in);
+        });
+    for (RecordedPredicate& r : recorded_) r.end_update();
+    update_marks();
+}
+
+// The catoms that have drawn something since.
+void Recorder::update_marks() {
+    step_.same_marks = true;
+    for (const u64 id : marks_.news()) {
+        const auto found = std::lower_bound(step_.ids.begin(), step_.ids.end(), id);
+        if (found == step_.ids.end() || *found != id) continue;
+        const auto at = static_cast<std::size_t>(found - step_.ids.begin());
+        step_.same_marks = false;
+        for (std::size_t i = 0; i < 3; ++i) step_.colours[3 * at + i] = static_cast<std::uint8_t>(marks_.colour(id) >> (16 - 8 * i));
+        if (marks_.labels()) step_.labels[at] = marks_.label(id);
     }
 }
 
@@ -226,24 +301,30 @@ std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
     return lines;
 }
 
-Result<void> Recorder::write_step(sim::Subdomain& subdomain, const Digest& state, const std::vector<std::vector<std::byte>>& all) {
-    Step step;
-    read_rows(all, step);
-    std::vector<RecordedArray> arrays{{"colour", RecordedArray::UInt8, step.colours.data(), 3}};
-    if (subdomain.has_diameters()) arrays.push_back({"diameter", RecordedArray::Float64, step.diameters.data(), 1});
-    if (subdomain.ensemble.has_amoebots()) arrays.push_back({kTailPosition, RecordedArray::Float64, step.tails.data(), 3});
-    if (marks_.labels()) arrays.push_back({"label", RecordedArray::Text, step.labels.data(), 1});
+Result<void> Recorder::write_step(sim::Subdomain& subdomain, const Digest& state) {
+    std::vector<RecordedArray> arrays{
+        {.name = "colour", .type = RecordedArray::UInt8, .data = step_.colours.data(), .components = 3, .same = step_.same_marks}};
+    if (subdomain.has_diameters())
+        arrays.push_back(
+            {.name = "diameter", .type = RecordedArray::Float64, .data = step_.diameters.data(), .same = step_.same_diameters});
+    if (subdomain.ensemble.has_amoebots())
+        arrays.push_back(
+            {.name = kTailPosition, .type = RecordedArray::Float64, .data = step_.tails.data(), .components = 3, .same = step_.same_tails});
+    if (marks_.labels())
+        arrays.push_back({.name = "label", .type = RecordedArray::Text, .data = step_.labels.data(), .same = step_.same_marks});
     if (load_) load_->list(arrays);
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
-    return file_->step(static_cast<double>(subdomain.tick()), step.positions, step.ids, arrays, lines_between(step.ids), tables, state);
+    return file_->step(static_cast<double>(subdomain.tick()), step_.positions, step_.ids, arrays, lines_between(step_.ids), tables, state,
+                       {.ids = step_.same_catoms, .positions = step_.same_positions});
 }
 
-// Process 0 gets all data and writes them.
+// Process 0 gets all data, or what may have changed since the last step, and writes them.
 Result<void> Recorder::write(sim::Subdomain& subdomain) {
     last_step_ = subdomain.tick();
-    const Digest state = state_digest(subdomain);
-    std::vector<std::byte> mine = pack(subdomain);
+    const Digest state = digest_.of(subdomain);
+    const bool whole = !find_changes(subdomain);
+    std::vector<std::byte> mine = pack(subdomain, whole);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
     if (subdomain.comm.process() == 0)
@@ -254,10 +335,17 @@ Result<void> Recorder::write(sim::Subdomain& subdomain) {
         for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
     Result<void> done;
     if (file_) {
-        done = write_step(subdomain, state, all);
+        if (whole)
+            read_rows(all);
+        else
+            update_rows(all);
+        done = write_step(subdomain, state);
         if (done) ++steps_;
     }
-    return comm::outcome_of_first(subdomain.comm, done);
+    done = comm::outcome_of_first(subdomain.comm, done);
+    // What there was no space for is not what the next step can refer to.
+    follows_ = done.has_value();
+    return done;
 }
 
 }  // namespace meld::record

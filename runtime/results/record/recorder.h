@@ -10,6 +10,7 @@
 #include "runtime/results/record/marks.h"
 #include "runtime/results/record/recorded_predicate.h"
 #include "runtime/results/record/recording.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -40,7 +41,15 @@ class Recorder : public sim::SimModule {
     Result<void> ending() const override { return ending_; }
 
   private:
-    struct Step;
+    // A step as its columns, in the order of ids, and what of it is as it was in the step before.
+    struct Step {
+        std::vector<u64> ids;
+        std::vector<world::Vec3> positions, tails;
+        std::vector<double> diameters;
+        std::vector<std::uint8_t> colours;
+        std::vector<std::string> labels;
+        bool same_catoms = false, same_positions = false, same_tails = false, same_diameters = false, same_marks = false;
+    };
     // What is recorded: finds the predicates, and completes info_.
     Result<void> prepare(sim::Subdomain& subdomain);
     // Makes the file, with a first step.
@@ -48,18 +57,29 @@ class Recorder : public sim::SimModule {
     Result<void> add_predicates(const sim::Subdomain& subdomain);
     Result<void> keep(Result<Recording> file);
     Result<void> write(sim::Subdomain& subdomain);
-    std::vector<std::byte> pack(sim::Subdomain& subdomain);
-    void read_rows(const std::vector<std::vector<std::byte>>& all, Step& step);
+    // Finds the catoms of this process of which something may have changed since the last step. True: they are what it takes to make this
+    // step of the last one; the same on all processes.
+    bool find_changes(sim::Subdomain& subdomain);
+    std::vector<std::byte> pack(sim::Subdomain& subdomain, bool whole);
+    void read_rows(const std::vector<std::vector<std::byte>>& all);
+    void update_rows(const std::vector<std::vector<std::byte>>& all);
+    void update_marks();
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
-    Result<void> write_step(sim::Subdomain& subdomain, const Digest& state, const std::vector<std::vector<std::byte>>& all);
+    Result<void> write_step(sim::Subdomain& subdomain, const Digest& state);
 
     std::string path_;
     int every_;
     std::vector<std::string> wanted_;
     RecordingInfo info_;
     Loaded loaded_;
-    std::vector<RecordedPredicate> recorded_;  // What they hold is of one step, and of none between steps.
+    std::vector<RecordedPredicate> recorded_;  // With their facts in the last step.
     Marks marks_;
+    RunningDigest digest_;
+    sim::Touched* touched_ = nullptr;  // The subdomain's.
+    std::vector<sim::Catom> changed_;  // Since the last step.
+    std::vector<u64> recorded_ids_;    // On every process, by catom: its number in the last step; none: it was not there.
+    bool follows_ = false;             // The last step was written, so the next may be made of it.
+    Step step_;                        // The last one; on the process that writes.
     std::optional<LoadMap> load_;
     std::function<RunCounts()> counts_;
     std::optional<Recording> file_;

@@ -86,9 +86,10 @@ std::optional<std::string> Recording::State::reserve(std::uint64_t bytes) {
 void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers) {
     for (RecordedArray& array : given) {
         if (array.type != RecordedArray::Text) continue;
+        array.type = RecordedArray::Int64;
+        if (array.same) continue;
         numbers.push_back(
             texts[array.texts.empty() ? array.name : array.texts].numbers({static_cast<const std::string*>(array.data), rows}));
-        array.type = RecordedArray::Int64;
         array.data = numbers.back().data();
     }
 }
@@ -174,7 +175,10 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
     if (known == arrays.end()) known = arrays.emplace(array.name, make_array(array.name, type, array.components, rows)).first;
     const ColumnShape& shape = hdf5->shape(known->second.values);
     MELD_CHECK(shape.type == type && shape.components == array.components, "array '{}' changes its type", array.name);
-    known->second.write(*hdf5, rows, array.data);
+    if (array.same)
+        known->second.keep(rows);
+    else
+        known->second.write(*hdf5, rows, array.data);
 }
 
 void Recording::State::write_row_of_step(double time, const Part& part, const Digest& state) {
@@ -242,7 +246,7 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
 
 Result<void> Recording::step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                              std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines,
-                             std::span<const RecordedTable> tables, const Digest& digest) {
+                             std::span<const RecordedTable> tables, const Digest& digest, const RecordedSame& same) {
     MELD_CHECK(positions.size() == ids.size(), "{} positions of {} catoms", positions.size(), ids.size());
     MELD_EXPECT(std::ranges::is_sorted(ids));
     State& state = *state_;
@@ -250,11 +254,13 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     if (const Result<void> cut = state.cut(); !cut) return cut;
     const std::uint64_t rows = ids.size();
     // Ids are below 2^63, and readers accept only signed ids.
-    std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1}};
+    std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1, .same = same.ids}};
     all.insert(all.end(), arrays.begin(), arrays.end());
     std::vector<RecordedTable> all_tables(tables.begin(), tables.end());
     std::deque<std::vector<std::int64_t>> numbers;
     state.number_texts(all, rows, numbers);
+    for (RecordedTable& table : all_tables)
+        for (RecordedArray& column : table.columns) column.same = table.same;
     for (RecordedTable& table : all_tables) state.number_texts(table.columns, table.rows, numbers);
     // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
     if (const auto reason = state.reserve(state.most_growth(rows, all, all_tables) + lines.size() * kLineBytes)) {
@@ -265,7 +271,10 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
 
     state.most_rows = std::max(state.most_rows, rows);
     state.write_texts();
-    state.write_points(positions);
+    if (same.positions)
+        state.points->keep(rows);
+    else
+        state.write_points(positions);
     for (const RecordedArray& array : all) state.write_array(array, rows);
     for (const RecordedTable& table : all_tables) state.write_table(table);
     state.write_row_of_step(time, state.parts->part_with(rows, lines), digest);

@@ -55,6 +55,7 @@ struct RecordedArray {
     const void* data = nullptr;
     int components = 1;
     std::string texts = {};  // Empty: the name of the array.
+    bool same = false;       // As in the last step that was written, of as many rows: nobody looks at the data.
 };
 
 // Facts of a step, as many as there are; a column is an array with a value for each of them. Numbers are of 64 bits.
@@ -62,6 +63,13 @@ struct RecordedTable {
     std::string name;
     std::uint64_t rows = 0;
     std::vector<RecordedArray> columns;
+    bool same = false;  // As in the last step that was written, with all columns.
+};
+
+// What a step has in common with the last one that was written.
+struct RecordedSame {
+    bool ids = false;
+    bool positions = false;
 };
 
 // Written by one process. Positions are stored as 32-bit floats, which suffice for viewing and halve the size.
@@ -81,13 +89,14 @@ class Recording {
     ~Recording();
 
     // Appends a step with the digest of the whole state: catoms sorted by id, as many positions as ids. Afterwards the file is complete up
-    // to this step, also when the process is killed. What has not changed since the last step is stored as a reference, at no cost. An
-    // array that is missing in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
-    // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write,
-    // after which every call fails alike. Earlier steps remain readable.
+    // to this step, also when the process is killed. What has not changed since the last step is stored as a reference, at no cost; what is
+    // said to be the same is not even looked at. An array that is missing in some steps reads as zeros (floats: NaN) there. A table has the
+    // same columns in all steps.
+    // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write, after which
+    // every call fails alike. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
                       std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {},
-                      std::span<const RecordedTable> tables = {}, const Digest& state = {});
+                      std::span<const RecordedTable> tables = {}, const Digest& state = {}, const RecordedSame& same = {});
 
     // The state after the last step, for reopen(). There is one, and all arrays are in the first.
     void save(ByteWriter& out) const;

@@ -1,10 +1,14 @@
 #include "runtime/results/record/state_digest.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <span>
 #include <vector>
 
+#include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/results/facts/fact_tables.h"
@@ -24,43 +28,141 @@ u64 place_of(const sim::Subdomain& subdomain, sim::Catom catom) {
     return hash;
 }
 
-// Of some catoms, and all that they hold.
-Digest digest_of(const sim::Subdomain& subdomain, std::span<const sim::Catom> catoms) {
-    Digest digest;
-    for (const sim::Catom c : catoms) digest.add(hash_combine(subdomain.ensemble.id(c), place_of(subdomain, c)));
-    for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
-        const PredicateInfo& p = subdomain.module.predicates[i];
-        if (!shown(p)) continue;
-        const u64 name = hash_combine(hash_text(p.name), p.arity);
-        tuple::each_fact_of(subdomain.module, subdomain.columns, subdomain.geometry(), i, catoms, [&](sim::Catom c, const Value* v) {
-            digest.add(tuple::hash_arguments(subdomain.module, p, hash_combine(name, subdomain.ensemble.id(c)), v));
-        });
+// Of some catoms of this process, and all that they hold: the digest of each.
+class Parts {
+  public:
+    void add(const sim::Subdomain& subdomain, sim::Catom catom) {
+        catoms_[count_] = catom;
+        parts_[count_] = {};
+        parts_[count_++].add(hash_combine(subdomain.ensemble.id(catom), place_of(subdomain, catom)));
     }
-    return digest;
+    std::span<const sim::Catom> catoms() const { return std::span(catoms_).first(count_); }
+    std::span<const Digest> of(const sim::Subdomain& subdomain) {
+        for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
+            const PredicateInfo& p = subdomain.module.predicates[i];
+            if (!shown(p)) continue;
+            const u64 name = hash_combine(hash_text(p.name), p.arity);
+            std::size_t at = 0;
+            tuple::each_fact_of(subdomain.module, subdomain.columns, subdomain.geometry(), i, catoms(), [&](sim::Catom c, const Value* v) {
+                while (catoms_[at] != c) ++at;
+                parts_[at].add(tuple::hash_arguments(subdomain.module, p, hash_combine(name, subdomain.ensemble.id(c)), v));
+            });
+        }
+        return std::span(parts_).first(count_);
+    }
+
+  private:
+    std::array<sim::Catom, kCatomsAtOnce> catoms_;
+    std::array<Digest, kCatomsAtOnce> parts_;
+    std::size_t count_ = 0;
+};
+
+Digest difference(const Digest& a, const Digest& b) { return {a.low() - b.low(), a.high() - b.high()}; }
+
+// Calls visit(worker, catoms, parts) for the catoms of this process among so many, some at a time, from all workers at once. `catom(i)` is
+// the i-th; visit_other(catom) is called for those that are not of this process.
+template <class Catom, class Visit, class Other>
+void each_part(sim::Subdomain& subdomain, std::size_t count, const Catom& catom, const Visit& visit, const Other& visit_other) {
+    subdomain.workers.run((count + kCatomsAtOnce - 1) / kCatomsAtOnce, [&](int worker, std::size_t block) {
+        Parts parts;
+        for (std::size_t i = block * kCatomsAtOnce; i < std::min(count, (block + 1) * kCatomsAtOnce); ++i) {
+            const sim::Catom c = catom(i);
+            if (c < subdomain.ensemble.index_count() && subdomain.owned(c))
+                parts.add(subdomain, c);
+            else
+                visit_other(worker, c);
+        }
+        visit(worker, parts.catoms(), parts.of(subdomain));
+    });
 }
 
-}  // namespace
-
-Digest state_digest(sim::Subdomain& subdomain) {
-    subdomain.refresh();
-    const std::size_t count = subdomain.ensemble.index_count();
-    std::vector<Digest> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
-    subdomain.workers.run((count + kCatomsAtOnce - 1) / kCatomsAtOnce, [&](int worker, std::size_t part) {
-        std::vector<sim::Catom> catoms;
-        catoms.reserve(kCatomsAtOnce);
-        for (std::size_t c = part * kCatomsAtOnce; c < std::min(count, (part + 1) * kCatomsAtOnce); ++c)
-            if (subdomain.owned(static_cast<sim::Catom>(c))) catoms.push_back(static_cast<sim::Catom>(c));
-        by_worker[static_cast<std::size_t>(worker)].combine(digest_of(subdomain, catoms));
-    });
+Digest of_all(sim::Subdomain& subdomain, std::span<const Digest> by_worker) {
+    ByteWriter bytes;
     Digest digest;
     for (const Digest& each : by_worker) digest.combine(each);
-    ByteWriter bytes;
+    if (subdomain.alone()) return digest;
     bytes.write(digest);
     Digest sum;
     const std::vector<std::byte> all = subdomain.comm.allgather(bytes.view());
     ByteReader in(all, "digests of all processes");
     for (int p = 0; p < subdomain.comm.processes(); ++p) sum.combine(in.read<Digest>());
     return sum;
+}
+
+}  // namespace
+
+Digest state_digest(sim::Subdomain& subdomain) {
+    subdomain.refresh();
+    std::vector<Digest> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
+    each_part(
+        subdomain, subdomain.ensemble.index_count(), [](std::size_t i) { return static_cast<sim::Catom>(i); },
+        [&](int worker, std::span<const sim::Catom>, std::span<const Digest> parts) {
+            for (const Digest& part : parts) by_worker[static_cast<std::size_t>(worker)].combine(part);
+        },
+        [](int, sim::Catom) {});
+    return of_all(subdomain, by_worker);
+}
+
+Digest RunningDigest::of(sim::Subdomain& subdomain) {
+    subdomain.refresh();
+    if (touched_ == nullptr) touched_ = &subdomain.follow();
+    catoms_.clear();
+    touched_->take([&](sim::Catom c) { catoms_.push_back(c); });
+    if (!catoms_.empty()) parts_.resize(std::max<std::size_t>(parts_.size(), catoms_.back() + std::size_t{1}));
+    std::vector<Digest> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
+    const auto put = [&](int worker, sim::Catom c, const Digest& part) {
+        by_worker[static_cast<std::size_t>(worker)].combine(difference(part, parts_[c]));
+        parts_[c] = part;
+    };
+    each_part(
+        subdomain, catoms_.size(), [&](std::size_t i) { return catoms_[i]; },
+        [&](int worker, std::span<const sim::Catom> catoms, std::span<const Digest> parts) {
+            for (std::size_t i = 0; i < catoms.size(); ++i) put(worker, catoms[i], parts[i]);
+        },
+        [&](int worker, sim::Catom c) { put(worker, c, {}); });
+    for (const Digest& change : by_worker) sum_.combine(change);
+    return of_all(subdomain, {&sum_, 1});
+}
+
+Result<void> RunningDigest::check(sim::Subdomain& subdomain) const {
+    subdomain.refresh();
+    constexpr u64 kNone = ~u64{0};
+    struct Found {
+        u64 least = kNone;
+        bool same = true;
+        Digest sum;
+    };
+    std::vector<Found> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
+    each_part(
+        subdomain, subdomain.ensemble.index_count(), [](std::size_t i) { return static_cast<sim::Catom>(i); },
+        [&](int worker, std::span<const sim::Catom> catoms, std::span<const Digest> parts) {
+            Found& found = by_worker[static_cast<std::size_t>(worker)];
+            for (std::size_t i = 0; i < catoms.size(); ++i) {
+                found.sum.combine(parts[i]);
+                if (catoms[i] < parts_.size() && parts_[catoms[i]] == parts[i]) continue;
+                found.least = std::min(found.least, subdomain.ensemble.id(catoms[i]));
+            }
+        },
+        [](int, sim::Catom) {});
+    Found mine;
+    for (const Found& found : by_worker) mine.least = std::min(mine.least, found.least), mine.sum.combine(found.sum);
+    mine.same = mine.sum == sum_;
+    ByteWriter bytes;
+    bytes.write(mine);
+    const std::vector<std::byte> all = subdomain.comm.allgather(bytes.view());
+    ByteReader in(all, "checked digests of all processes");
+    Found sum;
+    for (int p = 0; p < subdomain.comm.processes(); ++p) {
+        const auto found = in.read<Found>();
+        sum.least = std::min(sum.least, found.least);
+        sum.same = sum.same && found.same;
+    }
+    if (sum.same && sum.least == kNone) return {};
+    // Only a catom that has left without a word is missed by none that there are.
+    const std::string first = sum.least == kNone ? "catoms that are no more" : fmt::format("first at catom @{}", sum.least);
+    return fail(fmt::format("the digest of tick {} by changes is not that of the whole state: it differs {}{}", subdomain.tick(),
+                            sum.least == kNone ? "by " : "", first),
+                "Please report this with the program and the world", ExitCode::OurBug);
 }
 
 }  // namespace meld::record

@@ -18,12 +18,14 @@ FactStore::~FactStore() {
 void FactStore::resize(std::size_t catoms) {
     columns.resize(catoms, &workers_);
     evaluator.resize(catoms);
+    for (const auto& follower : followers_) follower->resize(columns.count());
     if (eval::Counts* counts = evaluator.counts()) counts->resize(catoms);
 }
 
 void FactStore::forget(u32 catom, u64 id) {
     MELD_EXPECT(catom < columns.count(), "catom {} of {}", catom, columns.count());
     columns.clear(catom, 0);
+    touch(catom);
     evaluator.agenda().forget(catom);
     evaluator.tombstones().forget(catom);
     evaluator.undefined().forget(catom);
@@ -109,6 +111,8 @@ void FactStore::deliver_rows(u16 column, Here here) {
     if (info.list_count > 0) evaluator.hand_over_lists(column, arrived.lists());
     arrived.end(workers_);
     evaluator.agenda().mark_all(arrived.receivers(), info.own_dirty);
+    if (followers_.empty()) return;
+    for (const u32 catom : arrived.receivers()) touch(catom);
 }
 
 bool FactStore::take(u32 predicate, u32 catom, const Value* arguments, int worker) {
@@ -120,11 +124,13 @@ bool FactStore::take(u32 predicate, u32 catom, const Value* arguments, int worke
 
 bool FactStore::give_shared(u32 predicate, u32 catom, const Value* arguments, int worker) {
     check_given(predicate);
+    touch_shared(catom);
     return tuple::give_fact(module_, columns, predicate, catom, arguments, worker);
 }
 
 bool FactStore::take_shared(u32 predicate, u32 catom, const Value* arguments, int worker) {
     check_given(predicate);
+    touch_shared(catom);
     return tuple::take_fact(module_, columns, predicate, catom, arguments, worker);
 }
 
@@ -150,6 +156,36 @@ void FactStore::unpack(u32 catom, ByteReader& in) {
     eval::Undefined::Entries undefined(in.read_count(sizeof(eval::Undefined::Entry)));
     for (auto& entry : undefined) entry = in.read<eval::Undefined::Entry>();
     evaluator.undefined().restore(catom, std::move(undefined));
+}
+
+Touched& FactStore::follow() {
+    if (followers_.empty()) {
+        committed_.assign(module_.column_count, false);
+        for (u32 i = 0; i < module_.predicate_count; ++i) {
+            const PredicateInfo& p = module_.predicates[i];
+            if (p.auxiliary || p.column == kNone16 || p.kind == PredicateKind::Action) continue;
+            const bool exported = module_.columns[p.column].exported, given = p.kind == PredicateKind::Sensed || p.base == i;
+            committed_[p.column] = exported;
+            // What is given or sensed no rule derives; but linear facts are consumed.
+            writes_private_ = writes_private_ || (!exported && (!given || p.kind == PredicateKind::Linear));
+        }
+    }
+    followers_.push_back(std::make_unique<Touched>(columns.count()));
+    return *followers_.back();
+}
+
+void FactStore::touch_evaluated() {
+    if (followers_.empty()) return;
+    if (writes_private_) return evaluator.each_evaluated([&](u32 catom, u64) { touch(catom); });
+    changed_.clear();
+    evaluator.add_changed(committed_, changed_);
+    for (const u32 catom : changed_) touch(catom);
+}
+
+std::size_t FactStore::bytes() const {
+    std::size_t total = columns.bytes() + evaluator.bytes();
+    for (const auto& follower : followers_) total += follower->bytes();
+    return total;
 }
 
 void FactStore::add_parameter(tuple::Type type, Value value) { parameters_.push_back(columns.lists().keep(type, value, 0)); }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "runtime/engine/tuple/columns.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/module/abi/module_abi.h"
+#include "runtime/sim/catoms/touched.h"
 
 namespace meld::sim {
 
@@ -40,14 +42,28 @@ class FactStore {
     bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
     bool take_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
 
-    void mark(u32 catom, u64 bits) { evaluator.agenda().mark(catom, bits); }
+    void mark(u32 catom, u64 bits) {
+        evaluator.agenda().mark(catom, bits);
+        touch(catom);
+    }
     // The same from all workers at once.
     void mark_shared(u32 catom, u64 bits) {
-        if (workers_.threads() > 1)
-            evaluator.agenda().mark_shared(catom, bits);
-        else
-            mark(catom, bits);
+        if (workers_.threads() == 1) return mark(catom, bits);
+        evaluator.agenda().mark_shared(catom, bits);
+        touch_shared(catom);
     }
+
+    // From now on whoever follows learns which catoms are touched, as long as this lives. Cost for all others: nothing.
+    Touched& follow();
+    // Something at the catom has changed outside an evaluation. Every mark says so; else whoever changes it.
+    void touch(u32 catom) {
+        for (const auto& follower : followers_) follower->add(catom);
+    }
+    void touch_shared(u32 catom) {
+        for (const auto& follower : followers_) follower->add_shared(catom);
+    }
+    // The catoms that the evaluation which has just been may have changed.
+    void touch_evaluated();
 
     // Everything stored for a catom, to migrate with it. Its timers stay behind, and so does the record of which rows have changed: the
     // catom is evaluated as a whole when it arrives, and sets them again.
@@ -69,7 +85,7 @@ class FactStore {
     void add_parameter(tuple::Type type, Value value);
     const std::vector<Value>& parameters() const { return parameters_; }
 
-    std::size_t bytes() const { return columns.bytes() + evaluator.bytes(); }
+    std::size_t bytes() const;
 
     tuple::Columns columns;
     eval::Evaluator evaluator;
@@ -86,6 +102,12 @@ class FactStore {
     Workers& workers_;
     std::vector<Value> parameters_;
     std::vector<u8> rows_;  // Room for give_all.
+    std::vector<std::unique_ptr<Touched>> followers_;
+    // What evaluations may change of what users see: these exported columns, whose changes are committed one by one; or also columns that
+    // modules write to at any time.
+    std::vector<bool> committed_;
+    bool writes_private_ = false;
+    std::vector<u32> changed_;  // Room for touch_evaluated.
 };
 
 }  // namespace meld::sim

@@ -19,6 +19,7 @@ void FactStore::save(std::span<const u32> catoms, ByteWriter& out) const {
 
 void FactStore::load(std::span<const tuple::SavedCatom> catoms, ByteReader& in) {
     columns.load(catoms, in);
+    for (const auto& follower : followers_) follower->add_all();
     for (ByteReader awake(in.read_block(), "the agenda of a snapshot"); !awake.done();) {
         const auto at = awake.read<u32>(), dirty = awake.read<u32>();
         if (at < catoms.size() && catoms[at].owned && dirty != 0) mark(catoms[at].catom, dirty);

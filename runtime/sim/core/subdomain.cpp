@@ -84,6 +84,7 @@ Catom Subdomain::add_catom(std::uint64_t id, Cell cell, CatomState state) {
     MELD_EXPECT(!ensemble.is_free() && !ensemble.at(cell), "catom @{} in a cell that is full", id);
     const Catom catom = members_.ensemble.add(id, cell, state);
     facts_.resize(ensemble.index_count());
+    facts_.touch(catom);
     if (state == kCatomOwned) members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(cell)));
     mark_around(cell, kDirtyLinks);
     return catom;
@@ -150,6 +151,7 @@ std::uint64_t Subdomain::take_ids(std::uint64_t count) { return std::exchange(me
 Catom Subdomain::add_freely(std::uint64_t id, const world::Vec3& position, CatomState state, int owner) {
     const Catom catom = members_.add_freely(id, position, state, owner);
     facts_.resize(ensemble.index_count());
+    facts_.touch(catom);
     return catom;
 }
 

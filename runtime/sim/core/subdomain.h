@@ -96,6 +96,8 @@ class Subdomain {
         facts_.evaluator.each_evaluated(visit);
     }
     void add_changed(const std::vector<bool>& which, std::vector<u32>& catoms) const { facts_.evaluator.add_changed(which, catoms); }
+    // Whoever follows learns from now on which catoms of this process, or ghosts, may have changed since it looked last.
+    Touched& follow() { return facts_.follow(); }
     ActionKind kind_of(const eval::Action& action) const { return program_actions.kind_of(action.predicate); }
     const eval::Agenda& agenda() const { return facts_.evaluator.agenda(); }
     // Of the last tick on this process.
@@ -145,6 +147,7 @@ class Subdomain {
     }
     void give_numbers(u32 predicate, Catom catom, const tuple::Numbers& numbers, int worker) {
         tuple::give_numbers(module, facts_.columns, predicate, catom, numbers, worker);
+        facts_.touch_shared(catom);
     }
     void mark(Catom catom, u64 bits) { facts_.mark(catom, bits); }
     // The same from all workers at once.
@@ -184,7 +187,10 @@ class Subdomain {
     void remove_freely(Catom catom);
     void set_owner(Catom catom, int owner) { members_.set_owner(catom, owner); }
     // Returns whether it has entered or left the target. From all workers at once, for different catoms.
-    bool place(Catom catom, const world::Vec3& position) { return members_.ensemble.place(catom, position); }
+    bool place(Catom catom, const world::Vec3& position) {
+        facts_.touch_shared(catom);
+        return members_.ensemble.place(catom, position);
+    }
     // Two catoms become or stop being neighbours over their ports; they are marked.
     void link(Catom a, int port_of_a, Catom b, int port_of_b);
     void unlink(Catom a, Catom b);

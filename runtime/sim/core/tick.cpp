@@ -56,6 +56,7 @@ const Totals& Tick::end() {
         eval::Evaluator::OnExport note;
         if (exchange_.follows_exports()) note = [&](int worker, u32 catom, u16 column) { exchange_.note_export(worker, catom, column); };
         failure = s.facts_.evaluator.evaluate(s.abi_, note);
+        s.facts_.touch_evaluated();
     }
     const StageClock clock(exchange_s_);
     liveness::enter(liveness::Phase::Exchange);

@@ -27,6 +27,8 @@ void Network::follow_links(i64 now) { follow(now, true); }
 void Network::follow(i64 now, bool tell) {
     world::Ensemble& ensemble = members_.ensemble;
     for (const world::Links::Change& link : ensemble.links().take_changes()) {
+        // What it holds of a link is there as long as it can read over it.
+        facts_.touch(link.reader);
         if (!link.made) {
             if (link.read < 0) continue;
             const auto index = static_cast<Catom>(link.read);

@@ -260,7 +260,8 @@ void divide_anew(sim::Subdomain& subdomain, std::uint64_t seed) {
 enum class End { Quiet, Restless, Failed, Stopped };
 
 // One burst, from its begin or from where it was stopped.
-End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, std::optional<Watched>& watched) {
+End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, std::optional<Watched>& watched,
+           record::RunningDigest& digest) {
     const bool speaks = subdomain.comm.process() == 0;
     retraction::Changes& changes = place.changes;
     const std::size_t burst = place.burst;
@@ -278,7 +279,11 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, 
         if (s.watcher) s.watcher->change(subdomain.tick());
         const sim::Totals& totals = tick.end();
         const bool trapped = totals.failure.trap != Trap::None;
-        State state{record::state_digest(subdomain), totals.tick.derivations};
+        State state{digest.of(subdomain), totals.tick.derivations};
+        if (const Result<void> same = digest.check(subdomain); !same) {
+            if (speaks) s.outcome.trouble = same.error().message();
+            return End::Failed;
+        }
         const bool quiet = changes.done() && !totals.awake && !totals.waiting;
         if (totals.undefined && quiet) state.error = eval::describe(subdomain.module, tick.first_undefined());
         if (s.watcher) s.undefined_at_end = state.error;
@@ -325,10 +330,11 @@ void run_process(comm::Communicator& comm, Shared& s) {
     subdomain.share_routes();
     sim::Tick tick(subdomain);
     if (s.disturbance && comm.process() == 0) s.outcome.states.resize(static_cast<std::size_t>(subdomain.tick()));
+    record::RunningDigest digest;
     std::optional<Watched> watched;
     if (s.question) watched.emplace(s.module, *s.question, s.watcher != nullptr);
     for (; place.burst < s.trial.world.bursts.size(); ++place.burst, place.patience = 0) {
-        const End end = settle(subdomain, tick, place, s, watched);
+        const End end = settle(subdomain, tick, place, s, watched, digest);
         if (watched && comm.process() == 0) {
             s.outcome.told = watched->told();
             if (s.watcher) s.watcher->tally.told = watched->lines();

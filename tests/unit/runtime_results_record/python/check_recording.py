@@ -70,6 +70,18 @@ def table(file, step):
     return [(c, p, *place, known[n]) for c, p, place, n in zip(*(columns[name] for name in ("catom", "Product", "Place", "Name")))]
 
 
+def check_steady(file, step):
+    """The table "steady", in which one fact differs from step to step."""
+    steps, columns = file["VTKHDF/Steps"], file["meld/facts/steady"]
+    count = steps["FactCounts/steady"][step]
+    begins = {name: steps["FactOffsets/steady"][name][step] for name in columns}
+    assert count == 1500 and all(begin % columns[name].chunks[0] == 0 for name, begin in begins.items())
+    values = np.arange(count)
+    assert (columns["catom"][begins["catom"] :][:count] == values).all(), step
+    values[step] = -1
+    assert (columns["Value"][begins["Value"] :][:count] == values).all(), step
+
+
 def labels(file, step, known):
     return [known[number] for number in array(file["VTKHDF"], step, "label")]
 
@@ -129,9 +141,9 @@ def check_with_vtk(path, expected):
 
 
 def check_line_sidecar(path, file, expected):
-    """Steps without lines are left out."""
+    """Steps without lines are left out, and the one in which neither catoms nor lines have moved."""
     grids = xml.parse(path + ".lines.xdmf").getroot().findall("./Domain/Grid/Grid")
-    shown = [(time, ensemble, lines) for time, ensemble, _, _, lines in expected if lines]
+    shown = [(time, ensemble, lines) for time, ensemble, _, _, lines in expected if lines and time != 2.75]
     assert len(grids) == len(shown)
     for grid, (time, ensemble, lines) in zip(grids, shown):
         assert float(grid.find("Time").get("Value")) == time
@@ -173,8 +185,9 @@ def check_layout(writer, folder):
     subprocess.run([writer, "layout", path], check=True)
     assert sorted(os.listdir(folder)) == ["a run.vtkhdf", "a run.vtkhdf.lines.xdmf", "a run.vtkhdf.xdmf"]
     first, moved, fewer, nobody, big = (Expected(*e) for e in [(100, 0), (100, 1), (30, 2), (0, 0), (200000, 3)])
-    mixed = Expected(100, 1)
+    mixed, nearly = Expected(100, 1), Expected(200000, 3)
     mixed.dist = first.dist
+    nearly.dist[70000], nearly.awake[199999], nearly.force[131072, 0] = 5, 2, 0.25
     three = ["dist", "awake", "force"]
     expected = [
         (0.0, first, three[:2], ["force"], []),
@@ -183,6 +196,7 @@ def check_layout(writer, folder):
         (1.5, fewer, three, [], FAN),
         (2.0, nobody, three, [], []),
         (2.5, big, three, [], ANGLE),
+        (2.75, nearly, three, [], ANGLE),
         (3.0, first, ["dist"], ["awake", "force"], []),
     ]
     with h5py.File(path, "r") as file:
@@ -225,6 +239,10 @@ def check_layout(writer, folder):
             column = root[name]
             begins = steps["PointOffsets"] if name == "Points" else offsets[os.path.basename(name)]
             assert all(begin % column.chunks[0] == 0 for begin in begins), "steps begin on chunk boundaries"
+        dist = root["PointData/dist"]
+        before, after = ([dist.id.read_direct_chunk((offsets["dist"][step] + at,)) for at in range(0, 200000, dist.chunks[0])]
+                         for step in (5, 6))
+        assert [at for at, chunk in enumerate(after) if chunk != before[at]] == [70000 // dist.chunks[0]]
 
         run = file["meld"]
         assert run.attrs["format"] == b"claymeld recording" and run.attrs["version"] == 1
@@ -303,6 +321,7 @@ def check_some_steps(path, said, total, every, most=None):
             assert labels(file, step, known) == ensemble.label, step
             check_cells(root, step, [0, 1] * (step % 3))
             assert table(file, step) == (ensemble.table if step > 0 else []), step
+            check_steady(file, step)
             if "force" in arrays:
                 force = array(root, step, "force")
                 assert (force == ensemble.force).all() if step >= 5 else np.isnan(force).all(), step

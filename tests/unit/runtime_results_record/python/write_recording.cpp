@@ -69,6 +69,22 @@ struct Ensemble {
     RecordedArray wakefulness() const { return {"awake", RecordedArray::UInt8, awake.data(), 1}; }
 };
 
+// A table of more than a chunk, in which one fact differs from step to step: the chunks without it are copied.
+struct Steady {
+    std::vector<std::int64_t> rows = std::vector<std::int64_t>(1500), values;
+
+    explicit Steady(std::int64_t shift) {
+        std::iota(rows.begin(), rows.end(), 0);
+        values = rows;
+        values[static_cast<std::size_t>(shift) % rows.size()] = -1;
+    }
+    RecordedTable table() const {
+        return {.name = "steady",
+                .rows = rows.size(),
+                .columns = {{.name = "catom", .data = rows.data()}, {.name = "Value", .data = values.data()}}};
+    }
+};
+
 template <class T>
 T expect(Result<T> result) {
     if (result) return std::move(*result);
@@ -97,13 +113,18 @@ void write_layout(const char* path) {
     };
     const std::vector<RecordedLine> angle = {{0, 1}, {1, 2}}, fan = {{29, 0}, {29, 1}, {29, 2}};
     const Ensemble first(100, 0), moved(100, 1), fewer(30, 2), nobody(0, 0), big(200000, 3);
+    Ensemble nearly = big;
+    nearly.distances[70000] = 5;
+    nearly.awake[199999] = 2;
+    nearly.forces[3 * 131072] = 0.25;
     step(0, first, {first.distance(), first.wakefulness()});
-    step(0.5, first, {first.distance(), first.wakefulness()}, angle);               // Only lines are new.
-    step(1, moved, {first.distance(), moved.wakefulness()}, angle);                 // All but one changed.
-    step(1.5, fewer, {fewer.distance(), fewer.wakefulness(), fewer.force()}, fan);  // Fewer catoms, a new array.
-    step(2, nobody, {nobody.distance(), nobody.wakefulness(), nobody.force()});     // All are gone.
-    step(2.5, big, {big.distance(), big.wakefulness(), big.force()}, angle);        // More than a chunk.
-    step(3, first, {first.distance()});                                             // Two arrays are missing.
+    step(0.5, first, {first.distance(), first.wakefulness()}, angle);                      // Only lines are new.
+    step(1, moved, {first.distance(), moved.wakefulness()}, angle);                        // All but one changed.
+    step(1.5, fewer, {fewer.distance(), fewer.wakefulness(), fewer.force()}, fan);         // Fewer catoms, a new array.
+    step(2, nobody, {nobody.distance(), nobody.wakefulness(), nobody.force()});            // All are gone.
+    step(2.5, big, {big.distance(), big.wakefulness(), big.force()}, angle);               // More than a chunk.
+    step(2.75, nearly, {nearly.distance(), nearly.wakefulness(), nearly.force()}, angle);  // Each array has changed in one chunk.
+    step(3, first, {first.distance()});                                                    // Two arrays are missing.
     expect(recording.close());
 }
 
@@ -133,8 +154,9 @@ void write_steps(Recording& recording, std::int64_t first, std::int64_t end) {
         if (shift >= kStepsWithoutForce) arrays.push_back(ensemble.force());
         const std::vector<RecordedLine> lines(static_cast<std::size_t>(shift % 3), {0, 1});
         // The first facts come after the table.
-        const RecordedTable table = (shift == 0 ? nobody : ensemble).table();
-        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, lines, {&table, 1}));
+        const Steady steady(shift);
+        const RecordedTable tables[] = {(shift == 0 ? nobody : ensemble).table(), steady.table()};
+        expect(recording.step(static_cast<double>(shift), ensemble.positions, ensemble.ids, arrays, lines, tables));
         say(shift + 1);
     }
 }
@@ -158,6 +180,7 @@ void write_some(std::int64_t steps, const std::vector<std::string>& words) {
     write_steps(recording, 0, first);
     if (words.size() > 2) {
         ByteWriter saved;
+        saved.reserve(1024);
         saved.write(first);
         recording.save(saved);
         std::ofstream(words[1], std::ios::binary).write(reinterpret_cast<const char*>(saved.view().data()), std::ssize(saved.view()));
