@@ -17,4 +17,4 @@ set_tests_properties(worlds_ports PROPERTIES TIMEOUT 180 PROCESSORS 2)
 # Worlds of points with a range, compared with all pairs.
 add_test(NAME worlds_points COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/points_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(worlds_points PROPERTIES TIMEOUT 300 PROCESSORS 2)
+set_tests_properties(worlds_points PROPERTIES TIMEOUT 600 PROCESSORS 2)
