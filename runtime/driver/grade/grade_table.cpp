@@ -10,14 +10,13 @@
 #include "runtime/base/csv_row.h"
 #include "runtime/base/terminal/terminal_text.h"
 #include "runtime/base/units.h"
+#include "runtime/driver/study/first_line.h"
 
 namespace meld::driver {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 std::vector<std::string> copies(const Grading& grading, std::size_t submission) {
     std::vector<std::string> names;

@@ -23,6 +23,7 @@
 #include "runtime/driver/shrink/failure.h"
 #include "runtime/driver/shrink/reduce.h"
 #include "runtime/driver/shrink/trials.h"
+#include "runtime/driver/study/first_line.h"
 #include "runtime/driver/study/shell_words.h"
 #include "runtime/driver/study/study_table.h"
 #include "runtime/driver/study/study_world.h"
@@ -37,7 +38,7 @@ constexpr int kWaitForRow_ms = 200;
 constexpr double kLonger = 20, kLeast_s = 10;
 constexpr std::int64_t kMoreTicks = 4, kLeastTicks = 1000;
 
-std::string first_line(const std::string& text) { return visible(text.substr(0, text.find('\n'))); }
+std::string visible_line(const std::string& text) { return visible(first_line(text)); }
 
 // The rows that can be shrunk, for those who have named another.
 std::string failed_rows(const StudyPlan& plan, const RowStore& store) {
@@ -108,12 +109,13 @@ Result<Failure> Shrinking::look() {
     const std::optional<Failure> failure = failure_in(result_, study(), run_.world);
     if (!before && !failure) return fine();
     if (!failure || (before && !same_failure(*before, *failure)))
-        return fail(fmt::format("row {} does not fail any more as it did: {}; now: {}", number_ + 1, first_line(failure_of(*kept, study())),
-                                failure ? first_line(failure_of(result_, study())) : "it is fine"),
-                    "What depends on the time or the memory that there is cannot be shrunk. Make the failed rows anew with --again");
+        return fail(
+            fmt::format("row {} does not fail any more as it did: {}; now: {}", number_ + 1, visible_line(failure_of(*kept, study())),
+                        failure ? visible_line(failure_of(result_, study())) : "it is fine"),
+            "What depends on the time or the memory that there is cannot be shrunk. Make the failed rows anew with --again");
     if (failure->kind == Failure::Kind::Measure)
         return fail(
-            fmt::format("row {} has failed by a measure, and its run is fine: {}", number_ + 1, first_line(failure_of(result_, study()))),
+            fmt::format("row {} has failed by a measure, and its run is fine: {}", number_ + 1, visible_line(failure_of(result_, study()))),
             "Correct the measure");
     if (!result_.demands.value(std::string(kStillName), "").empty())
         return fail(fmt::format("--still: the body does not hold at the end of row {} itself", number_ + 1),
@@ -160,7 +162,7 @@ Result<std::string> Shrinking::write(const SmallWorld& world, const RunOptions& 
     if (error)
         return fail(fmt::format("cannot make the folder {}: {}", path.parent_path().string(), error.message()), "Choose another with -o");
     const std::string head = fmt::format("# Row {} of {} fails here as in its own world: {}\n# {}\n\n", number_ + 1, options_.study,
-                                         first_line(failure_of(result_, study())), first_line(shell_words(run_words(run, "."))));
+                                         visible_line(failure_of(result_, study())), visible_line(shell_words(run_words(run, "."))));
     if (auto written = write_file(path.string(), head + texts->world); !written) return tl::unexpected<Error>(written.error());
     for (const auto& [ending, text] : texts->beside)
         if (auto written = write_file((path.parent_path() / (path.stem().string() + ending)).string(), text); !written)
@@ -197,7 +199,7 @@ Result<int> Shrinking::run() {
     if (reduced->world.ticks >= 0) options.ticks = reduced->world.ticks;
     const Result<std::string> path = write(reduced->world, options);
     if (!path) return tl::unexpected<Error>(path.error());
-    std::string text = fmt::format("row {} fails: {}\n", number_ + 1, first_line(failure_of(result_, study())));
+    std::string text = fmt::format("row {} fails: {}\n", number_ + 1, visible_line(failure_of(result_, study())));
     for (const std::string& line : reduced->became) text += fmt::format("  {}\n", line);
     text += fmt::format("  {} {}\n", grouped(trials.tries()), trials.tries() == 1 ? "try" : "tries");
     text += fmt::format("{}\n", shell_words(run_words(options, ".")));
