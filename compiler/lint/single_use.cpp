@@ -33,8 +33,8 @@ bool is_aggregated(const std::vector<Head>& heads, VariableId v) {
 
 void warn_of_single_use(const Program& program, diagnostics::Reporter& report) {
     // The heads of a view are rules of their own: what is wrong with one says why the other has no use for a variable.
-    using Place = std::pair<std::uint32_t, std::uint32_t>;
-    std::set<Place> refused, errors;
+    using Where = std::pair<std::uint32_t, std::uint32_t>;
+    std::set<Where> refused, errors;
     for (const Rule& rule : program.rules)
         if (rule.refused) refused.emplace(rule.span.file, rule.span.begin);
     // What is wrong in the text of a rule may have been the other use.
@@ -44,7 +44,7 @@ void warn_of_single_use(const Program& program, diagnostics::Reporter& report) {
     const auto wrong = [&](const Rule& rule) {
         const auto first = errors.lower_bound({rule.span.file, rule.span.begin});
         return refused.contains({rule.span.file, rule.span.begin}) ||
-               (first != errors.end() && *first < Place{rule.span.file, rule.span.end});
+               (first != errors.end() && *first < Where{rule.span.file, rule.span.end});
     };
     for (const Rule& rule : program.rules) {
         // A variable that stands once in a rule is often a slip of the pen; `_` or `_Name` says it is meant.

@@ -179,7 +179,8 @@ Result<void> Run::add_recorder() {
     if (options_.stats) recorder->add_load();
     recorder->add_counts([this] {
         record::RunCounts counts;
-        for (const auto& [name, value] : counts_of(simulation_->summary()).items()) counts.emplace_back(name, value.get<std::int64_t>());
+        const auto all = counts_of(simulation_->summary());
+        for (const auto& [name, value] : all.items()) counts.emplace_back(name, value.get<std::int64_t>());
         return counts;
     });
     simulation_->add(std::move(recorder), "recorder");

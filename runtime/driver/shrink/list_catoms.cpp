@@ -62,7 +62,8 @@ bool list_catoms(SmallWorld& small, const world::World& world, const StartCatoms
     if (world.is_free()) {
         world::World without = world;
         without.motion.kind = "none";
-        for (const StartCatoms::One& one : StartCatoms::of(without).all()) cells.push_back(one.cell);
+        const StartCatoms placed = StartCatoms::of(without);
+        for (const StartCatoms::One& one : placed.all()) cells.push_back(one.cell);
     }
     for (const StartCatoms::One& one : start.all()) cells.push_back(one.cell);
     for (const std::string& region : regions_of(small)) {
