@@ -77,7 +77,7 @@ struct Mirror {
     // In a graph: what is at the ports of each node.
     std::map<std::uint64_t, std::map<int, std::uint64_t>> ports = {};
     // Where nodes are that rules have made, in diameters. Whoever knows of them adds them here and to `at`.
-    std::map<std::uint64_t, std::array<double, 2>> made = {};
+    std::map<std::uint64_t, std::array<double, 3>> made = {};
     bool linked(std::uint64_t a, std::uint64_t b) const;
 
   private:

@@ -199,7 +199,7 @@ class Watcher {
         const auto graph = make_graph(trial_.world);
         const graph::Point& at = known == mirror_.made.end() ? graph->places[*graph->find(maker)] : known->second;
         const double k = ++children_[maker], turn = std::numbers::pi * (3 - std::sqrt(5.0)), r = 1.5 * std::sqrt(k);
-        mirror_.made[node] = {at[0] + r * std::cos(k * turn), at[1] + r * std::sin(k * turn)};
+        mirror_.made[node] = {at[0] + r * std::cos(k * turn), at[1] + r * std::sin(k * turn), at[2]};
         mirror_.at[retraction::node(node)] = node;
         scene_is_old_ = true;
     }

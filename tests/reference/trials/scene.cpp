@@ -30,7 +30,7 @@ struct Place {
         const auto number = static_cast<std::uint64_t>(id);
         const auto born = mirror.made.find(number);
         const graph::Point& at = born == mirror.made.end() ? graph->places[*graph->find(number)] : born->second;
-        return {at[0], at[1], 0};
+        return {at[0], at[1], at[2]};
     }
 };
 
