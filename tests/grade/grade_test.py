@@ -183,7 +183,7 @@ class Pages(Case):
         self.grade()
         page = Reader(self.page("half"))
         for text in ("0 of 6 points", "It must hold: not (neighbor(A, B), reached(A), not reached(B))", "it does not hold after tick ",
-                     "reached(@1)  does not hold", "half.meld:3: reached(A) :- source(A).", "FAILS"):
+                     "reached(@3)  does not hold", "half.meld:3: reached(A) :- source(A).", "FAILS"):
             self.assertIn(text, page.text)
         self.assertEqual(page.links, ["shown.html", "small.html"])
         for link in page.links:

@@ -103,7 +103,7 @@ class Recordings(Case):
         self.assertNotIn("counts: ", text)
 
     def test_a_run_that_was_killed(self):
-        self.write("forever.meld", FOREVER)
+        self.write("forever.meld", PROGRAM + FOREVER)
         child = self.begin("meldsim", "run", "forever.meld", "--world", "w.toml", "--record", "run.vtkhdf", "--quiet",
                            stderr=subprocess.DEVNULL)
         self.wait_for(lambda: (self.folder / "run.vtkhdf").exists() and (self.folder / "run.vtkhdf").stat().st_size > 20000, child)
@@ -133,7 +133,7 @@ class Checkpoints(Case):
         self.write("events.toml", '[[event]]\ntick = 6\nkill = "x == 2"\n')
         out, _ = self.call("meldsim", "run", "../p.meld", "--world", "../w.toml", "--events", "../events.toml", "--set", "reach=9",
                            "--seed", "5", "--checkpoint", "points", "--checkpoint-every", "5ticks", "--json", "--watch", "dist(A, 9)",
-                           cwd=self.folder / "below")
+                           cwd=self.folder / "below", code=FAILED)
         summary = json.loads(out)
         about = self.about("below/points")
         self.assertEqual((about["kind"], about["tick"], about["seed"], about["set"]), ("checkpoint", summary["ticks"], 5, ["reach=9"]))
@@ -179,7 +179,7 @@ class Mistakes(Case):
                                 ("digests", "digests is a file of digests, which does not say of which run", USAGE),
                                 ("study.toml", "study.toml is a study, and it has many runs. Give a row with --row", USAGE),
                                 ("study.toml#9", "the study has no row '9'. Its rows are 1 to 2", USAGE),
-                                ("w.toml#1", "there is no key 'lattice'", USAGE)):
+                                ("w.toml#1", "there is no key 'body'", USAGE)):
             with self.subTest(run):
                 self.assertIn(said, self.call("meldsim", "about", run, code=code)[1])
         self.write("broken.vtkhdf", b"\x89HDF\r\n\x1a\n" + bytes(500))
