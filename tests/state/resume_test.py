@@ -40,7 +40,8 @@ def recorded(path):
             found[name] = data, {key: str(value) for key, value in item.attrs.items() if (name, key) != ("meld", "run")}
         file.visititems(visit)
         found["Steps"] = file["VTKHDF"].get("Steps", getlink=True).path
-        del found["meld/arguments"]
+        for typed in ("meld/arguments", "meld/made_by"):
+            found.pop(typed, None)
     for sidecar in (".xdmf", ".lines.xdmf"):
         place = pathlib.Path(f"{path}{sidecar}")
         found[sidecar] = place.read_bytes() if place.exists() else None

@@ -180,7 +180,11 @@ Result<void> Run::add_recorder() {
     recorder->add_counts([this] {
         record::RunCounts counts;
         const auto all = counts_of(simulation_->summary());
-        for (const auto& [name, value] : all.items()) counts.emplace_back(name, value.get<std::int64_t>());
+        for (const auto& [name, value] : all.items()) {
+            // A body that goes to another process is derived anew there: with other processes these two are others.
+            if (inputs_->world.is_free() && (name == "evaluations" || name == "derivations")) continue;
+            counts.emplace_back(name, value.get<std::int64_t>());
+        }
         return counts;
     });
     simulation_->add(std::move(recorder), "recorder");
