@@ -194,7 +194,7 @@ class Pages(Case):
     def test_hidden_worlds_stay_hidden(self):
         self.grade("--json")
         folder = self.folder / "sub.grades"
-        given = [path for path in folder.rglob("*") if path.is_file() and "kept" not in path.parts and "work" not in path.parts]
+        given = [path for path in folder.rglob("*") if path.is_file() and "kept" not in path.parts and "scratch" not in path.parts]
         self.assertTrue(given)
         for path in given:
             for secret in ("secret_check", "77)", "@24"):
@@ -350,7 +350,7 @@ class Going(Case):
 
     def works_here(self, pid):
         try:
-            return os.readlink(f"/proc/{pid}/cwd").startswith(f"{self.folder}/sub.grades/work")
+            return os.readlink(f"/proc/{pid}/cwd").startswith(f"{self.folder}/sub.grades/scratch")
         except OSError:
             return False
 

@@ -85,7 +85,7 @@ class Grader {
     const Submission& submission(const Task& task) const { return g_.submissions[task.submission]; }
     const ExerciseWorld& world(const Task& task) const { return g_.exercise.worlds[task.world]; }
     bool shown(const Task& task) const { return options_.reveal || !world(task).hidden; }
-    std::string work_folder(const Submission& each) const { return fmt::format("{}/work/{}", g_.folder, each.file); }
+    std::string scratch_folder(const Submission& each) const { return fmt::format("{}/scratch/{}", g_.folder, each.file); }
 
     std::uint64_t key(const Task& task) const;
     Confines confines(const Task& task) const;
@@ -119,7 +119,7 @@ std::uint64_t Grader::key(const Task& task) const {
 
 Confines Grader::confines(const Task& task) const {
     const ExerciseLimits& limits = g_.exercise.limits;
-    Confines c{.folder = work_folder(submission(task)),
+    Confines c{.folder = scratch_folder(submission(task)),
                .seconds = limits.seconds,
                .memory = limits.memory,
                .output = limits.output,
@@ -156,7 +156,7 @@ std::string Grader::work(const Task& task) const {
 // The submission's files, in a folder of their own.
 Result<void> Grader::lay_out(const Submission& each) const {
     std::error_code error;
-    const std::string folder = work_folder(each);
+    const std::string folder = scratch_folder(each);
     fs::remove_all(folder, error);
     for (const auto& [name, text] : each.files) {
         const fs::path path = fs::path(folder) / name;
