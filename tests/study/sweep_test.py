@@ -10,6 +10,7 @@ import re
 import resource
 import shlex
 import signal
+import socket
 import sqlite3
 import subprocess
 import sys
@@ -355,6 +356,21 @@ class Going(Case):
         whole = self.rows()
         self.assertEqual(len(whole), 40)
         self.assertEqual(list(self.folder.glob("study.results/claims/*")), [])
+
+    def test_claims_of_nobody(self):
+        """What names no process that lives holds up nothing, whatever it is."""
+        self.long_study()
+        self.rows()
+        results = self.folder / "study.results"
+        keys = [json.loads(line)["key"] for path in (results / "journals").glob("*") for line in path.read_text().splitlines()]
+        gone = subprocess.Popen(["true"])
+        gone.wait()
+        for key, owner in zip(keys, ("", f"{socket.gethostname()}-{gone.pid}", "nobody-1", "no name")):
+            (results / "claims" / key).symlink_to(owner) if owner else (results / "claims" / key).touch()
+        for path in (results / "journals").glob("*"):
+            path.unlink()
+        self.assertEqual(len(self.rows()), 40)
+        self.assertEqual(list((results / "claims").iterdir()), [])
 
     def test_two_at_once(self):
         """They share the rows, and both end with all of them."""

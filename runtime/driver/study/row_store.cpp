@@ -50,6 +50,12 @@ bool answers_all(const RowResult& result, const Study& study) {
     return true;
 }
 
+// Whom a claim names; nobody if it is gone, or is no link.
+std::string owner_of(const std::string& claim) {
+    std::error_code error;
+    return fs::read_symlink(claim, error).string();
+}
+
 bool write_all(int file, std::string_view text) {
     while (!text.empty()) {
         const ssize_t n = write(file, text.data(), text.size());
@@ -149,26 +155,12 @@ Result<bool> RowStore::claim(const StudyRow& row) {
     if (auto begun = begin_journal(); !begun) return tl::unexpected<Error>(begun.error());
     const std::string path = claim_path(row);
     for (int attempt = 0; attempt < 2; ++attempt) {
-        const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (file >= 0) {
-            const bool written = write_all(file, name_ + "\n");
-            const int problem = errno;
-            close(file);
-            if (!written) {
-                unlink(path.c_str());
-                return tl::unexpected<Error>(cannot_write(path, problem));
-            }
+        if (symlink(name_.c_str(), path.c_str()) == 0) {
             claimed_[row.key] = true;
             return true;
         }
         if (errno != EEXIST) return tl::unexpected<Error>(cannot_write(path, errno));
-        std::string owner;
-        std::ifstream(path) >> owner;
-        // One that has just been made may not say yet whose it is.
-        struct stat made{}, mine{};
-        if (owner.empty() && stat(path.c_str(), &made) == 0 && stat(journal_path_.c_str(), &mine) == 0 &&
-            static_cast<double>(mine.st_mtim.tv_sec - made.st_mtim.tv_sec) < kGone_s)
-            return false;
+        const std::string owner = owner_of(path);
         if (!owner.empty() && owner != name_ && owner_lives(owner)) return false;
         // Of those who take it away, one succeeds.
         const std::string away = fmt::format("{}.{}", path, name_);

@@ -1,8 +1,9 @@
 // What a folder of results keeps of the runs of a study, for any number of processes on any number of machines that share it.
 //
 // Nothing depends on locks. Each process appends the rows that it has made to a journal of its own, journals/HOST-PID.jsonl.
-// Before it makes a row it creates claims/KEY, exclusively, which file systems over a network do in one step too; who does
-// not succeed takes another row. A claim counts as long as its owner lives, which touches its journal every few seconds.
+// Before it makes a row it creates the symbolic link claims/KEY to its own name, which file systems over a network do in one step
+// too: there is no moment in which a claim does not say whose it is. Who does not succeed takes another row. A claim counts as long
+// as its owner lives, which touches its journal every few seconds.
 // Should two make the same row all the same, that is lost time and nothing else: the rows are the same, bit for bit.
 #pragma once
 
