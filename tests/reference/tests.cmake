@@ -3,6 +3,15 @@ file(GLOB reference_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*/*.cpp)
 add_library(tests_reference STATIC ${reference_sources}
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/case.cpp ${CMAKE_CURRENT_SOURCE_DIR}/retraction/graph_case.cpp
             ${CMAKE_CURRENT_SOURCE_DIR}/retraction/changes.cpp)
+meld_unite(tests_reference)
+# A folder at a time: in another one the same names mean other things.
+set_target_properties(tests_reference PROPERTIES UNITY_BUILD_MODE GROUP)
+foreach(source ${reference_sources})
+  get_filename_component(room ${source} DIRECTORY)
+  get_filename_component(room ${room} NAME)
+  set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
+endforeach()
+meld_precompile(tests_reference meld_precompiled)
 target_link_libraries(tests_reference PUBLIC compiler_driver runtime_ask_debug runtime_results_record runtime_module_load meld_eigen)
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)

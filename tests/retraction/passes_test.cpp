@@ -111,8 +111,8 @@ std::vector<Program> all_programs() {
     return all;
 }
 
-std::string name_of(const testing::TestParamInfo<Program>& info) { return info.param.name; }
-INSTANTIATE_TEST_SUITE_P(Programs, Passes, testing::ValuesIn(all_programs()), name_of);
+std::string pass_name(const testing::TestParamInfo<Program>& info) { return info.param.name; }
+INSTANTIATE_TEST_SUITE_P(Programs, Passes, testing::ValuesIn(all_programs()), pass_name);
 
 }  // namespace
 }  // namespace meld::retraction

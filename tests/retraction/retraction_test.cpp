@@ -99,8 +99,8 @@ TEST_P(Retraction, NoticesALostChange) {
     EXPECT_GE(noticed, 5);
 }
 
-std::string name_of(const testing::TestParamInfo<Program>& info) { return info.param.name; }
-INSTANTIATE_TEST_SUITE_P(Programs, Retraction, testing::ValuesIn(programs()), name_of);
+std::string program_name(const testing::TestParamInfo<Program>& info) { return info.param.name; }
+INSTANTIATE_TEST_SUITE_P(Programs, Retraction, testing::ValuesIn(programs()), program_name);
 
 // Without quarantine phantoms keep each other alive for ever, and the cases show it.
 class Quarantine : public Retraction {};
@@ -110,7 +110,7 @@ TEST_P(Quarantine, IsNeeded) {
         noticed += !run_case(make_case(seed, GetParam().given), {.no_quarantine = true}).trouble.empty();
     EXPECT_GE(noticed, 1);
 }
-INSTANTIATE_TEST_SUITE_P(Programs, Quarantine, testing::ValuesIn({programs()[0], programs()[3]}), name_of);
+INSTANTIATE_TEST_SUITE_P(Programs, Quarantine, testing::ValuesIn({programs()[0], programs()[3]}), program_name);
 
 // Long ways round, and many losses at a time.
 class Large : public Retraction {};
@@ -129,7 +129,7 @@ TEST_P(Large, AgreesOnAnyNumberOfProcesses) {
         EXPECT_TRUE(alone.states == processes.states) << "seed " << seed << ": the states part after tick " << same;
     }
 }
-INSTANTIATE_TEST_SUITE_P(Programs, Large, testing::ValuesIn({programs()[0]}), name_of);
+INSTANTIATE_TEST_SUITE_P(Programs, Large, testing::ValuesIn({programs()[0]}), program_name);
 
 // Where ranks grow by more than one a tick, a memory of a loss that could have been forgotten may come to matter again, so
 // when it is forgotten must not depend on how many others this process remembers. An island loses its source; once that is

@@ -41,4 +41,6 @@ struct Answer {
 // Throws what the JSON library throws if a key is missing or of another type.
 Answer read_answer(const nlohmann::ordered_json& json);
 
+inline bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
+
 }  // namespace meld::reference

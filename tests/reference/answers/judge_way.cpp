@@ -17,12 +17,6 @@ using Node = Answer::Node;
 using Part = Answer::Part;
 using Way = Answer::Way;
 
-namespace {
-
-bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
-
-}  // namespace
-
 bool WayJudge::fails(std::string why) {
     why_ = std::move(why);
     return false;

@@ -25,8 +25,6 @@ constexpr const char* kReplaced = "a value that a better one has replaced, and o
 // So many ticks back is looked.
 constexpr std::int64_t kLooksBack = 15;
 
-bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
-
 class WhyJudge {
   public:
     WhyJudge(const Past& past, const Answer& answer, const AskedFor& asked, Judged& judged)

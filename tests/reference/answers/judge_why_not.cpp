@@ -21,8 +21,6 @@ using Way = Answer::Way;
 
 namespace {
 
-bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
-
 // Whether a text is this one, where variables that the program does not name may stand for anything.
 bool reads(std::string_view text, std::string_view as) {
     for (std::size_t at = 0; at < as.size(); ++at) {

@@ -18,8 +18,6 @@ using Way = Answer::Way;
 
 namespace {
 
-bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
-
 constexpr std::string_view kWaits = "its body is met, and it waits for what comes from ";
 
 }  // namespace

@@ -16,7 +16,6 @@ using check::WorldSource;
 
 namespace {
 
-bool is_neighbor(const check::Predicate& p) { return p.world == WorldSource::Neighbor || p.world == WorldSource::NeighborPort; }
 bool is_pattern(const Term& t) { return t.op == Op::List || t.op == Op::Cons || t.op == Op::Struct || t.op == Op::Tuple; }
 
 }  // namespace

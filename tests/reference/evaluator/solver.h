@@ -9,6 +9,11 @@
 
 namespace meld::reference {
 
+// Whether its facts are the neighbours of a catom.
+inline bool is_neighbor(const check::Predicate& p) {
+    return p.world == check::WorldSource::Neighbor || p.world == check::WorldSource::NeighborPort;
+}
+
 struct Taken {
     PredicateId predicate;
     Row row;

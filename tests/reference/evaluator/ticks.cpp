@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/reference/evaluator/apart.h"
+#include "tests/reference/evaluator/solver.h"
 
 namespace meld::reference {
 
@@ -18,8 +19,6 @@ using check::WorldSource;
 namespace {
 
 constexpr int kMaxFirings = 3000;
-
-bool is_neighbor(const Predicate& p) { return p.world == WorldSource::Neighbor || p.world == WorldSource::NeighborPort; }
 
 bool finds_facts(const Clause& c) { return c.kind == Clause::Kind::Atom || c.kind == Clause::Kind::Delta; }
 

@@ -12,11 +12,11 @@
 namespace meld {
 namespace {
 
-const std::string kSource = "int table = 42; extern \"C\" const void* claymeld_module() { return &table; }";
+const std::string kTable = "int table = 42; extern \"C\" const void* claymeld_module() { return &table; }";
 
 TEST(BuiltModule, IsOpenedAndCalled) {
     const ScratchFolder cache;
-    const std::string path = build_module(kSource, "loaded", {.cache_dir = cache.path(), .schema_hash = 11, .abi_version = 2}).value();
+    const std::string path = build_module(kTable, "loaded", {.cache_dir = cache.path(), .schema_hash = 11, .abi_version = 2}).value();
     const Result<Module> module = load_module(path, 2);
     ASSERT_TRUE(module) << module.error().message();
     EXPECT_EQ(*static_cast<const int*>(module->table()), 42);
@@ -36,7 +36,7 @@ TEST(BuiltModule, IsCalledAtTheBeginningOfItsCode) {
 
 TEST(BuiltModule, IsRefusedForAnotherAbiBeforeItsConstructorsRun) {
     const ScratchFolder cache;
-    const std::string text = "extern \"C\" [[noreturn]] void abort(); struct Bomb { Bomb() { abort(); } } bomb;\n" + kSource;
+    const std::string text = "extern \"C\" [[noreturn]] void abort(); struct Bomb { Bomb() { abort(); } } bomb;\n" + kTable;
     const std::string path = build_module(text, "bomb", {.cache_dir = cache.path(), .abi_version = 1}).value();
     EXPECT_EQ(load_module(path, 2).error().code, ExitCode::ModuleRefused);
 }
@@ -62,7 +62,7 @@ TEST(BuiltModule, IsRefusedWhenItCallsWhatNobodyProvides) {
 
 TEST(BuiltModule, IsRefusedWithASingleByteChanged) {
     const ScratchFolder cache;
-    const std::string path = build_module(kSource, "changed", {.cache_dir = cache.path(), .abi_version = 1}).value();
+    const std::string path = build_module(kTable, "changed", {.cache_dir = cache.path(), .abi_version = 1}).value();
     std::string bytes = read_module_file(path).value();
     for (std::size_t place = 0; place < bytes.size(); place += 61) {
         std::string changed = bytes;

@@ -28,7 +28,7 @@ TEST(Agenda, GivesEachCatomTheBitsThatWereMarked) {
     for (u32 catoms : {500U, 70000U}) {
         agenda.resize(catoms);
         for (int i = 0; i < 1000; ++i) {
-            const u32 catom = random() % catoms;
+            const u32 catom = static_cast<u32>(random() % catoms);
             const u64 bits = i % 7 == 0 ? u64{kDirtyBirths} : u64{1} << (1 + random() % (kDirtyWordBits - 1));
             agenda.mark(catom, bits);
             expected[catom] |= bits;
@@ -44,7 +44,7 @@ TEST(Agenda, GivesEachCatomTheBitsThatWereMarked) {
 TEST(Agenda, MarksManyAsOneAfterTheOther) {
     std::mt19937 random(2);
     std::vector<u32> catoms(3000);
-    for (u32& catom : catoms) catom = random() % 70000;
+    for (u32& catom : catoms) catom = static_cast<u32>(random() % 70000);
     for (const u64 bits : {u64{kDirtyBirths}, u64{kDirtyLinks | kFirstModuleBit}}) {
         Agenda many, single;
         for (Agenda* agenda : {&many, &single}) agenda->resize(70000);

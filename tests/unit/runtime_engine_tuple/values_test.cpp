@@ -153,7 +153,7 @@ TEST(Values, ThereIsOneZero) {
     const u64 minus = std::bit_cast<u64>(-0.0);
     const Value v{.list = arena.list({std::bit_cast<u64>(arena.list({minus}))})};
     const Value kept = store.keep(list, v, 0);
-    EXPECT_EQ(item(item(kept.list, 0).list, 0).catom, 0u);
+    EXPECT_EQ(tuple::item(tuple::item(kept.list, 0).list, 0).catom, 0u);
     EXPECT_EQ(print_value(list, kept), "[(0.0)]");
     EXPECT_EQ(hash(list, v), hash(list, kept));
     EXPECT_EQ(parse_value(types[Types::kFloat], "-0.0", arena)->catom, 0u);
@@ -256,7 +256,7 @@ TEST(Values, KeepingCountsOwnersAndCopiesWhatIsInside) {
     store.release(kept, 0);
     EXPECT_EQ(print_value(outer, {.list = nested}), "[[1, 2, 3], [], [1, 2, 3]]");
     // A list inside a block is not a block itself: it is copied when a fact stores it alone.
-    const List* first = item(nested, 0).list;
+    const List* first = tuple::item(nested, 0).list;
     EXPECT_EQ(first->stored, 0u);
     const List* alone = store.keep(inner, first, 0);
     EXPECT_NE(alone, first);

@@ -10,27 +10,27 @@
 namespace meld {
 namespace {
 
-struct Pair {
+struct Entry {
     struct Row {
         i64 a1, a2;
     };
     static int key(const Row& a, const Row& b) { return a.a1 != b.a1 ? (a.a1 < b.a1 ? -1 : 1) : a.a2 < b.a2 ? -1 : b.a2 < a.a2 ? 1 : 0; }
 };
 struct ByFirst {
-    using Row = Pair::Row;
+    using Row = Entry::Row;
     static int order(const Row& a, const Row& b) { return a.a1 < b.a1 ? -1 : b.a1 < a.a1 ? 1 : 0; }
 };
-struct BySecond {
-    using Row = Pair::Row;
+struct HashedBySecond {
+    using Row = Entry::Row;
     static u64 hash(const Row& row) { return static_cast<u64>(row.a2); }
 };
 
 struct Tables : ScratchTest {
-    std::vector<Pair::Row> rows(u32 count, i64 values) {
-        std::vector<Pair::Row> out;
+    std::vector<Entry::Row> rows(u32 count, i64 values) {
+        std::vector<Entry::Row> out;
         for (u32 i = 0; i < count; ++i)
             out.push_back({static_cast<i64>(random() % static_cast<u64>(values)), static_cast<i64>(random() % static_cast<u64>(values))});
-        std::ranges::sort(out, [](const auto& a, const auto& b) { return Pair::key(a, b) < 0; });
+        std::ranges::sort(out, [](const auto& a, const auto& b) { return Entry::key(a, b) < 0; });
         return out;
     }
     std::mt19937_64 random{7};
@@ -38,7 +38,7 @@ struct Tables : ScratchTest {
 
 TEST_F(Tables, SpansAreTheRowsThatBeginAlike) {
     for (const u32 count : {0u, 1u, 16u, 17u, 100u, 1000u}) {
-        const std::vector<Pair::Row> all = rows(count, 20);
+        const std::vector<Entry::Row> all = rows(count, 20);
         for (i64 x = -1; x <= 20; ++x) {
             const Span span = find_span<ByFirst>(all.data(), count, {x, 0});
             for (u32 i = 0; i < count; ++i) EXPECT_EQ(i >= span.first && i < span.end, all[i].a1 == x) << count << " " << x << " " << i;
@@ -48,8 +48,8 @@ TEST_F(Tables, SpansAreTheRowsThatBeginAlike) {
 
 TEST_F(Tables, IndexesFindRowsInTheirOrder) {
     for (const u32 count : {0u, 1u, 16u, 17u, 100u, 1000u}) {
-        const std::vector<Pair::Row> all = rows(count, 20);
-        Index<BySecond> index;
+        const std::vector<Entry::Row> all = rows(count, 20);
+        Index<HashedBySecond> index;
         for (i64 x = -1; x <= 20; ++x) {
             const Found found = index.find(e, all.data(), count, {0, x});
             std::vector<u32> got, expected;
@@ -64,8 +64,8 @@ TEST_F(Tables, IndexesFindRowsInTheirOrder) {
 }
 
 TEST_F(Tables, AnIndexIsMadeAnewForOtherRows) {
-    const std::vector<Pair::Row> some = rows(50, 5), more = rows(60, 5);
-    Index<BySecond> index;
+    const std::vector<Entry::Row> some = rows(50, 5), more = rows(60, 5);
+    Index<HashedBySecond> index;
     for (int i = 0; i < 6; ++i) index.find(e, some.data(), 50, {0, 1});
     EXPECT_NE(index.find(e, some.data(), 50, {0, 1}).next, nullptr);
     EXPECT_EQ(index.find(e, more.data(), 60, {0, 1}).next, nullptr);
@@ -74,8 +74,8 @@ TEST_F(Tables, AnIndexIsMadeAnewForOtherRows) {
 
 TEST_F(Tables, WhatIsTakenIsFoundNoMore) {
     for (const u32 count : {1u, 20u, 300u}) {
-        const std::vector<Pair::Row> all = rows(count, 6);
-        Index<BySecond> index;
+        const std::vector<Entry::Row> all = rows(count, 6);
+        Index<HashedBySecond> index;
         Taken taken;
         std::vector<bool> gone(count);
         for (u32 step = 0; step < 3 * count; ++step) {
@@ -102,13 +102,13 @@ TEST_F(Tables, ABagDropsWhatWasTaken) {
     for (const bool stored : {false, true})
         for (const u32 count : {1u, 5u, 40u})
             for (int trial = 0; trial < 20; ++trial) {
-                std::vector<Pair::Row> all = rows(count, 9);
-                const std::vector<Pair::Row> before = all;
-                Bag<Pair> bag{};
+                std::vector<Entry::Row> all = rows(count, 9);
+                const std::vector<Entry::Row> before = all;
+                Bag<Entry> bag{};
                 bag.open(all.data(), count, 0);
                 if (!stored) bag.own(e);
                 Taken taken;
-                std::vector<Pair::Row> left;
+                std::vector<Entry::Row> left;
                 // Some from the front, or any.
                 for (u32 i = 0; i < count; ++i)
                     if (trial % 2 == 0 ? i < random() % count : random() % 2 == 0)
@@ -119,16 +119,16 @@ TEST_F(Tables, ABagDropsWhatWasTaken) {
                 bag.add(e, {4, 4});
                 bag.arrange(e);
                 left.push_back({4, 4});
-                std::ranges::sort(left, [](const auto& a, const auto& b) { return Pair::key(a, b) < 0; });
+                std::ranges::sort(left, [](const auto& a, const auto& b) { return Entry::key(a, b) < 0; });
                 ASSERT_EQ(bag.list.count, left.size());
-                for (u32 i = 0; i < bag.list.count; ++i) EXPECT_EQ(Pair::key(bag.list.rows[i], left[i]), 0);
-                for (u32 i = 0; stored && i < count; ++i) EXPECT_EQ(Pair::key(all[i], before[i]), 0) << "what is stored was written to";
+                for (u32 i = 0; i < bag.list.count; ++i) EXPECT_EQ(Entry::key(bag.list.rows[i], left[i]), 0);
+                for (u32 i = 0; stored && i < count; ++i) EXPECT_EQ(Entry::key(all[i], before[i]), 0) << "what is stored was written to";
             }
 }
 
 TEST_F(Tables, AFactChangesInItsPlaceIfThatKeepsTheOrder) {
-    std::vector<Pair::Row> all = {{1, 1}, {2, 5}, {3, 1}};
-    Bag<Pair> bag{};
+    std::vector<Entry::Row> all = {{1, 1}, {2, 5}, {3, 1}};
+    Bag<Entry> bag{};
     bag.open(all.data(), 3, 0);
     EXPECT_TRUE(bag.change(e, 1, {2, 9}));
     EXPECT_FALSE(bag.change(e, 1, {3, 2}));

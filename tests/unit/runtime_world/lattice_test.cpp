@@ -138,7 +138,9 @@ TEST(PortNumbers, LeadWhereTheirWordsSay) {
         for (int port = 0; port < lattice.ports(); ++port) {
             const Side& side = numbers.sides[static_cast<std::size_t>(port)];
             EXPECT_TRUE(used.insert(side.port).second) << numbers.name << " " << port;
-            if (own) EXPECT_EQ(side.port, port);
+            if (own) {
+                EXPECT_EQ(side.port, port);
+            }
             EXPECT_EQ(lattice.own_number(port), side.port);
             for (const Cell cell : {Cell{}, Cell{3, -2, 0}, Cell{0, 0, 1}, Cell{1, 1, -1}}) {
                 if (lattice.flat() && cell.z != 0) continue;

@@ -12,7 +12,7 @@ bool holds(const std::string& text, std::uint64_t id, Cell cell) {
     return region && region->contains(id, cell, {static_cast<double>(cell.x), static_cast<double>(cell.y), static_cast<double>(cell.z)});
 }
 
-std::string error_of(const std::string& text) {
+std::string region_error(const std::string& text) {
     const Result<Region> region = Region::parse(text);
     return region ? "fine" : region.error().message();
 }
@@ -39,16 +39,16 @@ TEST(Region, BindsAndMoreTightlyThanOr) {
 }
 
 TEST(Region, SaysWhatIsWrongAndWhere) {
-    EXPECT_EQ(error_of("id = 4"), "column 4: expected a comparison, == != < <= > or >=, found '='");
-    EXPECT_EQ(error_of("cel == (0,0,0)"), "column 1: nothing is called 'cel' here. did you mean 'cell'?");
-    EXPECT_EQ(error_of("cell == (0,0)"), "column 13: expected ',', found ')'");
-    EXPECT_EQ(error_of("cell == (0,0,0.5)"), "column 14: 0.5 is not an integer");
-    EXPECT_EQ(error_of("cell == (0,0,9999999)"), "column 14: coordinate 9999999 is not between -1048576 and 1048575");
-    EXPECT_EQ(error_of("id == 4 id == 5"), "column 9: expected '&&', '||' or nothing more, found 'id'");
-    EXPECT_EQ(error_of("x > 3 &&"), "column 9: expected a test such as id == 4, cell == (0, 0, 0) or inside(sphere(4)), found the end");
-    EXPECT_EQ(error_of("inside(spher(3))"), "column 8: there is no shape 'spher'. did you mean 'sphere'?");
-    EXPECT_EQ(error_of("x % 0 == 1"), "column 5: the number after '%' must be above zero");
-    EXPECT_EQ(error_of(std::string(300, '!')), "column 201: regions are nested more than 200 deep");
+    EXPECT_EQ(region_error("id = 4"), "column 4: expected a comparison, == != < <= > or >=, found '='");
+    EXPECT_EQ(region_error("cel == (0,0,0)"), "column 1: nothing is called 'cel' here. did you mean 'cell'?");
+    EXPECT_EQ(region_error("cell == (0,0)"), "column 13: expected ',', found ')'");
+    EXPECT_EQ(region_error("cell == (0,0,0.5)"), "column 14: 0.5 is not an integer");
+    EXPECT_EQ(region_error("cell == (0,0,9999999)"), "column 14: coordinate 9999999 is not between -1048576 and 1048575");
+    EXPECT_EQ(region_error("id == 4 id == 5"), "column 9: expected '&&', '||' or nothing more, found 'id'");
+    EXPECT_EQ(region_error("x > 3 &&"), "column 9: expected a test such as id == 4, cell == (0, 0, 0) or inside(sphere(4)), found the end");
+    EXPECT_EQ(region_error("inside(spher(3))"), "column 8: there is no shape 'spher'. did you mean 'sphere'?");
+    EXPECT_EQ(region_error("x % 0 == 1"), "column 5: the number after '%' must be above zero");
+    EXPECT_EQ(region_error(std::string(300, '!')), "column 201: regions are nested more than 200 deep");
 }
 
 TEST(Region, IsKnownToBeOneCatomIfItIsWrittenSo) {

@@ -67,27 +67,27 @@ TEST(Shape, CombinesAsSets) {
 }
 
 const std::vector<std::string>& all_kinds() {
-    static const std::vector<std::string> kAll = {"box(9, 21, 14)",
-                                                  "sphere(11.5)",
-                                                  "ellipsoid(20, 5, 9)",
-                                                  "torus(12, 4)",
-                                                  "cylinder(7, 25)",
-                                                  "cone(12, 0, 20)",
-                                                  "cone(2, 11, 18)",
-                                                  "helix(10, 12, 2.5, 5)",
-                                                  "gyroid(40, 2)",
-                                                  "gyroid(30, 1.5, period = 17)",
-                                                  "trumpet(40)",
-                                                  "trumpet(length=25, bell=15, wall=3)",
-                                                  "campus(60)",
-                                                  "union(sphere(8), move(box(6, 6, 30), 9, 2, 0))",
-                                                  "intersect(sphere(12), box(30, 9, 30))",
-                                                  "minus(sphere(13), cylinder(4, 40), box(40, 3, 3))",
-                                                  "shell(sphere(14), 3)",
-                                                  "shell(ellipsoid(18, 9, 12), 2)",
-                                                  "rotate(box(20, 5, 9), y, 33)",
-                                                  "scale(torus(5, 2), 2.5)"};
-    return kAll;
+    static const std::vector<std::string> kTexts = {"box(9, 21, 14)",
+                                                    "sphere(11.5)",
+                                                    "ellipsoid(20, 5, 9)",
+                                                    "torus(12, 4)",
+                                                    "cylinder(7, 25)",
+                                                    "cone(12, 0, 20)",
+                                                    "cone(2, 11, 18)",
+                                                    "helix(10, 12, 2.5, 5)",
+                                                    "gyroid(40, 2)",
+                                                    "gyroid(30, 1.5, period = 17)",
+                                                    "trumpet(40)",
+                                                    "trumpet(length=25, bell=15, wall=3)",
+                                                    "campus(60)",
+                                                    "union(sphere(8), move(box(6, 6, 30), 9, 2, 0))",
+                                                    "intersect(sphere(12), box(30, 9, 30))",
+                                                    "minus(sphere(13), cylinder(4, 40), box(40, 3, 3))",
+                                                    "shell(sphere(14), 3)",
+                                                    "shell(ellipsoid(18, 9, 12), 2)",
+                                                    "rotate(box(20, 5, 9), y, 33)",
+                                                    "scale(torus(5, 2), 2.5)"};
+    return kTexts;
 }
 
 TEST(Shape, StaysWithinItsBounds) {
@@ -190,40 +190,40 @@ TEST(Shape, HoldsTheOriginInTheStemOfATrumpet) {
     EXPECT_GT(cells("trumpet(length=100)"), 10'648u);
 }
 
-std::string error_of(const std::string& text) {
+std::string shape_error(const std::string& text) {
     const Result<Shape> parsed = Shape::parse(text);
     return parsed ? "fine" : parsed.error().message();
 }
 
 TEST(Shape, SaysWhatIsWrongAndWhere) {
-    EXPECT_EQ(error_of("spere(r=3)"), "column 1: there is no shape 'spere'. did you mean 'sphere'?");
-    EXPECT_EQ(error_of("minus(box(1,2,3), shpere(4))"), "column 19: there is no shape 'shpere'. did you mean 'sphere'?");
-    EXPECT_EQ(error_of("box(1,2)"), "column 8: box lacks its argument z. write box(x, y, z)");
-    EXPECT_EQ(error_of("box(1,2,3,4)"), "column 11: box has 3 arguments, here is one more. write box(x, y, z)");
-    EXPECT_EQ(error_of("cylinder(radius=2, h=3)"), "column 10: cylinder has no argument 'radius'. one of r, h");
-    EXPECT_EQ(error_of("sphere(r=1, r=2)"), "column 13: argument r is given twice");
-    EXPECT_EQ(error_of("cylinder(r=1, 2)"), "column 15: an argument without a name follows one with a name. name it too");
-    EXPECT_EQ(error_of("sphere(-2)"), "column 8: r = -2 of sphere is not above zero");
-    EXPECT_EQ(error_of("sphere(0)"), "column 8: r = 0 of sphere is not above zero");
-    EXPECT_EQ(error_of("sphere(nan)"), "column 8: expected a number for r of sphere(r), found 'nan'");
-    EXPECT_EQ(error_of("sphere(1e999)"), "column 8: a number is too large or too small. use a length between 1e-300 and 1e300");
-    EXPECT_EQ(error_of("sphere(3x)"), "column 8: '3x' is not a number");
-    EXPECT_EQ(error_of("sphere(3"), "column 9: expected ',' or ')', found the end");
-    EXPECT_EQ(error_of("sphere(3) box(1,1,1)"), "column 11: expected nothing more, found 'box'");
-    EXPECT_EQ(error_of("sphere 3"), "column 8: expected '(' as in sphere(r), found '3'");
-    EXPECT_EQ(error_of(""), "column 1: expected a shape, found the end");
-    EXPECT_EQ(error_of("sphere(3)$"), "column 10: '$' cannot stand here");
-    EXPECT_EQ(error_of(std::string("sphere(\0)", 9)), "column 8: byte 0x00 cannot stand here");
-    EXPECT_EQ(error_of("rotate(box(1,1,1), w, 3)"), "column 20: expected an axis, x, y or z, found 'w'");
-    EXPECT_EQ(error_of("cone(0, 0, 3)"), "column 1: cone: r1 and r2 are both 0");
-    EXPECT_EQ(error_of("trumpet(9, bell=1)"), "column 1: trumpet: bell = 1 is less than wall = 2");
-    EXPECT_EQ(error_of("union()"), "column 7: union lacks its argument shape. write union(shape, ...)");
+    EXPECT_EQ(shape_error("spere(r=3)"), "column 1: there is no shape 'spere'. did you mean 'sphere'?");
+    EXPECT_EQ(shape_error("minus(box(1,2,3), shpere(4))"), "column 19: there is no shape 'shpere'. did you mean 'sphere'?");
+    EXPECT_EQ(shape_error("box(1,2)"), "column 8: box lacks its argument z. write box(x, y, z)");
+    EXPECT_EQ(shape_error("box(1,2,3,4)"), "column 11: box has 3 arguments, here is one more. write box(x, y, z)");
+    EXPECT_EQ(shape_error("cylinder(radius=2, h=3)"), "column 10: cylinder has no argument 'radius'. one of r, h");
+    EXPECT_EQ(shape_error("sphere(r=1, r=2)"), "column 13: argument r is given twice");
+    EXPECT_EQ(shape_error("cylinder(r=1, 2)"), "column 15: an argument without a name follows one with a name. name it too");
+    EXPECT_EQ(shape_error("sphere(-2)"), "column 8: r = -2 of sphere is not above zero");
+    EXPECT_EQ(shape_error("sphere(0)"), "column 8: r = 0 of sphere is not above zero");
+    EXPECT_EQ(shape_error("sphere(nan)"), "column 8: expected a number for r of sphere(r), found 'nan'");
+    EXPECT_EQ(shape_error("sphere(1e999)"), "column 8: a number is too large or too small. use a length between 1e-300 and 1e300");
+    EXPECT_EQ(shape_error("sphere(3x)"), "column 8: '3x' is not a number");
+    EXPECT_EQ(shape_error("sphere(3"), "column 9: expected ',' or ')', found the end");
+    EXPECT_EQ(shape_error("sphere(3) box(1,1,1)"), "column 11: expected nothing more, found 'box'");
+    EXPECT_EQ(shape_error("sphere 3"), "column 8: expected '(' as in sphere(r), found '3'");
+    EXPECT_EQ(shape_error(""), "column 1: expected a shape, found the end");
+    EXPECT_EQ(shape_error("sphere(3)$"), "column 10: '$' cannot stand here");
+    EXPECT_EQ(shape_error(std::string("sphere(\0)", 9)), "column 8: byte 0x00 cannot stand here");
+    EXPECT_EQ(shape_error("rotate(box(1,1,1), w, 3)"), "column 20: expected an axis, x, y or z, found 'w'");
+    EXPECT_EQ(shape_error("cone(0, 0, 3)"), "column 1: cone: r1 and r2 are both 0");
+    EXPECT_EQ(shape_error("trumpet(9, bell=1)"), "column 1: trumpet: bell = 1 is less than wall = 2");
+    EXPECT_EQ(shape_error("union()"), "column 7: union lacks its argument shape. write union(shape, ...)");
 }
 
 TEST(Shape, RefusesEndlessNesting) {
     std::string text;
     for (int i = 0; i < 100'000; ++i) text += "union(";
-    EXPECT_EQ(error_of(text), "column 1201: shapes are nested more than 200 deep");
+    EXPECT_EQ(shape_error(text), "column 1201: shapes are nested more than 200 deep");
 }
 
 }  // namespace

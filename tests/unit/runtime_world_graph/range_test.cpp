@@ -57,7 +57,9 @@ TEST(PointGrid, FollowsPointsThatMoveAndGo) {
         for (double& x : to) x += 2 * draws.unit() - 1;
         grid.move(node, places[node], to);
         places[node] = to;
-        if (turn % 10 == 0) EXPECT_EQ(found(grid, places), all_pairs(places, 1.0)) << turn;
+        if (turn % 10 == 0) {
+            EXPECT_EQ(found(grid, places), all_pairs(places, 1.0)) << turn;
+        }
     }
     while (!places.empty()) {
         grid.remove(static_cast<Node>(places.size() - 1), places.back());
@@ -96,7 +98,7 @@ TEST(Generate, PointsFillTheirShapesEvenly) {
     const auto count = [](const char* text, const auto& in) {
         const Graph graph = *generate(text, 9);
         EXPECT_EQ(graph.links(), 0U);
-        return std::ranges::count_if(graph.places, in);
+        return static_cast<double>(std::ranges::count_if(graph.places, in));
     };
     const auto radius = [](const Point& at) { return std::sqrt(square_distance({}, at)); };
     // Of 20,000 points, within five standard deviations.
