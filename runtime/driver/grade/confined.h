@@ -1,7 +1,6 @@
 // Work that may go wrong in any way, in a process of its own: with limits, without network, and in a folder. What it finds out is a text.
+// A process that has not ended is killed with its Confined, and what it has started.
 #pragma once
-
-#include <sys/types.h>
 
 #include <cstdint>
 #include <functional>
@@ -9,6 +8,7 @@
 #include <string>
 
 #include "runtime/base/error.h"
+#include "runtime/base/process/copied_process.h"
 
 namespace meld::driver {
 
@@ -36,24 +36,19 @@ class Confined {
   public:
     // Starts the work; it is a copy of this process and sees everything that this has. Errors: there can be no further process.
     static Result<Confined> start(const std::function<std::string()>& work, const Confines& confines);
-    Confined(Confined&& other) noexcept;
-    Confined& operator=(Confined&& other) noexcept;
-    // A process that has not ended is killed, and what it has started.
-    ~Confined();
 
     // Readable when it prints or has ended.
-    int descriptor() const { return said_; }
+    int descriptor() const { return process_.pipe(); }
     // To be called often, whether there is something to read or not: how it ended, when it has.
     std::optional<ConfinedEnd> look();
 
   private:
-    Confined() = default;
+    Confined(CopiedProcess process, const Confines& confines);
     void read_said();
     ConfinedEnd finish(int status, double seconds);
 
     Confines confines_;
-    pid_t process_ = 0;
-    int said_ = -1, answer_ = -1;
+    CopiedProcess process_;
     double begun_ = 0;
     std::optional<ConfinedEnd::Is> ended_by_us_;
     ConfinedEnd end_;

@@ -1,17 +1,12 @@
 #include "runtime/driver/study/row_run.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
 #include "runtime/ask/query/query.h"
@@ -140,25 +135,14 @@ RowResult make_run(const StudyPlan& plan, RunOptions options, const StudyModule&
     return result;
 }
 
-// Never returns.
-[[noreturn]] void be_run(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, int pipe, int said, pid_t parent) {
-    // It ends with the process that wants its result.
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(1);
-    if (const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC); nothing >= 0) dup2(nothing, STDIN_FILENO);
+// In a process of its own.
+void answer(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, int pipe, int said) {
     dup2(said, STDOUT_FILENO);
     dup2(said, STDERR_FILENO);
     const RowResult result = make_run(plan, options, module);
     std::fflush(stdout);
     std::fflush(stderr);
-    const std::string text = to_json(result).dump(-1, ' ', true, Json::error_handler_t::replace);
-    for (std::size_t at = 0; at < text.size();) {
-        const ssize_t n = write(pipe, text.data() + at, text.size() - at);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) break;
-        at += static_cast<std::size_t>(n);
-    }
-    _exit(0);
+    write_all(pipe, to_json(result).dump(-1, ' ', true, Json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -198,49 +182,17 @@ Result<RowRun> RowRun::start(const StudyPlan& plan, std::size_t row) {
 }
 
 Result<RowRun> RowRun::start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number) {
-    RowRun run;
-    run.row_ = number;
-    run.begun_ = seconds_now();
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) return fail(fmt::format("cannot make a pipe: {}", std::strerror(errno)), "", ExitCode::LimitHit);
-    run.pipe_ = ends[0];
-    run.said_ = memfd_create("said", MFD_CLOEXEC);
-    std::fflush(nullptr);
-    const pid_t parent = getpid();
-    run.process_ = fork();
-    if (run.process_ == 0) be_run(plan, options, module, ends[1], run.said_, parent);
-    const int error = errno;
-    close(ends[1]);
-    if (run.process_ < 0)
-        return fail(fmt::format("cannot start a process: {}", std::strerror(error)), "Give a smaller --jobs", ExitCode::LimitHit);
-    return run;
+    auto process =
+        CopiedProcess::start([&](int pipe, int said) { answer(plan, options, module, pipe, said); }, CopiedProcess::Signals::Shared);
+    if (!process) return fail(process.error().problem, "Give a smaller --jobs", process.error().code);
+    return RowRun(std::move(*process), number);
 }
 
-RowRun::RowRun(RowRun&& other) noexcept { *this = std::move(other); }
-
-RowRun& RowRun::operator=(RowRun&& other) noexcept {
-    std::swap(begun_, other.begun_);
-    std::swap(row_, other.row_);
-    std::swap(process_, other.process_);
-    std::swap(pipe_, other.pipe_);
-    std::swap(said_, other.said_);
-    std::swap(text_, other.text_);
-    return *this;
-}
-
-RowRun::~RowRun() {
-    if (process_ > 0) {
-        kill(process_, SIGKILL);
-        while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-        }
-    }
-    if (pipe_ >= 0) close(pipe_);
-    if (said_ >= 0) close(said_);
-}
+RowRun::RowRun(CopiedProcess process, std::size_t number) : begun_(seconds_now()), row_(number), process_(std::move(process)) {}
 
 std::optional<RowResult> RowRun::take() {
     char buffer[65536];
-    const ssize_t n = read(pipe_, buffer, sizeof buffer);
+    const ssize_t n = read(process_.pipe(), buffer, sizeof buffer);
     if (n < 0 && errno == EINTR) return std::nullopt;
     if (n > 0) {
         text_.append(buffer, static_cast<std::size_t>(n));
@@ -251,7 +203,7 @@ std::optional<RowResult> RowRun::take() {
 
 std::optional<RowResult> RowRun::end_if_late(double most_seconds) {
     if (most_seconds <= 0 || seconds_now() - begun_ < most_seconds) return std::nullopt;
-    kill(process_, SIGKILL);
+    process_.kill();
     RowResult result = finish();
     if (!result.fine) {
         result.exit = static_cast<int>(ExitCode::LimitHit);
@@ -262,17 +214,14 @@ std::optional<RowResult> RowRun::end_if_late(double most_seconds) {
 }
 
 RowResult RowRun::finish() {
-    int status = 0;
-    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-    }
-    process_ = 0;
+    const int status = process_.end().status;
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
         if (const Json json = Json::parse(text_, nullptr, false); !json.is_discarded())
             if (const auto result = row_result(json)) return *result;
     // It has crashed, or was ended: what it said last is all there is.
     std::string said(kMostSaid_bytes, '\0');
-    const off_t size = lseek(said_, 0, SEEK_END);
-    const ssize_t n = pread(said_, said.data(), said.size(), std::max<off_t>(0, size - static_cast<off_t>(said.size())));
+    const off_t size = lseek(process_.file(), 0, SEEK_END);
+    const ssize_t n = pread(process_.file(), said.data(), said.size(), std::max<off_t>(0, size - static_cast<off_t>(said.size())));
     said.resize(static_cast<std::size_t>(std::max<ssize_t>(0, n)));
     RowResult result;
     result.exit = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

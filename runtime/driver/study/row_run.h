@@ -1,8 +1,6 @@
 // One run of a study, in a process of its own that begins as a copy of this one: the module is loaded, so it costs a few milliseconds, and
-// whatever becomes of the run, the others do not see it.
+// whatever becomes of the run, the others do not see it. One that has not ended is killed with its RowRun.
 #pragma once
-
-#include <sys/types.h>
 
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,6 +8,7 @@
 #include <string_view>
 
 #include "runtime/base/error.h"
+#include "runtime/base/process/copied_process.h"
 #include "runtime/driver/study/study_plan.h"
 
 namespace meld::driver {
@@ -50,14 +49,9 @@ class RowRun {
     static Result<RowRun> start(const StudyPlan& plan, std::size_t row);
     // A run with other options, whose program is this module; `number` is what row() returns.
     static Result<RowRun> start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number);
-    RowRun(RowRun&& other) noexcept;
-    RowRun& operator=(RowRun&& other) noexcept;
-    // A run that has not ended is killed.
-    ~RowRun();
-
     std::size_t row() const { return row_; }
     // Readable when there is something to take().
-    int descriptor() const { return pipe_; }
+    int descriptor() const { return process_.pipe(); }
     // Reads what there is; the result, when the process has ended.
     std::optional<RowResult> take();
 
@@ -65,12 +59,11 @@ class RowRun {
     std::optional<RowResult> end_if_late(double most_seconds);
 
   private:
-    RowRun() = default;
+    RowRun(CopiedProcess process, std::size_t number);
     RowResult finish();
     double begun_ = 0;
     std::size_t row_ = 0;
-    pid_t process_ = 0;
-    int pipe_ = -1, said_ = -1;
+    CopiedProcess process_;
     std::string text_;
 };
 

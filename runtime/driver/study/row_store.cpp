@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "runtime/base/files/output_file.h"
+#include "runtime/base/process/copied_process.h"
 #include "runtime/base/process/stage_clock.h"
 
 namespace meld::driver {
@@ -54,16 +55,6 @@ bool answers_all(const RowResult& result, const Study& study) {
 std::string owner_of(const std::string& claim) {
     std::error_code error;
     return fs::read_symlink(claim, error).string();
-}
-
-bool write_all(int file, std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t n = write(file, text.data(), text.size());
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return false;
-        text.remove_prefix(static_cast<std::size_t>(n));
-    }
-    return true;
 }
 
 }  // namespace
