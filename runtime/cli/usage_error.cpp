@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <iostream>
 #include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "runtime/base/did_you_mean.h"
 #include "runtime/base/terminal/terminal_text.h"
@@ -12,6 +15,19 @@
 
 namespace meld::cli {
 namespace {
+
+// What an option is called in studies, in Python and by other programs, and here.
+constexpr std::pair<std::string_view, std::string_view> kOtherNames[] = {
+    {"--until", "--watch"},   {"--stop", "--watch"},       {"--assert", "--expect"},    {"--invariant", "--never"},
+    {"--csv", "--facts-out"}, {"--export", "--facts-out"}, {"--output", "--facts-out"}, {"--max-ticks", "--ticks"},
+    {"--np", "--processes"},  {"--ranks", "--processes"},
+};
+
+std::optional<std::string_view> named_otherwise(std::string_view option, const std::vector<std::string_view>& known) {
+    for (const auto& [other, here] : kOtherNames)
+        if (other == option && std::ranges::find(known, here) != known.end()) return here;
+    return std::nullopt;
+}
 
 // Names the nearest option if there is one; the list of all would be long.
 int no_such_option(const CLI::App& command, const std::string& where, const std::string& argument) {
@@ -21,8 +37,9 @@ int no_such_option(const CLI::App& command, const std::string& where, const std:
         for (const std::string& name : {row.short_name, row.long_name})
             if (!name.empty()) known.push_back(name);
     const std::vector<std::string_view> views(known.begin(), known.end());
+    std::optional<std::string_view> near = named_otherwise(option, views);
     // A single letter is near to every other.
-    const std::optional<std::string_view> near = option.size() > 2 ? nearest_name(option, views) : std::nullopt;
+    if (!near && option.size() > 2) near = nearest_name(option, views);
     const std::string cure = near ? fmt::format("did you mean '{}'?", *near) : fmt::format("'{} --help' lists the options", where);
     return usage_error(where, {fmt::format("there is no option '{}'", option), cure});
 }

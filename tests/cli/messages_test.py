@@ -53,6 +53,15 @@ class Options(Case):
                   text="meldsim run: there is no option '--fact-out'. did you mean '--facts-out'?")
         self.says("meldsim", "run", "p.meld", "-x", text="meldsim run: there is no option '-x'. 'meldsim run --help' lists the options")
 
+    def test_an_option_with_a_name_that_studies_or_other_programs_have_for_it(self):
+        for given, meant in (("--until", "--watch"), ("--export", "--facts-out"), ("--csv=a", "--facts-out"), ("--ranks", "--processes"),
+                             ("--max-ticks", "--ticks"), ("--invariant", "--never")):
+            option = given.split("=")[0]
+            self.says("meldsim", "run", "p.meld", given, text=f"meldsim run: there is no option '{option}'. did you mean '{meant}'?")
+        # Of this command there is nothing like it.
+        self.says("meldsim", "world", "p.toml", "--until",
+                  text="meldsim world: there is no option '--until'. 'meldsim world --help' lists the options")
+
     def test_commands_of_the_other_program_and_forgotten_ones(self):
         self.says("meldsim", "check", "p.meld", text="meldsim: 'check' is a command of meldc. write 'meldc check'")
         self.says("meldc", "run", "p.meld", text="meldc: 'run' is a command of meldsim. write 'meldsim run'")
@@ -94,6 +103,23 @@ class Worlds(Case):
         out, err = self.call("meldsim", "world", "huge.toml", code=4)
         self.assertIn("about 27 G catoms", out)
         self.assertIn("16 GiB are allowed", err)
+
+    def test_the_box_is_that_of_the_catoms(self):
+        """Not the one that a shape was asked to fill, in which there may be none at the border."""
+        self.write("p.meld", "type p(node).\n")
+        shapes = ("box(40, 24, 1)", "minus(box(9, 9, 3), move(box(9, 9, 3), 2, 0, 0))", "sphere(5)",
+                  "move(cylinder(r=12, h=2), 0.3, -40, 7)", "union(box(1, 1, 1), move(box(2, 3, 1), -9, 4, 0))")
+        for lattice in ("square", "hex", "cubic", "fcc"):
+            for shape in shapes[:-2] if lattice in ("square", "hex") else shapes:
+                with self.subTest(lattice=lattice, shape=shape):
+                    self.write("w.toml", f'lattice = "{lattice}"\n[[body]]\nshape = "{shape}"\n')
+                    out = self.call("meldsim", "world", "w.toml")[0]
+                    sides = ["C, _, _"] * 2 + ["_, C, _"] * 2 + ["_, _, C"] * 2
+                    ends = zip("PQRSTU", ["min", "max"] * 3, sides)
+                    body = ", ".join(f"{name} = {end} C : {{ cell(_, {at}) }}" for name, end, at in ends)
+                    seen = self.call("meldsim", "query", "p.meld", body, "--world", "w.toml", "--quiet")[0]
+                    numbers = seen.splitlines()[1].split()
+                    self.assertIn(f"within cells ({', '.join(numbers[::2])}) to ({', '.join(numbers[1::2])})\n", out)
 
     def test_the_box_holds_listed_positions(self):
         self.write("listed.toml", '[[body]]\npositions = [[0, 0, 0], [1.6, -3, 4]]\n[motion]\nkind = "bodies"\n')

@@ -32,6 +32,7 @@
 #include "runtime/world/file/populate.h"
 #include "runtime/world/graph/write.h"
 #include "runtime/world/model/visiblesim.h"
+#include "runtime/world/shapes/nearest_cell.h"
 
 namespace meld::driver {
 
@@ -57,16 +58,57 @@ std::string graph_text(const world::World& world) {
                        degrees.most, degrees.mean, counted(components, "component"), range);
 }
 
+// How many catoms there are, and the least box of cells that holds them all.
+class Extent {
+  public:
+    Extent(const world::World& world, const world::Lattice& lattice) : catoms(world.placed.size()) {
+        for (const world::PlacedCatom& placed : world.placed) add(world::nearest_cell(placed.position));
+        std::vector<std::uint32_t> numbers;
+        for (const auto& [key, count] : world::count_bricks(world, lattice, 0, 1)) {
+            catoms += count;
+            const world::Cell brick = lattice.brick_at(key);
+            // Few bricks are at the border of what has been seen; only their cells are looked at one by one.
+            if (holds(lattice.brick_origin(brick)) && holds(lattice.cell_in_brick(brick, kBrickCells - 1))) continue;
+            world::cells_of_brick(world, lattice, key, numbers);
+            for (const std::uint32_t number : numbers) add(lattice.cell_in_brick(brick, number));
+        }
+    }
+
+    std::uint64_t catoms = 0;
+    world::Cell first, last;
+
+  private:
+    static constexpr std::int32_t world::Cell::* kSides[] = {&world::Cell::x, &world::Cell::y, &world::Cell::z};
+
+    bool holds(world::Cell cell) const {
+        return any_ && std::ranges::all_of(kSides, [&](auto side) { return first.*side <= cell.*side && cell.*side <= last.*side; });
+    }
+    void add(world::Cell cell) {
+        for (const auto side : kSides) {
+            first.*side = any_ ? std::min(first.*side, cell.*side) : cell.*side;
+            last.*side = any_ ? std::max(last.*side, cell.*side) : cell.*side;
+        }
+        any_ = true;
+    }
+
+    bool any_ = false;
+};
+
+std::string cells_text(world::Cell first, world::Cell last) {
+    return fmt::format("({}, {}, {}) to ({}, {}, {})", first.x, first.y, first.z, last.x, last.y, last.z);
+}
+
 std::string size_text(const world::World& world, const world::WorldSize& size) {
     if (world.is_graph()) return graph_text(world);
     const world::Lattice lattice(world.lattice);
+    const std::string what = fmt::format("{}: {} lattice", visible(world.path), lattice.name());
     // Counting is exact and fast up to some hundred million.
-    const bool exact = size.cells_estimate < 2e8;
-    const std::uint64_t catoms = exact ? world::count_catoms(world, lattice) : 0;
-    const std::string count = exact ? fmt::format("{} catom{}", catoms, catoms == 1 ? "" : "s")
-                                    : fmt::format("about {} catoms", format_count(size.cells_estimate));
-    return fmt::format("{}: {} lattice, {}, within cells ({}, {}, {}) to ({}, {}, {})\n", visible(world.path), lattice.name(), count,
-                       size.first.x, size.first.y, size.first.z, size.last.x, size.last.y, size.last.z);
+    if (size.cells_estimate >= 2e8)
+        return fmt::format("{}, about {} catoms, somewhere within cells {}\n", what, format_count(size.cells_estimate),
+                           cells_text(size.first, size.last));
+    const Extent extent(world, lattice);
+    return fmt::format("{}, {} catom{}, within cells {}\n", what, extent.catoms, extent.catoms == 1 ? "" : "s",
+                       cells_text(extent.first, extent.last));
 }
 
 // What links are like, if not as in the ideal network. Empty: they are.
