@@ -160,6 +160,10 @@ class Figures(Case):
         self.assertTrue(root.tag.endswith("}svg"))
         # A point and a line for each n, an axis, a grid and letters.
         self.assertGreater(len(list(root.iter())), 20)
+        # The band has two corners for each n, and no other.
+        band = next(each.get("d") for each in root.iter() if "fill-opacity:0.2" in each.get("style", ""))
+        corners = set(re.findall(r"[ML] (\S+) \S+", band))
+        self.assertEqual(len(corners), 2, band)
         self.sweep("--plot", "size~n", "--image", "size.png")
         self.assertEqual(self.read("size.png")[:8], b"\x89PNG\r\n\x1a\n")
 
@@ -169,6 +173,32 @@ class Figures(Case):
         lines = self.sweep("--plot", "far~n")[0].splitlines()
         # 5 - 4, 50 - 4 and 100 - 4, six times each; all of one sign, so the chance is 2 / 2^18.
         self.assertEqual(lines[2], "far: a minus b in 18 pairs: median 46, signed-rank test p = 7.6e-06")
+
+    def test_lines_for_some_columns_alone(self):
+        """And a measure along the axis: here n and reach are pooled, as a front gets n / 2 far at most."""
+        self.write("study.toml", self.TWO.replace("far =", 'size = "catoms"\nfar =').replace("[set]", "[set]\nreach = [100, 200]"))
+        out = self.sweep("--plot", "far~size|program")[0].splitlines()
+        self.assertEqual(out[:2], [f"far ~ size, {name}: exponent 1, 95% confidence 1 to 1" for name in "ab"])
+        self.assertEqual(out[-1], "plot: study.results/far-size-program.svg")
+        out = self.sweep("--plot", "far~size|program,reach")[0].splitlines()
+        self.assertEqual([line.split(":")[0] for line in out[:3]],
+                         ["far ~ size, a, -", "far ~ size, b, reach = 100", "far ~ size, b, reach = 200"])
+        self.assertIn("no column 'wrold'. did you mean 'world'?", self.sweep("--plot", "far~size|wrold", code=USAGE)[1])
+
+    def test_rows_that_failed(self):
+        """They are in no median and in no plot, and that is said."""
+        self.write("study.toml", STUDY.replace("seeds = 2", "seeds = [1, 2, 3, 4]") + """
+            [measure]
+            far = "max D : { dist(A, D) }"
+            [expect]
+            near = "max D : { dist(A, D) } < 10"
+            """)
+        rows = [line.split() for line in self.sweep("--table", code=FAILED)[0].splitlines()]
+        self.assertEqual(rows[1:], [["10", "3", "4", "0", "3"], ["10", "100", "4", "0", "5"], ["20", "3", "4", "0", "3"],
+                                    ["20", "100", "4", "4", "-"]])
+        out = self.sweep("--plot", "far~n", code=FAILED)[0].splitlines()
+        self.assertEqual(out[1:3], ["far ~ n, reach = 100: no exponent, since there are not three rows at two places",
+                                    "far ~ n without 4 rows that failed"])
 
     def test_mistakes(self):
         for options, said in ((["--plot", "tikcs~n"], "the table has no column 'tikcs'. did you mean 'ticks'?"),

@@ -30,6 +30,23 @@ Result<std::size_t> plotted_column(const StudyTable& table, std::string_view nam
     return fail(fmt::format("--plot {}: the table has no column '{}'", what, name), did_you_mean(name, names));
 }
 
+using LineColumns = std::optional<std::vector<std::size_t>>;
+
+Result<LineColumns> no_choice() { return LineColumns(); }
+
+// Of "world,loss": the columns whose values have lines of their own.
+Result<LineColumns> line_columns(const StudyTable& table, std::string_view names, const std::string& what) {
+    std::vector<std::size_t> columns;
+    for (std::size_t at = 0; at <= names.size();) {
+        const std::size_t end = std::min(names.find(',', at), names.size());
+        const auto column = plotted_column(table, names.substr(at, end - at), what);
+        if (!column) return tl::unexpected<Error>(column.error());
+        columns.push_back(*column);
+        at = end + 1;
+    }
+    return columns;
+}
+
 // "0.98, 95% confidence 0.95 to 1.01"
 std::string exponent_text(const PowerFit& fit) {
     return fmt::format("exponent {:.3g}, 95% confidence {:.3g} to {:.3g}", fit.exponent, fit.low, fit.high);
@@ -37,14 +54,17 @@ std::string exponent_text(const PowerFit& fit) {
 
 class Plotter {
   public:
-    Plotter(const StudyTable& table, std::size_t y, std::size_t x) : table_(table), y_(y), x_(x) {}
+    // `by`: the columns whose values have lines of their own; nothing: those of programs, worlds and other parameters that differ.
+    Plotter(const StudyTable& table, std::size_t y, std::size_t x, LineColumns by) : table_(table), y_(y), x_(x), by_(std::move(by)) {}
 
     void read() {
         const std::size_t status = *table_.column("status");
-        const std::vector<std::size_t> names = name_columns();
+        const std::vector<std::size_t> names = by_ ? *by_ : name_columns();
         for (const auto& row : table_.rows) {
+            const bool fine = text_of(row[status]) == "fine";
+            failed_ += fine ? 0 : 1;
             const auto x = number_of(row[x_]), y = number_of(row[y_]);
-            if (!x || !y || text_of(row[status]) != "fine") continue;
+            if (!x || !y || !fine) continue;
             PlotName name;
             for (const std::size_t c : names) name.push_back(text_of(row[c]));
             if (!lines_.contains(name)) order_.push_back(name);
@@ -67,10 +87,13 @@ class Plotter {
         plot.chart.log_x = plot.chart.log_y = positive_;
         for (const PlotName& name : order_) add(name, plot);
         compare(plot);
+        if (failed_ > 0) plot.said += fmt::format("{} without {} row{} that failed\n", what_of(plot), failed_, failed_ == 1 ? "" : "s");
         return plot;
     }
 
   private:
+    static std::string what_of(const StudyPlot& plot) { return plot.chart.y_title + " ~ " + plot.chart.x_title; }
+
     // Those of programs, worlds and other parameters that differ.
     std::vector<std::size_t> name_columns() const {
         std::vector<std::size_t> names;
@@ -92,11 +115,12 @@ class Plotter {
         }
         std::optional<PowerFit> fit;
         if (positive_) fit = fit_power(points);
-        const std::string what = plot.chart.y_title + " ~ " + plot.chart.x_title;
+        const std::string what = what_of(plot) + (series.name.empty() ? "" : ", " + series.name);
+        if (positive_ && !fit) plot.said += what + ": no exponent, since there are not three rows at two places\n";
         if (fit) {
             for (const double x : {by_x.begin()->first, by_x.rbegin()->first})
                 series.line.emplace_back(x, fit->factor * std::pow(x, fit->exponent));
-            plot.said += fmt::format("{}{}: {}\n", what, series.name.empty() ? "" : ", " + series.name, exponent_text(*fit));
+            plot.said += fmt::format("{}: {}\n", what, exponent_text(*fit));
             const std::string exponent = fmt::format("exponent {:.3g} [{:.3g}, {:.3g}]", fit->exponent, fit->low, fit->high);
             if (order_.size() == 1) plot.chart.title = exponent;
             series.name += (series.name.empty() ? "" : ": ") + exponent;
@@ -124,6 +148,8 @@ class Plotter {
 
     const StudyTable& table_;
     std::size_t y_, x_;
+    LineColumns by_;
+    std::size_t failed_ = 0;
     std::vector<PlotName> order_;
     std::vector<std::string> labels_;
     std::map<PlotName, std::vector<XY>> lines_;
@@ -136,17 +162,21 @@ class Plotter {
 Result<StudyPlot> plot_of(const StudyTable& table, const std::string& what) {
     const std::size_t tilde = what.find('~');
     if (tilde == std::string::npos) return fail(fmt::format("--plot {}: it does not say over what", what), "Write --plot rounds~n");
-    const auto y = plotted_column(table, what.substr(0, tilde), what), x = plotted_column(table, what.substr(tilde + 1), what);
+    const std::size_t bar = std::min(what.find('|', tilde), what.size());
+    const auto y = plotted_column(table, what.substr(0, tilde), what);
+    const auto x = plotted_column(table, what.substr(tilde + 1, bar - tilde - 1), what);
     for (const auto* each : {&y, &x})
         if (!*each) return tl::unexpected<Error>(each->error());
-    Plotter plotter(table, *y, *x);
+    const auto by = bar < what.size() ? line_columns(table, what.substr(bar + 1), what) : no_choice();
+    if (!by) return tl::unexpected<Error>(by.error());
+    Plotter plotter(table, *y, *x, *by);
     plotter.read();
     if (plotter.empty())
         return fail(fmt::format("--plot {}: no row that is fine has numbers in both columns", what),
                     "Plot a measure over a parameter whose values are numbers");
     if (plotter.lines() > kMostPlotted)
         return fail(fmt::format("--plot {}: {} lines are more than one can tell apart", what, plotter.lines()),
-                    "Write a study with fewer values of the other parameters");
+                    fmt::format("Name the columns that shall have lines of their own, as '{}|world'", what.substr(0, bar)));
     return plotter.plot();
 }
 

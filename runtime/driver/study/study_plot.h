@@ -14,7 +14,8 @@ struct StudyPlot {
     std::string said;  // Fits and tests, a line each.
 };
 
-// "Y~X": a line for each combination of the other parameters, programs and worlds, with medians and quartiles over the seeds.
+// "Y~X": a line for each combination of the other parameters, programs and worlds, with medians and quartiles over the seeds; "Y~X|A,B":
+// a line for each combination of the columns A and B alone, whatever the others are.
 // If all numbers are above zero, both axes are logarithmic and each line has the power law that fits it; two programs are
 // compared by a paired test. Rows that have failed are left out. Errors: there is no such column; it has no numbers.
 Result<StudyPlot> plot_of(const StudyTable& table, const std::string& what);

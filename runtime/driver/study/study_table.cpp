@@ -139,7 +139,10 @@ std::vector<std::vector<std::string>> summary_lines(const StudyTable& table) {
         if (fresh) groups.emplace_back(name, Group{.values = std::vector<std::vector<double>>(table.measures)});
         Group& group = groups[found->second].second;
         ++group.runs;
-        group.failed += text_of(row[status]) != "fine";
+        const bool fine = text_of(row[status]) == "fine";
+        group.failed += fine ? 0 : 1;
+        // What a run has measured that went wrong says nothing about those that went well.
+        if (!fine) continue;
         for (std::size_t m = 0; m < table.measures; ++m)
             if (const auto value = number_of(row[table.first_measure + m])) group.values[m].push_back(*value);
     }

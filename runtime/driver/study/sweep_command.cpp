@@ -219,8 +219,8 @@ CLI::App* add_sweep(CLI::App& app, SweepOptions& sweep) {
         ->type_name("INT");
     s->add_flag("--table", sweep.table, "Print each combination of parameters: its runs, and of each measure the median and quartiles");
     s->add_option("--plot", sweep.plots,
-                  "Plot a measure over a parameter, as rounds~n: medians with quartiles, the power law that fits, and a test of two "
-                  "programs; repeatable")
+                  "Plot a measure over a parameter or another measure, as rounds~n: medians with quartiles, the power law that fits, and a "
+                  "test of two programs; 'rounds~n|world,loss' has a line for each combination of these columns alone; repeatable")
         ->type_name("Y~X")
         ->take_all()
         ->allow_extra_args(false);

@@ -148,6 +148,8 @@ class ChartPen {
         const ChartSeries& series = chart_.series[number];
         if (series.points.empty()) return;
         colour(number, 0.2);
+        // Text leaves the pen at its end, and the band would begin there.
+        cairo_move_to(pen_, at_x(series.points.front().x), at_y(series.points.front().high));
         for (const ChartPoint& point : series.points) cairo_line_to(pen_, at_x(point.x), at_y(point.high));
         for (std::size_t i = series.points.size(); i-- > 0;) cairo_line_to(pen_, at_x(series.points[i].x), at_y(series.points[i].low));
         cairo_close_path(pen_);
