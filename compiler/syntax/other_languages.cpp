@@ -39,6 +39,24 @@ bool is_aggregate_before(const Stop& stop) {
            std::find(std::begin(kAggregateWords), std::end(kAggregateWords), before.text) != std::end(kAggregateWords);
 }
 
+constexpr const char* kAggregateClause = "an aggregate is a clause of its own: `N = count : { p(A, _) }`, `S = sum X : { p(A, X) }`";
+
+// max(D : ...
+bool is_called_aggregate(const Stop& stop) {
+    static constexpr std::string_view kCalled[] = {"sum", "min", "max", "count", "avg", "collect"};
+    if (stop.at < stop.begin + 3) return false;
+    const std::string& word = stop.tokens[stop.at - 3].text;
+    return stop.tokens[stop.at - 1].kind == TokenKind::Variable && stop.tokens[stop.at - 2].kind == TokenKind::LeftParen &&
+           std::ranges::find(kCalled, word) != std::end(kCalled);
+}
+
+// N = count p(A).
+bool has_aggregate(const Stop& stop) {
+    for (std::size_t i = stop.begin; i < stop.at; ++i)
+        if (stop.tokens[i].kind == TokenKind::Aggregate) return true;
+    return false;
+}
+
 // create B, C. (...)
 bool is_before_new_values(const Stop& stop) {
     if (stop.at == stop.begin || stop.tokens[stop.at - 1].kind != TokenKind::Name) return false;
@@ -70,11 +88,13 @@ Cure cure_of_other_language(const Stop& stop) {
         return {"comments start with `//`", safe(write(first.span.to(stop.tokens[stop.begin + 1].span), "//"))};
     switch (token.kind) {
         case TokenKind::Name:
+            if (stop.expected.size() == 1 && expects(stop, TokenKind::LeftBrace) && has_aggregate(stop)) return {kAggregateClause};
             return stop.at > stop.begin ? cure_of_word(stop) : Cure{};
         case TokenKind::Semicolon:
             return cure_of_semicolon(stop);
         case TokenKind::Colon: {
             // Behind a fact it is the arrow of a rule that was meant.
+            if (is_called_aggregate(stop)) return {kAggregateClause};
             const bool assigns = stop.at > stop.begin && stop.tokens[stop.at - 1].kind == TokenKind::Variable;
             if (!assigns || next.kind != TokenKind::Equal || next.span.begin != token.span.end) return {};
             return {"write `=`: an equality gives a variable its value", safe(write(token.span.to(next.span), "="))};
@@ -109,7 +129,7 @@ Cure cure_of_other_language(const Stop& stop) {
             return {"a set is written as a list where a set is expected, or made from one: `list2set([1, 2])`"};
         }
         default:
-            return {};
+            return expects(stop, TokenKind::Colon) && has_aggregate(stop) ? Cure{kAggregateClause} : Cure{};
     }
 }
 

@@ -62,6 +62,14 @@ class Options(Case):
         self.says("meldsim", "world", "p.toml", "--until",
                   text="meldsim world: there is no option '--until'. 'meldsim world --help' lists the options")
 
+    def test_a_question_about_a_predicate_that_is_not_there(self):
+        """It cannot be declared there, so the names that there are help more."""
+        self.write("two.meld", "type p(node).\ntype other(node, int).\np(A) :- other(A, 1).\n")
+        for body in ("hops(A, 1)", "p(A), not hops(A, 1)"):
+            err = self.refused("meldsim", "query", "two.meld", body, code=2, lines=None,
+                               says=("no predicate `hops`", "declares `other`, `p`"))
+            self.assertNotIn("declare it", err)
+
     def test_commands_of_the_other_program_and_forgotten_ones(self):
         self.says("meldsim", "check", "p.meld", text="meldsim: 'check' is a command of meldc. write 'meldc check'")
         self.says("meldc", "run", "p.meld", text="meldc: 'run' is a command of meldsim. write 'meldsim run'")

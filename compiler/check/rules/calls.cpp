@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <set>
+#include <string>
 
 #include "compiler/check/names/scope.h"
 #include "compiler/syntax/parse.h"
@@ -118,6 +120,12 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
     // Its name in other languages.
     static const std::map<std::string, std::string> elsewhere = {{"len", "llength"},    {"length", "llength"}, {"size", "llength"},
                                                                  {"random", "randint"}, {"rand", "randint"},   {"str", "int2str"}};
+    static const std::set<std::string> aggregates = {"count", "avg", "average", "mean", "collect"};
+    if (aggregates.contains(name) && !names_.functions.contains(name)) {
+        report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
+            "an aggregate is a clause of its own: `N = count : { p(A, _) }`, `S = sum X : { p(A, X) }`";
+        return term;
+    }
     const auto other = elsewhere.find(name);
     const std::string near = other != elsewhere.end() ? other->second : diagnostics::nearest_name(name, known);
     auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name));

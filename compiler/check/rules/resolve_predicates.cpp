@@ -1,5 +1,11 @@
 // Pass 2, names of predicates: which one a fact of a rule means, the cure where there is none, and its sign.
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "compiler/check/program/library.h"
 #include "compiler/check/rules/resolver.h"
@@ -113,17 +119,32 @@ std::string Resolver::nearest_predicate(const std::string& name, std::optional<s
     return "";
 }
 
+// For a question, which cannot declare anything.
+std::string Resolver::declared_names() const {
+    constexpr std::size_t kShown = 8;
+    std::set<std::string> names;
+    for (const auto& [key, id] : names_.predicates)
+        if (!program_.predicates[id].prelude) names.insert("`" + key.first + "`");
+    if (names.empty()) return "the program declares none of its own";
+    const std::vector<std::string> shown(names.begin(),
+                                         std::next(names.begin(), static_cast<std::ptrdiff_t>(std::min(kShown, names.size()))));
+    return fmt::format("the program declares {}{}", fmt::join(shown, ", "),
+                       names.size() > kShown ? fmt::format(" and {} more", names.size() - kShown) : "");
+}
+
 Resolver::Unknown Resolver::unknown_predicate(const syntax::Name& name, std::optional<std::size_t> arguments, Part part) {
     auto& d = report_.add(Kind::UnknownPredicate, name.span, fmt::format("there is no predicate `{}`", name.text));
     if (cure_of_another_machine(name, arguments, part, d)) return {d, false};
     const std::string near = nearest_predicate(name.text, arguments, part);
-    if (near.empty())
+    if (near.empty() && tree_->arrow == syntax::Arrow::Question)
+        d.help = declared_names();
+    else if (near.empty())
         d.help = fmt::format("{}`type {}(node{}).`", kDeclareIt, name.text, arguments.value_or(2) > 1 ? ", ..." : "");
     else if (!arguments || names_.predicates.contains({near, *arguments}))
         d.did_you_mean(near, name.span, Fit::Name);
     else
         d.help = fmt::format("did you mean `{}`?", near);
-    return {d, true};
+    return {d, tree_->arrow != syntax::Arrow::Question};
 }
 
 void Resolver::sigil(const syntax::Atom& tree, const Predicate& p) {

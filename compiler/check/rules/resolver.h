@@ -100,6 +100,7 @@ class Resolver {
     bool cure_of_another_machine(const syntax::Name& name, std::optional<std::size_t> arguments, Part part,
                                  diagnostics::Diagnostic& d) const;
     std::string nearest_predicate(const std::string& name, std::optional<std::size_t> arguments, Part part) const;
+    std::string declared_names() const;
     // Whether the rule must consume this fact of its body, because it consumes nothing else that is known.
     LaterFixes::Consumed consumed(const syntax::Atom& atom, Part part) const;
     void suggest_more_arguments(const syntax::Atom& atom, diagnostics::Diagnostic& d) const;

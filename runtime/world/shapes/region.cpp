@@ -173,7 +173,11 @@ Parsed<Child> parse_comparison(Cursor& cursor, Variable variable) {
         test.modulus = *modulus;
     }
     const auto sign = std::find_if(kSigns.begin(), kSigns.end(), [&cursor](const Sign& s) { return cursor.at(s.text); });
-    if (sign == kSigns.end()) return cursor.expected("a comparison, == != < <= > or >=");
+    if (sign == kSigns.end()) {
+        auto wrong = cursor.expected("a comparison, == != < <= > or >=");
+        if (cursor.at("=")) wrong.value().suggestion = "write ==";
+        return wrong;
+    }
     cursor.take();
     test.comparison = sign->comparison;
     const Parsed<double> number = parse_signed(cursor);

@@ -39,7 +39,8 @@ TEST(Region, BindsAndMoreTightlyThanOr) {
 }
 
 TEST(Region, SaysWhatIsWrongAndWhere) {
-    EXPECT_EQ(region_error("id = 4"), "column 4: expected a comparison, == != < <= > or >=, found '='");
+    EXPECT_EQ(region_error("id = 4"), "column 4: expected a comparison, == != < <= > or >=, found '='. write ==");
+    EXPECT_EQ(region_error("id 4"), "column 4: expected a comparison, == != < <= > or >=, found '4'");
     EXPECT_EQ(region_error("cel == (0,0,0)"), "column 1: nothing is called 'cel' here. did you mean 'cell'?");
     EXPECT_EQ(region_error("cell == (0,0)"), "column 13: expected ',', found ')'");
     EXPECT_EQ(region_error("cell == (0,0,0.5)"), "column 14: 0.5 is not an integer");
