@@ -4,6 +4,7 @@
 """
 import json
 import pathlib
+import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -266,6 +267,31 @@ class ManyMistakes(Case):
         err = self.call("meldc", "check", "many.meld", "--all", code=1)[1]
         self.assertEqual((err.count("error["), err.count("warning[")), (40, 60))
         self.assertEqual(len(json.loads(self.call("meldc", "check", "many.meld", "--json", code=1)[0])), 100)
+
+
+class Pages(Case):
+    def test_a_cure_that_declares_what_it_uses_compiles(self):
+        """And is not refused in turn by another message."""
+        table = (pathlib.Path(__file__).resolve().parents[2] / "compiler/diagnostics/kinds.def").read_text()
+        tried = 0
+        for code in re.findall(r'^MELD_KIND\(\w+, "(E\w+)"', table, re.MULTILINE):
+            page = self.call("meldc", "explain", code)[0].rstrip("\n").splitlines()
+            at = len(page)
+            while page[at - 1].startswith("    ") or not page[at - 1]:
+                at -= 1
+            cure = "".join(line[4:] + "\n" for line in page[at:])
+            if not cure.lstrip("\n").startswith("type "):
+                continue
+            self.write("cure.meld", cure)
+            done = self.run_tool("meldc", "check", "--json", "cure.meld").stdout
+            found = {each["code"] for each in json.loads(done) if each["severity"] == "error"}
+            # What it reads may be declared elsewhere.
+            if found <= {"E0301", "E0302", "E0305"} and found:
+                continue
+            tried += 1
+            with self.subTest(code=code):
+                self.assertEqual(found, set(), cure)
+        self.assertGreater(tried, 10)
 
 
 class SeveralPrograms(Case):
