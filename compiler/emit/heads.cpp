@@ -45,21 +45,20 @@ std::string RuleEmitter::accumulated(const Accumulator& f) const {
 
 void RuleEmitter::step(const plan::AggregateOver& s) {
     const Scope before = scope_;
-    // Like the absence of facts, it sees all linear facts, including those that the rule is about to consume, and consumes none.
-    const std::vector<Consumed> taken = std::exchange(consumed_, {});
     const Accumulator f = start_accumulator(s.aggregate, scope_.rule.variables[s.variable].type, s.function, s.parameter);
     w_.open("{");
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
     const Match* const searching = std::exchange(searching_, nullptr);
+    const bool asking = std::exchange(asking_, true);
     steps(s.steps);
+    asking_ = asking;
     searching_ = searching;
     leaves_out_ = leaves_out;
     accumulate(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, accumulated_type(f)));
     close_to(outside);
     w_.close();
     restore(before);
-    consumed_ = taken;
     std::string condition = f.needs_match() ? f.seen + " > 0" : "";
     const bool known = scope_.values.contains(s.variable) || scope_.places.contains(s.variable) || s.variable == scope_.rule.site;
     if (known)
@@ -119,13 +118,13 @@ void RuleEmitter::heard_from(const MakeFact& h) {
 
 void RuleEmitter::consume() {
     std::vector<PredicateId> bags;
-    for (const Consumed& c : consumed_)
+    for (const Matched& c : consumed_)
         if (std::find(bags.begin(), bags.end(), c.predicate) == bags.end()) bags.push_back(c.predicate);
     for (const PredicateId bag : bags) {
         const std::string name = predicate_name(plan_.program, bag);
         std::string positions;
         int n = 0;
-        for (const Consumed& c : consumed_)
+        for (const Matched& c : consumed_)
             if (c.predicate == bag) {
                 positions += (positions.empty() ? "" : ", ") + c.position;
                 ++n;
@@ -298,6 +297,30 @@ bool RuleEmitter::consumes(const plan::ForAll& h) const {
     });
 }
 
+void RuleEmitter::copy_bags(const plan::ForAll& h) {
+    plan::each_head_plan(h.heads, [&](const HeadPlan& head) {
+        const std::vector<Step>* const taking = plan::steps_of(head);
+        if (taking == nullptr) return;
+        for (const Step& taken : *taking) {
+            const Match* t = as<Match>(taken);
+            const bool read = t != nullptr && consumes(*t) && plan_.program.predicates[t->predicate].linear() &&
+                              std::ranges::any_of(h.steps, [&](const Step& s) {
+                                  const Match* m = as<Match>(s);
+                                  return m != nullptr && m->predicate == t->predicate;
+                              });
+            if (!read || copied_.contains(t->predicate)) continue;
+            const std::string name = predicate_name(plan_.program, t->predicate), row = row_type(t->predicate);
+            const Rows copy{fresh("rows"), fresh("count")};
+            w_.line("load_{}(s);", name);
+            w_.line("s.{}.arrange(*s.e);", name);
+            w_.line("const u32 {} = s.{}.list.count;", copy.count, name);
+            w_.line("{0}* const {1} = static_cast<{0}*>(scratch(*s.e, u64{{{2}}} * sizeof({0})));", row, copy.rows, copy.count);
+            w_.line("for (u32 k = 0; k < {}; ++k) {}[k] = s.{}.list.rows[k];", copy.count, copy.rows, name);
+            copied_[t->predicate] = copy;
+        }
+    });
+}
+
 // For the facts of this comprehension; one inside it has its own.
 void RuleEmitter::open_letters(const std::vector<HeadPlan>& heads) {
     for (const HeadPlan& h : heads)
@@ -325,8 +348,8 @@ const MakeFact* RuleEmitter::to_all_neighbours(const plan::ForAll& h) const {
 
 void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made) {
     const Scope before = scope_;
-    const std::vector<Consumed> outer = std::move(consumed_);
-    consumed_.clear();
+    // Its body may match what the rule's body has kept, and even consume it.
+    const std::vector<Matched> consumed = std::exchange(consumed_, {}), kept = std::exchange(kept_, {});
     keep_invariants(h.heads);
     if (const MakeFact* fact = aggregates.empty() ? to_all_neighbours(h) : nullptr) {
         // What may fail is not computed for nobody.
@@ -337,13 +360,16 @@ void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAgg
                 plan_.of(fact->predicate).column.index());
         if (may_fail) w_.close();
         restore(before);
-        consumed_ = outer;
+        consumed_ = consumed;
+        kept_ = kept;
         return;
     }
     open_letters(h.heads);
     if (!consumes(h)) {
         const std::size_t outside = w_.depth();
+        copy_bags(h);
         steps(h.steps);
+        copied_.clear();
         accumulate_match(aggregates, made);
         heads(h.heads);
         close_to(outside);
@@ -364,7 +390,8 @@ void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAgg
         w_.raw("}");
     }
     restore(before);
-    consumed_ = outer;
+    consumed_ = consumed;
+    kept_ = kept;
 }
 
 }  // namespace meld::emit

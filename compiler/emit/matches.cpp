@@ -154,22 +154,35 @@ void RuleEmitter::match_bag(const Match& s) {
     const std::string i = fresh("k"), f = fresh("f");
     w_.line("load_{}(s);", name);
     w_.line("s.{}.arrange(*s.e);", name);
-    const std::string rows = fmt::format("s.{}.list.rows", name), count = fmt::format("s.{}.list.count", name);
+    const auto copied = copied_.find(s.predicate);
+    const bool is_copied = copied != copied_.end();
+    const std::string rows = is_copied ? copied->second.rows : fmt::format("s.{}.list.rows", name);
+    const std::string count = is_copied ? copied->second.count : fmt::format("s.{}.list.count", name);
     if (searching_)
         each_in_search(s, i, name);
     else
         each_row(s, i, rows, count);
-    std::string taken;
-    for (const Consumed& c : consumed_)
-        if (c.predicate == s.predicate) taken += fmt::format("{}{} == {}", taken.empty() ? "" : " || ", i, c.position);
-    if (!taken.empty()) w_.line("if ({}) continue;", taken);
-    w_.line("[[maybe_unused]] const {} {} = s.{}.list.rows[{}];", row_type(s.predicate), f, name, i);
+    claim(s, i);
+    w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
     const std::vector<Argument>& arguments = plan_.program.predicates[s.predicate].arguments;
     for (std::size_t k = 1; k < arguments.size(); ++k)
-        if (arguments[k].type.compound()) w_.line("fetch_ahead(s.{}.list, {}, &{}::{});", name, i, row_type(s.predicate), field_name(k));
-    if (!s.read_only) consumed_.push_back({s.predicate, i});
+        if (arguments[k].type.compound() && !is_copied)
+            w_.line("fetch_ahead(s.{}.list, {}, &{}::{});", name, i, row_type(s.predicate), field_name(k));
     if (searching_) found_at_.push_back({&s, i});
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::claim(const Match& s, const std::string& position) {
+    if (asking_) return;
+    std::string taken;
+    const auto exclude = [&](const std::vector<Matched>& before) {
+        for (const Matched& m : before)
+            if (m.predicate == s.predicate) taken += fmt::format("{}{} == {}", taken.empty() ? "" : " || ", position, m.position);
+    };
+    exclude(consumed_);
+    if (consumes(s)) exclude(kept_);
+    if (!taken.empty()) w_.line("if ({}) continue;", taken);
+    (consumes(s) ? consumed_ : kept_).push_back({s.predicate, position});
 }
 
 // A loop over the places around the catom; returns the name of the port.
@@ -265,14 +278,14 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
 // No way to satisfy the steps inside exists.
 void RuleEmitter::step(const plan::Unless& s) {
     const Scope before = scope_;
-    // It sees all facts, including those that the rule is about to consume.
-    const std::vector<Consumed> taken = std::exchange(consumed_, {});
     const std::string found = fresh("found");
     w_.open(fmt::format("const auto {} = [&]() -> bool {{", found));
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
     const Match* const searching = std::exchange(searching_, nullptr);
+    const bool asking = std::exchange(asking_, true);
     steps(s.steps);
+    asking_ = asking;
     searching_ = searching;
     leaves_out_ = leaves_out;
     w_.raw("return true;");
@@ -281,7 +294,6 @@ void RuleEmitter::step(const plan::Unless& s) {
     if (!always) w_.raw("return false;");
     w_.close("};");
     restore(before);
-    consumed_ = taken;
     w_.open(fmt::format("if ({}) {{", defined(fmt::format("!{}()", found), plan::may_fail(plan_.program, s.steps))));
 }
 

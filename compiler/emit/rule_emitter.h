@@ -44,7 +44,8 @@ class RuleEmitter {
     void semi_naive(std::size_t number);
 
   private:
-    struct Consumed {
+    // A linear fact that an atom has matched.
+    struct Matched {
         PredicateId predicate;
         std::string position;  // The C++ name of the index into the bag.
     };
@@ -150,6 +151,10 @@ class RuleEmitter {
     // Rows that have changed, both old and new: of a predicate derived here in this evaluation, or since the last one.
     void match_changed(const Match& s);
     void match_bag(const Match& s);
+    // Whether the rule consumes the linear fact that the match finds.
+    bool consumes(const Match& s) const { return !s.read_only && !asking_; }
+    // Notes which fact of a bag it finds, which must be another one than those before, if the rule consumes one of the two.
+    void claim(const Match& s, const std::string& position);
     // Opens the loop over the rows of a match; `i` names the position (lookups.cpp).
     void each_row(const Match& s, const std::string& i, const std::string& rows, const std::string& count);
     // The name of the struct that describes how the rows of a match are found.
@@ -209,6 +214,8 @@ class RuleEmitter {
     // In a module with counters, after the fact in `values` has been sent over this port.
     void count_sent(const MakeFact& h, const std::string& port);
     bool consumes(const plan::ForAll& h) const;
+    // Before a comprehension whose heads may consume what it reads: it goes on with the facts as they were.
+    void copy_bags(const plan::ForAll& h);
     // What these heads compute from what is known already is computed at most once (invariants.cpp).
     void keep_invariants(const std::vector<HeadPlan>& heads);
     void keep_invariant(const Term& t);
@@ -225,7 +232,9 @@ class RuleEmitter {
     Writer& w_;
     std::optional<check::Rule> joined_;  // For rules that begin alike: the first rule with the variables of all.
     Scope scope_;
-    std::vector<Consumed> consumed_;
+    // What the body has matched so far. No fact is in both: that of `$p(...)` is left where it is.
+    std::vector<Matched> consumed_, kept_;
+    bool asking_ = false;  // Within a negation or an aggregate: it sees all linear facts, and consumes and keeps none.
     // Derivations that fail are left out: in views, except where all matches are read at once, and except in rules for single rows, where a
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;
@@ -244,6 +253,10 @@ class RuleEmitter {
     std::map<const MakeFact*, std::string> letters_;
     PredicateId near_;                        // That of the group which is derived, if the function knows where it is: a parameter `near`.
     std::vector<PredicateId> held_, frozen_;  // See freeze().
+    struct Rows {
+        std::string rows, count;  // C++ names.
+    };
+    std::map<PredicateId, Rows> copied_;  // See copy_bags().
 };
 
 }  // namespace meld::emit

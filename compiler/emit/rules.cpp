@@ -208,6 +208,7 @@ void RuleEmitter::choose() {
     if (random) w_.raw("u64 chosen = draw_below(*s.e, matches);");
     restore(before);
     consumed_.clear();
+    kept_.clear();
 }
 
 void RuleEmitter::restore(const Scope& before) {

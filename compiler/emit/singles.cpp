@@ -76,7 +76,7 @@ void RuleEmitter::single() {
         steps(rule_plan_.steps);
         w_.raw("if (s.e->trap != Trap::None) return false;");
         need_room();
-        for (const Consumed& c : consumed_) w_.line("one.{}.take();", predicate_name(plan_.program, c.predicate));
+        for (const Matched& c : consumed_) w_.line("one.{}.take();", predicate_name(plan_.program, c.predicate));
         heads(rule_plan_.heads);
         w_.raw("return true;");
         const bool always = w_.depth() == outside;
@@ -92,7 +92,7 @@ void RuleEmitter::need_room() {
         const MakeFact* fact = as<MakeFact>(h);
         if (fact == nullptr || fact->place != scope_.rule.site) return;
         if (plan_.program.predicates[fact->predicate].kind == PredicateKind::Action) return;
-        if (std::ranges::any_of(consumed_, [&](const Consumed& c) { return c.predicate == fact->predicate; })) return;
+        if (std::ranges::any_of(consumed_, [&](const Matched& c) { return c.predicate == fact->predicate; })) return;
         w_.open(fmt::format("if (one.{}.holds) [[unlikely]] {{", predicate_name(plan_.program, fact->predicate)));
         w_.raw("one.full = true;");
         w_.raw("return false;");
@@ -104,7 +104,7 @@ void RuleEmitter::match_single(const Match& s) {
     const std::string name = predicate_name(plan_.program, s.predicate), f = fresh("f");
     w_.open(fmt::format("if (one.{}.holds) {{", name));
     w_.line("[[maybe_unused]] const {} {} = one.{}.row;", row_type(s.predicate), f, name);
-    if (!s.read_only) consumed_.push_back({s.predicate, ""});
+    if (consumes(s)) consumed_.push_back({s.predicate, ""});
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 

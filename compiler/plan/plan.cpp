@@ -44,7 +44,7 @@ constexpr Pass kPasses[] = {
     {.name = "layout", .kind = kNeeded, .on_plan = lay_out, .plan_promise = verify_layout},
     {.name = "order", .kind = kNeeded, .on_plan = order_rules, .plan_promise = verify_steps},
     {.name = "deltas", .kind = kOptional, .on_plan = plan_deltas},
-    {.name = "sweep", .kind = kOptional, .on_plan = plan_sweeps},
+    {.name = "sweep", .kind = kOptional, .on_plan = plan_sweeps, .plan_promise = verify_sweeps},
     {.name = "singles", .kind = kOptional, .on_plan = find_singles},
     {.name = "letters", .kind = kOptional, .on_plan = find_letters},
     {.name = "births", .kind = kOptional, .on_plan = find_idle_births},

@@ -25,5 +25,7 @@ void verify_layout(const Plan& plan);
 // After `order`: steps use variables that earlier ones have bound, and read predicates that are stored and exported. The same holds in
 // delta rules and shared prefixes.
 void verify_steps(const Plan& plan);
+// After `sweep`: a rule that takes all messages in one pass reads one state and one message.
+void verify_sweeps(const Plan& plan);
 
 }  // namespace meld::plan

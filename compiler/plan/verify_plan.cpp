@@ -279,4 +279,20 @@ void verify_steps(const Plan& plan) {
         }
 }
 
+// A sweep knows one state and one message at a time.
+void verify_sweeps(const Plan& plan) {
+    for (const RulePlan& r : plan.linear_rules) {
+        if (!r.sweep.applies()) continue;
+        for (const PredicateId p : {r.sweep.state, r.sweep.messages}) {
+            std::size_t read = 0;
+            each_step(r.steps, [&](const Step& s) {
+                const Match* m = as<Match>(s);
+                read += m != nullptr && m->predicate == p ? 1 : 0;
+            });
+            MELD_CHECK(read == 1, "rule {} takes all {} in one pass, and reads {} {} times", plan.program.rules[r.rule].name,
+                       plan.program.predicates[r.sweep.messages].name, plan.program.predicates[p].name, read);
+        }
+    }
+}
+
 }  // namespace meld::plan

@@ -26,3 +26,7 @@ add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_
 add_test(NAME meld_chains COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/chains_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(meld_chains PROPERTIES TIMEOUT 300 PROCESSORS 2)
+# Linear rules with every plan.
+add_test(NAME meld_plans COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/plans_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --passes ${CMAKE_SOURCE_DIR}/compiler/plan/plan.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/linear/different_facts.meld ${CMAKE_CURRENT_LIST_DIR}/linear/different_facts_later.meld)

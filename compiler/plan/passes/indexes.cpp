@@ -86,6 +86,7 @@ class IndexChooser {
         while (first < known.size() && known[first] == first + 1 && first < sorted) ++first;
         if (!p.linear() && first == sorted) return {};
         if (first == known.size()) return {.kind = Lookup::Kind::Prefix, .by = known};
+        if (in_comprehension_ && p.linear()) return {.obstacle = "a comprehension makes no index of linear facts"};
         return {.kind = Lookup::Kind::Index, .by = known};
     }
     std::string of_argument(const Match& m, std::size_t i) const {

@@ -63,8 +63,12 @@ class SweepFinder {
     std::string other_steps() {
         for (const Step& step : rule_.steps) {
             const Match* m = as<Match>(step);
-            const bool of_both = m != nullptr && (m->predicate == sweep_.state || m->predicate == sweep_.messages);
-            if (m != nullptr && !of_both) return fmt::format("it reads {} too", name(m->predicate));
+            if (m != nullptr && m != state_ && m != message_) {
+                // A second state or message is another fact than the one that changes, or is taken.
+                if (m->predicate != sweep_.state && m->predicate != sweep_.messages)
+                    return fmt::format("it reads {} too", name(m->predicate));
+                return fmt::format("it also reads {} without consuming it", name(m->predicate));
+            }
             if (m == nullptr && as<Test>(step) == nullptr && as<Set>(step) == nullptr) return "it asks for more than two facts";
             bool drawn = false;
             each_part(step, [&](const Term& t) { drawn = drawn || draws(plan_.program, t); }, [](VariableId) {});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -114,16 +115,32 @@ bool Solver::readable(const Atom& a, const Environment& env) const {
 }
 
 bool Solver::try_atom(const Atom& atom, Clauses rest, Environment& env, const Found& found) {
-    const bool consumes = program_.predicates[atom.predicate].linear() && !atom.read_only && !inside_;
+    // What a question or a judge names is a set, in which equal facts are one.
+    const bool uses = program_.predicates[atom.predicate].linear() && !inside_ && !sight_.rows;
+    std::size_t at = 0;
     for (const Row& row : candidates(atom, env)) {
+        const std::size_t place = at++;
+        if (uses && !is_free(atom, place)) continue;
         const Mark mark(*this, env);
         if (!match(atom, row, env)) continue;
-        if (consumes) taken_.push_back({atom.predicate, row});
+        if (uses) matched_.push_back({atom.predicate, row, place, !atom.read_only});
         const bool stop = step(rest, env, found);
-        if (consumes) taken_.pop_back();
+        if (uses) matched_.pop_back();
         if (stop) return true;
     }
     return false;
+}
+
+// What the rule consumes, no other atom of the body matches; what it only reads, several may.
+bool Solver::is_free(const Atom& atom, std::size_t at) const {
+    return std::ranges::none_of(
+        matched_, [&](const Taken& m) { return m.predicate == atom.predicate && m.at == at && (m.consumed || !atom.read_only); });
+}
+
+std::vector<Taken> Solver::taken() const {
+    std::vector<Taken> taken;
+    std::ranges::copy_if(matched_, std::back_inserter(taken), [](const Taken& m) { return m.consumed; });
+    return taken;
 }
 
 bool Solver::try_change(const Clause& clause, Clauses rest, Environment& env, const Found& found) {
@@ -277,8 +294,6 @@ std::vector<Row> Solver::candidates(const Atom& atom, const Environment& env) co
     if (p.linear()) {
         const auto [first, last] = at_catom((*linear_)[index], place->integer());
         rows.assign(first, last);
-        for (const Taken& t : taken_)
-            if (t.predicate == atom.predicate) rows.erase(std::find(rows.begin(), rows.end(), t.row));
         return rows;
     }
     const Rows& all = p.world == WorldSource::None ? facts_[index] : scene_.world[index];

@@ -14,9 +14,12 @@ inline bool is_neighbor(const check::Predicate& p) {
     return p.world == check::WorldSource::Neighbor || p.world == check::WorldSource::NeighborPort;
 }
 
+// A linear fact that an atom of a body has matched.
 struct Taken {
     PredicateId predicate;
     Row row;
+    std::size_t at = 0;     // Its place among those of the predicate at the catom: there may be equal ones.
+    bool consumed = false;  // Otherwise it is only read.
 };
 
 // What can be seen.
@@ -41,7 +44,7 @@ class Solver {
     bool solve(const std::vector<check::Clause>& body, Environment& env, const std::function<bool()>& found);
 
     // In found(): the linear facts that this way consumes.
-    const std::vector<Taken>& taken() const { return taken_; }
+    std::vector<Taken> taken() const;
     // Some expression had no value. The ways that need it are none.
     bool failed() const { return failed_; }
 
@@ -71,6 +74,7 @@ class Solver {
     std::vector<Row> candidates(const check::Atom& atom, const Environment& env) const;
     std::vector<Row> linked(const check::Atom& atom, const std::optional<Value>& place, const Environment& env) const;
     double change_of(const check::Clause& clause, const Row& row) const;
+    bool is_free(const check::Atom& atom, std::size_t at) const;
     bool match(const check::Atom& atom, const Row& row, Environment& env);
     bool unify(const check::Term& term, const Value& value, Environment& env);
     void bind(std::size_t variable, const Value& value, Environment& env);
@@ -82,7 +86,7 @@ class Solver {
     const Facts& facts_;
     const std::vector<Bag>* linear_;
     std::vector<std::size_t> bound_;  // The variables bound so far, in this order.
-    std::vector<Taken> taken_;
+    std::vector<Taken> matched_;
     std::vector<Deferred> deferred_;  // Arguments that were expressions over variables not yet known.
     bool inside_ = false;             // A negation or an aggregate: what is matched there is not consumed.
     bool failed_ = false;
