@@ -328,6 +328,26 @@ c(A, X) -o (if X % 2 = 0 then even(A) otherwise odd(A) end), N = X + 1, next(A, 
             self.assertTrue(any(p["is"] == "fails" and says in p["text"] for p in way["parts"]), way)
         self.assertIn("were not checked", ways[3]["note"])
 
+    # A body, and whether one fact meets it.
+    BODIES = (("n(A, X), n(A, Y)", False), ("n(A, X), $n(A, Y)", False), ("$n(A, X), n(A, Y)", False), ("go(A), $n(A, X), $n(A, Y)", True))
+
+    def test_what_a_rule_consumes_no_other_atom_matches(self):
+        self.write("p.toml", self.PAIR)
+        for body, one_is_enough in self.BODIES:
+            for count in (1, 2):
+                sent = ", ".join(["go(B)"] + ["n(B, 4)"] * count)
+                self.write("p.meld", "type linear start(node).\ntype linear go(node).\ntype linear n(node, int).\ntype big(node, int).\n"
+                           f"start(@0).\nstart(A) -o {{B | neighbor(A, B) | {sent}}}.\n{body} -o big(A, X + Y).\n"
+                           "n(A, X), go(A) -o big(A, X + X).\n")
+                with self.subTest(body=body, count=count):
+                    fires = one_is_enough or count == 2
+                    _, absent, _, made = self.ask("p.meld", "p.toml", ["to 1", "why-not big(@1, 8)", "to 2", "why big(@1, 8)"])
+                    note = "it fires in the next tick" if fires else "by one fact twice"
+                    self.assertIn(note, absent["nodes"][0]["ways"][0]["note"])
+                    lines = [way["line"] for way in made["nodes"][0]["ways"]]
+                    self.assertEqual(fires, 7 in lines)
+                    self.assertTrue(lines)
+
     def test_a_rule_that_waits_is_no_reason_while_another_is(self):
         self.write("p.meld", "type far(node, int).\nfar(B, node2int(A))@+3 :- neighbor(A, B).\nfar(B, node2int(A)) :- neighbor(A, B).\n")
         self.write("p.toml", self.PAIR)

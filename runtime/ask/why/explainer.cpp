@@ -315,8 +315,46 @@ Result<bool> Explainer::search(const PartialMatch& match, const Search& how, con
                                     const bool front = how.recursion != nullptr && how.recursion->contains(c.atom.predicate);
                                     return front && !with_fronts_.empty() ? *with_fronts_[age] : facts(age);
                                 }};
-    if (auto done = solver_.search(match.rule, match.body, match.values, match.bound, found, options); !done)
+    const Solver::Found different = [&](const Solution& solution) {
+        return !are_different(match, solution, [&](const Clause& c) -> Facts& { return facts(ages.at(&c)); }) || found(solution);
+    };
+    const Solver::Found& each = match.of != nullptr && match.of->linear ? different : found;
+    if (auto done = solver_.search(match.rule, match.body, match.values, match.bound, each, options); !done)
         return tl::unexpected<Error>(done.error());
+    return true;
+}
+
+bool Explainer::are_different(const PartialMatch& match, const Solution& solution, const std::function<Facts&(const Clause&)>& from) {
+    const auto same = [&](PredicateId id, const Fact& a, const Fact& b) {
+        bool equal = a.catom == b.catom;
+        for (std::size_t i = 1; i < predicate(id).arguments.size(); ++i)
+            equal = equal && terms_.equal(predicate(id).arguments[i].type, a.arguments[i - 1], b.arguments[i - 1]);
+        return equal;
+    };
+    for (std::size_t i = 0; i < match.of->body.size(); ++i) {
+        const Clause& c = match.body[i];
+        const PredicateId id = c.atom.predicate;
+        if (solution.facts[i] == nullptr || c.atom.read_only || !predicate(id).linear()) continue;
+        const Fact& fact = *solution.facts[i];
+        // What the rule reads, the body of a head may consume.
+        std::size_t consumed = 0, read = 0, in_heads = 0;
+        for (std::size_t k = 0; k < match.own; ++k) {
+            const Clause& other = match.body[k];
+            if (solution.facts[k] == nullptr || other.atom.predicate != id || !same(id, fact, *solution.facts[k])) continue;
+            if (other.atom.read_only)
+                read = 1;
+            else
+                ++(k < match.of->body.size() ? consumed : in_heads);
+        }
+        const std::size_t needed = consumed + std::max(read, in_heads);
+        if (needed < 2) continue;
+        std::size_t there = 0;
+        from(c).at(program_.source(id), fact.catom, [&](const Fact& f) {
+            there += same(id, fact, f) ? 1 : 0;
+            return there < needed;
+        });
+        if (there < needed) return false;
+    }
     return true;
 }
 

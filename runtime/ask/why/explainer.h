@@ -118,6 +118,8 @@ class Explainer {
     void find_fronts();
     // Whether it is before the first tick, so that no catom has told others anything.
     bool told_nothing(std::size_t age) const;
+    // Whether there are as many facts as a linear rule must match: what it consumes, no other atom of its body does.
+    bool are_different(const PartialMatch& match, const Solution& solution, const std::function<Facts&(const check::Clause&)>& from);
     std::map<check::VariableId, std::size_t> distances(const PartialMatch& match) const;
 
     const Program& program_;

@@ -233,6 +233,8 @@ class WhyNot {
             way.note = std::move(*yet);
         } else if (!offers.instead.empty()) {
             way.note = "its body is met, and " + offers.instead;
+        } else if (rule.linear && best.failed == nullptr) {
+            way.note = "its body is met by one fact twice, and what a rule consumes, no other part of its body matches";
         }
         node(i).ways.push_back(std::move(way));
         return {};

@@ -11,6 +11,7 @@
 
 namespace meld::reference {
 
+using check::Clause;
 using check::Op;
 using check::Predicate;
 using check::Term;
@@ -54,6 +55,8 @@ bool YetJudge::so(const Way& w, const HeadOf& h, const Pattern& fact) {
     if (!met(h, fact, {tick_, false})) return fails("its body is not met");
     if (w.note == "it is given once, in the first tick") return h.rule->initial_fact || fails("it is no fact of the text");
     if (says(w.note, "it fires in the next tick")) return (h.rule->linear && !h.rule->initial_fact) || fails("it does not fire");
+    if (w.note == "its body is met by one fact twice, and what a rule consumes, no other part of its body matches")
+        return consumes_of_several(h) || fails("it reads no linear predicate twice");
     if (h.rule->linear) return fails("it says: " + w.note);
     if (w.note.starts_with(kWaits)) return waits(w, h, fact);
     if (w.note == "its body is met, but not for long enough yet") return too_short(h, fact);
@@ -66,6 +69,16 @@ bool YetJudge::so(const Way& w, const HeadOf& h, const Pattern& fact) {
     if (w.note != "its body is met now, and was not when the catom read it; it is read again in the next tick")
         return fails("it says: " + w.note);
     return !met(h, fact, {tick_, true}) || fails("its body was met when the catom read it");
+}
+
+// Whether the body, or that of a head, matches several facts of a linear predicate and consumes one of them.
+bool YetJudge::consumes_of_several(const HeadOf& h) const {
+    const auto is_atom = [](const Clause& c) { return c.kind == Clause::Kind::Atom; };
+    return h.rule->linear && std::ranges::any_of(h.clauses, [&](const Clause& c) {
+               return is_atom(c) && !c.atom.read_only && program_.predicates[c.atom.predicate].linear() &&
+                      std::ranges::count_if(
+                          h.clauses, [&](const Clause& other) { return is_atom(other) && other.atom.predicate == c.atom.predicate; }) > 1;
+           });
 }
 
 bool YetJudge::too_short(const HeadOf& h, const Pattern& fact) {

@@ -25,6 +25,7 @@ class YetJudge {
   private:
     const Moment& now() const { return past_.at(tick_); }
     bool fails(std::string why);
+    bool consumes_of_several(const HeadOf& h) const;
     bool too_short(const HeadOf& h, const Pattern& fact);
     bool others_hold(const Answer::Way& w, const HeadOf& h, const Pattern& fact);
     bool waits(const Answer::Way& w, const HeadOf& h, const Pattern& fact);
