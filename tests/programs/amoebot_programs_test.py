@@ -22,14 +22,27 @@ ACTIVATIONS = ("fair", "one", "random")
 ALIKE = 2000            # Ticks that must be the same on any number of processes.
 
 
-def connected(cells):
-    found, todo = set(), list(cells)[:1]
+def piece(cells, first):
+    """The cells that hang together with the first."""
+    found, todo = set(), [first]
     while todo:
         cell = todo.pop()
         if cell in cells and cell not in found:
             found.add(cell)
             todo += [step(cell, d) for d in range(6)]
-    return found == set(cells)
+    return found
+
+
+def pieces(cells):
+    left, found = set(cells), []
+    while left:
+        found.append(piece(left, min(left)))
+        left -= found[-1]
+    return found
+
+
+def connected(cells):
+    return len(pieces(cells)) <= 1
 
 
 def around(cells, by):
@@ -43,15 +56,22 @@ def grown(rng, count, holes):
     while len(cells) < count:
         cells.add(step(rng.choice(sorted(cells)), rng.randrange(6)))
         if not holes:
-            empty = around(cells, 1) - cells
-            outside, todo = set(), [min(empty)]
-            while todo:
-                cell = todo.pop()
-                if cell in empty and cell not in outside:
-                    outside.add(cell)
-                    todo += [step(cell, d) for d in range(6)]
-            cells |= empty - outside
+            cells |= around(cells, 1) - cells - outside_of(cells)
     return sorted(cells)
+
+
+def pierced(rng, cells):
+    """Without some of the cells, many of them inside, and still in one piece."""
+    left = set(cells)
+    for cell in rng.sample(cells, len(cells) // 3):
+        left -= {cell} if connected(left - {cell}) else set()
+    return sorted(left)
+
+
+# Shapes that are not likely by chance: where an amoebot is alone, has agents on both sides of a line, or joins two rings.
+RING = [(1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1)]
+SMALL = [[(0, 0)], [(0, 0), (1, 0)], [(x, 0) for x in range(9)], RING, RING + [(x + 2, y) for x, y in RING[:3] + RING[4:]],
+         [(x, y) for x in range(9) for y in range(9) if x % 2 == 0 or y % 4 == 0]]
 
 
 class Outcome:
@@ -94,6 +114,35 @@ def erosion_election(outcome, _):
     require(len(leaders) == 1, f"{leaders} lead")
     require(eroded == set(outcome.cells) - leaders, "not all others have given up")
     require(outcome.rounds <= len(outcome.cells), f"{outcome.rounds} rounds")
+
+
+def outside_of(cells):
+    """The empty cells in a box around all that are not in a hole."""
+    empty = around(cells, 1) - cells
+    return piece(empty, min(empty))
+
+
+def boundary(cells, empty):
+    """How many rows of empty cells of one piece amoebots have around them: the length of the boundary."""
+    return sum(step(cell, d) in empty and step(cell, (d + 1) % 6) in cells for cell in cells for d in range(6))
+
+
+def boundary_election(outcome, _):
+    cells = set(outcome.cells.values())
+    outside = outside_of(cells)
+    holes = pieces(around(cells, 1) - cells - outside)
+    leaders, followers = ({a for a, in outcome.facts[name]} for name in ("leader", "follower"))
+    require(len(leaders) == 1, f"{leaders} lead")
+    require(followers == set(outcome.cells) - leaders, "not all others follow")
+    (leader,) = leaders
+    require(any(step(outcome.cells[leader], d) in outside for d in range(6)), "the leader is not at the outer boundary")
+    length = boundary(cells, outside)
+    turns = collections.Counter(turns for _, _, turns in outcome.facts["border"])
+    require(turns[6] == min(length, 1) and set(turns) <= {6, -6} and turns[-6] <= len(holes),
+            f"{len(holes)} holes, and boundaries turn by {turns}")
+    # Expected, O(L); the news that there is a leader reaches another amoebot in each round.
+    require(outcome.rounds <= 20 * length + len(cells), f"{outcome.rounds} rounds, where the outer boundary has {length} agents")
+    print(f"L = {length}, {len(holes)} holes" + (f", {outcome.rounds / length:.1f} L rounds" if outcome.rounds and length else ""))
 
 
 def shape(outcome, seeds):
@@ -167,6 +216,10 @@ PROGRAMS = {
     "spanning_forest": Program(60, True, "root", 3, "N = count : { joined(_) }, N = @world", "own",
                                [("port(A, P, B, _, _), joined(B)", "port(A, P, B, _, _)")]),
     "erosion_election": Program(60, False, None, 0, "leader(_)", "own", [("runs(A, 1) -o", "runs(A, N), N < 3 -o")]),
+    "boundary_election": Program(90, True, None, 0, "N = count : { informed(_) }, N = @world", "common",
+                                 [("token(A, P, _, P, 0, 0, _, T)", "token(A, P, _, P, _, _, _, T)"),
+                                  ("token(A, P, _, P, 0, 0, _, T)", "token(A, P, _, _, 0, 0, _, T)"),
+                                  ("border(A, _, 6)", "border(A, _, _)"), ("E > D -o", "E <> D -o")]),
     "hexagon_formation": Program(45, True, "seed", 1, FORMED, "common",
                                  [*SHAPE_BREAKS, ("not built(A, (P + 5) % 6)", "not built(A, (P + 4) % 6)")]),
     "line_formation": Program(24, True, "seed", 1, FORMED, "common", [*SHAPE_BREAKS, ("(P + 3) % 6) :- marked", "(P + 2) % 6) :- marked")]),
@@ -177,6 +230,10 @@ PROGRAMS = {
                               [("energy(A, E - G), child", "energy(A, E), child"),
                                ("harvested(A, H + G), inhibited(A, S)", "harvested(A, H + G), inhibited(A, false)")]),
 }
+
+
+# Programs that are run from the small shapes too, and from random ones with many holes.
+IN_SMALL = {"boundary_election"}
 
 
 def run(meldsim, folder, program, options, processes=1):
@@ -204,12 +261,14 @@ def coated(rng, count):
     return thing, sorted(cells), f'[facts]\nobject = {json.dumps(region)}\nfirst = "cell == ({first[0]}, {first[1]}, 0)"\n'
 
 
-def world(rng, name, activation, seed):
+def world(rng, name, activation, seed, cells):
     program = PROGRAMS[name]
     if name == "coating":
         given, cells, facts = coated(rng, program.count)
         return given, placed(cells, facts, program, activation, seed)
-    cells = grown(rng, program.count, program.holes)
+    if not cells:
+        cells = grown(rng, program.count, program.holes)
+        cells = pierced(rng, cells) if name in IN_SMALL else cells
     given = {rng.randrange(len(cells))} if program.given == 1 else set(rng.sample(range(len(cells)), program.given))
     facts = f"[facts]\n{program.fact} = {json.dumps([f'id == {a}' for a in sorted(given)])}\n" if given else ""
     return given, placed(cells, facts, program, activation, seed)
@@ -220,9 +279,9 @@ def placed(cells, facts, program, activation, seed):
             f'[motion]\nkind = "amoebot"\nactivation = "{activation}"\ncompass = "own"\nchirality = "{program.chirality}"\n')
 
 
-def judge(meldsim, folder, name, activation, seed, divided):
+def judge(meldsim, folder, name, activation, seed, divided, cells=None):
     program = PROGRAMS[name]
-    given, text = world(random.Random(f"{name} {seed}"), name, activation, seed)
+    given, text = world(random.Random(f"{name} {seed}"), name, activation, seed, cells)
     (folder / "world.toml").write_text(text)
     if divided:
         some = {run(meldsim, folder, name, ("--ticks", str(ALIKE)), processes)[1] for processes in (1, 2, 3)}
@@ -246,13 +305,15 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch)
         copied(examples, folder, name)
-        for seed in range(first, first + count):
-            for activation in ACTIVATIONS:
-                try:
-                    outcome = judge(meldsim, folder, name, activation, seed, seed == first)
-                except AssertionError as error:
-                    sys.exit(f"{name}, seed {seed}, activation {activation}: {error}\n{(folder / 'world.toml').read_text()}")
-                print(f"seed {seed}, {activation}: {len(outcome.cells)} amoebots, {outcome.moves} moves, {outcome.rounds or 'no'} rounds")
+        trials = [(seed, activation, None) for seed in range(first, first + count) for activation in ACTIVATIONS]
+        if name in IN_SMALL:
+            trials += [(first, ACTIVATIONS[i % len(ACTIVATIONS)], cells) for i, cells in enumerate(SMALL)]
+        for seed, activation, cells in trials:
+            try:
+                outcome = judge(meldsim, folder, name, activation, seed, seed == first, cells)
+            except AssertionError as error:
+                sys.exit(f"{name}, seed {seed}, activation {activation}: {error}\n{(folder / 'world.toml').read_text()}")
+            print(f"seed {seed}, {activation}: {len(outcome.cells)} amoebots, {outcome.moves} moves, {outcome.rounds or 'no'} rounds")
         for right, wrong in PROGRAMS[name].breaks:
             copied(examples, folder, name, right, wrong)
             for seed in range(first, first + 5):

@@ -19,6 +19,8 @@ BREAKS = {
     "ghs": [("study.toml", "regular({n}, 4)", "complete({n})"), ("study.toml", "[32, 64, 128, 256, 512]", "[32, 64]")],
     "compression": [("study.toml", "ticks = 300000", "ticks = 3000")],
     "healing": [("gradients.meld", "const bis-speed = 0.7.", "const bis-speed = 0.7.\nconst crf-speed = 0.05.")],
+    # Whoever is alone leads, around holes too.
+    "election": [("../../meld/boundary_election.meld", "border(A, _, 6)", "border(A, _, _)")],
     # Nobody adjusts to his neighbours.
     "localization": [("../../meld/localization.meld", "const sweeps = 10.", "const sweeps = 0."),
                      ("../../meld/localization.meld", "const last-sweeps = 30.", "const last-sweeps = 0.")],

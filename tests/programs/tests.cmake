@@ -65,14 +65,14 @@ add_test(NAME motion_compression
                  $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 set_tests_properties(motion_compression PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # Programs of the amoebot model, each from random shapes.
-foreach(program spanning_forest erosion_election hexagon_formation line_formation coating energy_sharing)
+foreach(program spanning_forest erosion_election boundary_election hexagon_formation line_formation coating energy_sharing)
   add_test(NAME amoebots_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/amoebot_programs_test.py
                    $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld ${program})
   set_tests_properties(amoebots_${program} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
 # Figures of papers, made again by the scripts of examples/papers.
-foreach(paper luby ghs compression healing localization pagerank)
+foreach(paper luby ghs compression election healing localization pagerank)
   add_test(NAME papers_${paper} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/papers_test.py $<TARGET_FILE:meldsim> ${paper})
   set_tests_properties(papers_${paper} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
