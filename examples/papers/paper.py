@@ -21,10 +21,10 @@ def options(script):
     return chosen
 
 
-def rows(script, out):
+def rows(script, out, study="study"):
     """One for each run; those that are there already are not made again."""
-    results = out / f"{script.stem}.results"
-    subprocess.run([claymeld.find_meldsim(), "sweep", script.with_name("study.toml"), "-o", results, "--quiet"], check=True)
+    results = out / (f"{script.stem}.results" if study == "study" else f"{study}.results")
+    subprocess.run([claymeld.find_meldsim(), "sweep", script.with_name(f"{study}.toml"), "-o", results, "--quiet"], check=True)
     return pandas.read_csv(results / "rows.csv")
 
 
