@@ -28,6 +28,11 @@ type where-place(node, vec3 P).
 where-link(A, B)  :- neighbor(A, B).
 where-place(A, P) :- position(A, P).
 """
+# Where devices are points that move: who is given this goes its way once, and loses some neighbours and finds others.
+PUSHED = """
+type where-pushed(node, float X, float Y).
+moveBy(A, X, Y, 0.0) :- where-pushed(A, X, Y).
+"""
 CONDITIONS = {
     "at once": "",
     "late": '[network]\nkind = "latency"\nleast = 1\nmost = 7\n',
@@ -40,6 +45,8 @@ NETWORKS = [
     'lattice = "hex"\n[[body]]\nshape = "minus(box(11, 9, 1), box(4, 3, 1))"\n',
     'lattice = "graph"\ngraph = "geometric(70, 0.14)"\n',
     'lattice = "cubic"\n[[body]]\nshape = "minus(box(5, 5, 4), box(3, 2, 4))"\n',
+    'lattice = "graph"\ngraph = "scatter(80, 12, 12)"\n[links]\nrange = 2.2\n',
+    'lattice = "graph"\ngraph = "scatter(80, 12, 12)"\n[links]\nrange = 2.2\n[motion]\nkind = "points"\n',
 ]
 CATOMS = 60  # At least as many in each of them.
 SIZES = [[(1, 1), (2, 1), (3, 2)], [(1, 2), (4, 1)], [(1, 1), (2, 2)], [(1, 1), (3, 1)], [(2, 1), (1, 1)]]
@@ -51,12 +58,17 @@ def some(draw, count):
     return [f"id == {draw.randrange(CATOMS)}" for _ in range(count)]
 
 
+def pushed(draw):
+    way = [round(draw.uniform(-3, 3), 2) for _ in range(2)]
+    return "give = { where-pushed = [" + ", ".join(f'{{ where = "{region}", args = {way} }}' for region in some(draw, 8)) + "] }\n"
+
+
 def listed(regions):
     return "[" + ", ".join(f'"{region}"' for region in regions) + "]"
 
 
-def disturbed(block, draw):
-    """Facts at the start, and what happens to them, to catoms and to links."""
+def disturbed(block, draw, moving):
+    """Facts at the start, and what happens to them, to catoms and to links. Where catoms move, no link can be healed."""
     names = ["source"] + (["wall"] if block in ("field", "channel") else []) + (["goal"] if block == "channel" else [])
     text = "seed = %d\n" % draw.randrange(1000), "[facts]\n" + "".join(f"{name} = {listed(some(draw, 3))}\n" for name in names)
     events, tick = "", 0
@@ -70,8 +82,10 @@ def disturbed(block, draw):
             f'take = {{ source = "id >= 0" }}\ngive = {{ source = {listed(some(draw, 2))} }}\n',
             f"kill = {listed(some(draw, 4))}\n",
             f'cut = "id % 4 == {draw.randrange(4)}"\n',
-            'heal = "all"\n',
+            'heal = "all"\n' if not moving else pushed(draw),
         ])
+        if moving:
+            events += f"[[event]]\ntick = {tick + 1}\n{pushed(draw)}"
     return *text, events
 
 
@@ -84,16 +98,17 @@ def worlds(block):
         yield "late and drifting", head + CONDITIONS["drifting"] + "[[event]]" + events, [(1, 1), (3, 1)]
         return
     draw = random.Random(block)
-    turns = (40 if CAMPAIGN else 10) // (2 if block in ROUNDS else 1)
+    turns = (40 if CAMPAIGN else 12) // (2 if block in ROUNDS else 1)
     for turn in range(turns):
         condition = list(CONDITIONS)[turn % len(CONDITIONS)]
         if block in ROUNDS and condition == "lossy":
             condition = "late"
         network = NETWORKS[turn % len(NETWORKS)]
-        seed, facts, events = disturbed(block, draw)
-        head, _, body = network.partition("[[body]]")
-        body = "[[body]]" + body if body else ""
-        yield f"{turn}, {condition}", head + seed + body + facts + CONDITIONS[condition] + events, SIZES[turn % len(SIZES)]
+        seed, facts, events = disturbed(block, draw, "[motion]" in network)
+        # What is of the whole world stands above its tables.
+        head, table, body = network.partition("\n[")
+        world = head + "\n" + seed + table[1:] + body + facts + CONDITIONS[condition] + events
+        yield f"{turn}, {condition}", world, SIZES[turn % len(SIZES)]
 
 
 class Final:
@@ -157,7 +172,8 @@ def run(runner, world, sizes, options):
 def main():
     meldsim, block = sys.argv[1:]
     with tempfile.TemporaryDirectory() as scratch:
-        runner = Runner(meldsim, (PROGRAMS if block in EXAMPLES else HERE) / f"{block}.meld", scratch, TOLD)
+        added = TOLD if block in EXAMPLES else TOLD + PUSHED
+        runner = Runner(meldsim, (PROGRAMS if block in EXAMPLES else HERE) / f"{block}.meld", scratch, added)
         check = ORACLES.get(block) or EXAMPLES[block]
         path = runner.folder / "world.toml"
         for name, world, sizes in worlds(block):

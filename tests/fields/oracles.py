@@ -228,6 +228,19 @@ def crowd_alert(final):
         raise AssertionError("not those are warned that should be")
 
 
+def sensor_areas(final):
+    leader_of = elected(final, lambda a: a * 7919 % 1000003, 8.0)[0]
+    areas = collections.defaultdict(list)
+    for catom, leader in leader_of.items():
+        x, y, _ = final.place[catom]
+        areas[leader].append(20.0 + x / 4.0 + y * y / 80.0)
+    if not 10 < len(areas) < len(leader_of) / 10 or not final.all("carried"):
+        raise AssertionError("this world shows nothing")
+    means = {leader: sum(area) / len(area) for leader, area in areas.items()}
+    final.same("mean", means, ROUNDED)
+    final.same("told", {catom: means[leader] for catom, leader in leader_of.items()}, ROUNDED)
+
+
 def evacuation(final):
     fire, graph = final.all("fire"), networkx.DiGraph()
     smoky = fire | {b for a in fire for b in final.links[a]}
@@ -260,4 +273,5 @@ def drone_formation(final):
                 raise AssertionError(f"to-go of @{catom}")
 
 
-EXAMPLES = {"adaptive_channel": adaptive_channel, "crowd_alert": crowd_alert, "evacuation": evacuation, "drone_formation": drone_formation}
+EXAMPLES = {"adaptive_channel": adaptive_channel, "crowd_alert": crowd_alert, "sensor_areas": sensor_areas, "evacuation": evacuation,
+            "drone_formation": drone_formation}
