@@ -23,6 +23,8 @@ BREAKS = {
     "election": [("../../meld/boundary_election.meld", "border(A, _, 6)", "border(A, _, _)")],
     # The cost of a way is given up too early, so units find no way to the last empty cells.
     "ensembles": [("../../meld/shape_change.meld", "const reach = 12.0.", "const reach = 1.0.")],
+    # They go around each other as closely as half a diameter.
+    "kilobots": [("assembly.meld", "const apart = 1.0.", "const apart = 0.5.")],
     # Nobody adjusts to his neighbours.
     "localization": [("../../meld/localization.meld", "const sweeps = 10.", "const sweeps = 0."),
                      ("../../meld/localization.meld", "const last-sweeps = 30.", "const last-sweeps = 0.")],

@@ -1,0 +1,35 @@
+"""A hundred and fifty robots that assemble a heart: how many have found their place after how many ticks, with and without errors in what
+they sense. All must end in the shape, none on another, and know where they are."""
+
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import paper  # noqa: E402
+
+SCRIPT = pathlib.Path(__file__).resolve()
+
+
+def main():
+    out = paper.options(SCRIPT).out
+    rows = paper.rows(SCRIPT, out)
+    ticks = [int(name.split("@")[1]) for name in rows if name.startswith("after@")]
+    print("noise  in place  outside  closest two  error of a place  layers")
+    for _, row in rows.iterrows():
+        noise = "bearing" in row["links.noise"]
+        print(f"{'yes' if noise else 'no':5}  {row['placed']:3} of {row['robots']}  {row['outside']:7}  {row['closest']:11.2f}  "
+              f"{row['error']:16.3f}  {row['hops']:6}")
+        paper.check(row["placed"] == row["robots"], f"{row['robots'] - row['placed']} robots have found no place")
+        paper.check(row["closest"] > 0.75, f"two robots are {row['closest']:.2f} diameters apart")
+        paper.check(row["outside"] <= (row["robots"] / 20 if noise else 0), f"{row['outside']} robots are outside the shape")
+        paper.check(row["error"] < (0.5 if noise else 1e-6), f"a robot is {row['error']:.2f} diameters from where it believes to be")
+    with paper.Figure(SCRIPT, out, "ticks", "robots in their place") as axes:
+        for _, row in rows.iterrows():
+            # A run ends when nothing is left to do.
+            placed = [row["placed"] if row[f"after@{tick}"] != row[f"after@{tick}"] else row[f"after@{tick}"] for tick in ticks]
+            axes.plot(ticks, placed, "o-", label="with noise" if "bearing" in row["links.noise"] else "without noise")
+
+
+if __name__ == "__main__":
+    main()
