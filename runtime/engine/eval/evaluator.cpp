@@ -195,6 +195,7 @@ void Evaluator::evaluate_block(Thread& t, int worker, std::span<const u32> catom
     if (samples_) samples_->note_worker(worker);
     if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), catoms.size());
     module_.evaluate(&t, catoms.data(), dirty.data(), static_cast<u32>(catoms.size()));
+    t.reserved.clear();
     if (counts_) counts_->end_block(static_cast<std::size_t>(worker), catoms);
     if (samples_) note_place(t, kPlaceNone);
     if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);

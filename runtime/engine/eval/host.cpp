@@ -22,6 +22,8 @@ void Evaluator::Thread::connect_memory(Host& host) {
         // The evaluation then ends at its next check; until then it gets what it asks for.
         t.new_chunk(size > kMaxChunk ? std::max<std::size_t>(kArena, bytes) : size);
     };
+    host.reserve = [](Eval* e, u64 bytes) { return of(e).reserved.take(e->catom, bytes); };
+    host.give_back = [](Eval* e, void* memory) { of(e).reserved.give_back(memory); };
 }
 
 // What an evaluation writes of its catom: records, rows, and the values that groups have lost.

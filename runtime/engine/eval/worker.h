@@ -10,6 +10,7 @@
 #include "runtime/engine/eval/evaluator.h"
 #include "runtime/engine/eval/pending.h"
 #include "runtime/engine/eval/repeated.h"
+#include "runtime/engine/eval/reserved.h"
 #include "runtime/engine/eval/tick_arena.h"
 #include "runtime/engine/tuple/field.h"
 #include "runtime/module/kernel/values.h"
@@ -48,6 +49,7 @@ struct Evaluator::Thread : Eval {
     Evaluator* owner = nullptr;
     int number = 0;
     std::vector<std::unique_ptr<u8[]>> chunks;
+    Reserved reserved;
     // Until the next evaluation, but their bytes are used up before.
     std::vector<PendingRecord> records;
     std::vector<PendingRows> rows;

@@ -16,10 +16,10 @@
 //      block; several threads at a time, each with its own Eval. No catom is in two blocks. While any of these calls
 //      runs, exported columns, `changes` and the geometry are as they were at the end of the last tick.
 //   5. Within evaluate, for one catom after the other, with Eval::catom set and the arena empty:
-//        a. Rules and functions call more_arena, random and position at any time; tombstone before a group is decided; lose when
-//           a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a derivation of a view
-//           traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had undefined
-//           derivations; before any of them they call undefined, if SubdomainView::undefined is set.
+//        a. Rules and functions call more_arena, reserve, give_back, random and position at any time; tombstone before a group is
+//           decided; lose when a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a
+//           derivation of a view traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had
+//           undefined derivations; before any of them they call undefined, if SubdomainView::undefined is set.
 //        b. When a linear rule fires: next_hop, new_node, send, send_row, send_far, bear and act, in the order of its heads. The facts
 //           consumed and produced change only in the module, and the views are evaluated again, until no rule fires. Before a linear
 //           rule, or c., reads what an undefined derivation makes uncertain: undefined_rule and stop_undefined, which is a trap.
@@ -45,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 26;
+inline constexpr u32 kAbiVersion = 27;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -360,6 +360,11 @@ struct Host {
     void (*fired)(Eval*, u32 rule, u32 count, const BoundVariable* variables, const Value* values);
     // For a checked module (kernel/check.h): something that its code takes for granted does not hold. Does not return.
     void (*broken)(Eval*, const char* condition, const char* file, i32 line);
+    // Zeroed memory that takes none of the machine's until it is written to, so that what grows may ask for room that it may never need.
+    // Null: there is none. It lasts until it is given back, or until another catom asks for some, or the block of catoms ends.
+    void* (*reserve)(Eval*, u64 bytes);
+    // The same of memory that was not reserved does nothing.
+    void (*give_back)(Eval*, void* memory);
 };
 
 // A file of the program: its path relative to the program's folder, and its text.

@@ -337,19 +337,35 @@ void store_rows(Eval& e, u16 column, const RowList<Row>& list) {
     }
 }
 
-// Persistent facts given by linear rules, messages or the world: a sorted set that only grows.
+// Persistent facts given by linear rules, messages or the world: a sorted set that only grows. Nobody proposes them, so the list of
+// proposals is theirs: those that were given in this evaluation lie in it, with room on both sides, and the shorter part of them moves.
 template <class T>
 bool give_base(Eval& e, Relation<T>& r, const typename T::Row& row) {
-    if (r.find(row) < r.count) return false;
+    using Row = typename T::Row;
+    const u32 at = lower_row<T>(r.rows, 0, r.count, row);
+    if (at < r.count && T::key(r.rows[at], row) == 0) return false;
     ++e.derivations;
-    RowList<typename T::Row> next;
-    next.reset();
-    u32 held = 0;
-    while (held < r.count && T::key(r.rows[held], row) < 0) next.add(e, r.rows[held++]);
-    next.add(e, row);
-    while (held < r.count) next.add(e, r.rows[held++]);
-    check_fact_limit(e, next.count, r.rule);
-    r.replace(next.rows, next.count);
+    RowList<Row>& list = r.proposed;
+    Row* rows = const_cast<Row*>(r.rows);
+    const bool own = list.capacity > 0, front = at < r.count / 2;
+    const u32 before = own ? static_cast<u32>(rows - list.rows) : 0, behind = own ? list.capacity - before - r.count : 0;
+    if ((front ? before : behind) == 0) {
+        const u32 room = r.count / 2 + 4;
+        list.capacity = r.count + 2 * room;
+        list.rows = static_cast<Row*>(scratch(e, u64{list.capacity} * sizeof(Row)));
+        Row* const to = list.rows + room;
+        for (u32 i = 0; i < at; ++i) to[i] = rows[i];
+        for (u32 i = at; i < r.count; ++i) to[i + 1] = rows[i];
+        rows = to;
+    } else if (front) {
+        --rows;
+        for (u32 i = 0; i < at; ++i) rows[i] = rows[i + 1];
+    } else {
+        for (u32 i = r.count; i > at; --i) rows[i] = rows[i - 1];
+    }
+    rows[at] = row;
+    check_fact_limit(e, r.count + 1, r.rule);
+    r.replace(rows, r.count + 1);
     return true;
 }
 

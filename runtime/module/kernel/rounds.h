@@ -7,6 +7,13 @@
 
 namespace meld {
 
+// From so many bytes on, memory is reserved and given back: in scratch memory, what has grown would be there twice.
+#ifdef MELD_CHECKED
+constexpr u64 kReserved_bytes = 1 << 12;
+#else
+constexpr u64 kReserved_bytes = 1 << 20;
+#endif
+
 // The rows of T while its stratum is evaluated. Rules see those of the rounds before (Relation::rows); those that they derive follow them.
 template <class T>
 struct Rounds {
@@ -14,6 +21,7 @@ struct Rounds {
     RowList<Row> all;
     u32 last;    // Where the rows that the last round has added begin.
     u32* slots;  // By hash a position + 1, or 0; null: all are looked through.
+    bool fixed;  // The rows stay where they are: they have as much room as there may be rows.
     u32 mask;
 
     // Rows that are compared with each other one by one.
@@ -31,6 +39,7 @@ struct Rounds {
         all.reset();
         last = come = put = 0;
         slots = nullptr;
+        fixed = false;
         r.rows = nullptr;
         r.count = 0;
     }
@@ -39,7 +48,7 @@ struct Rounds {
         if (slots == nullptr) {
             for (u32 i = 0; i < all.count; ++i)
                 if (T::key(all.rows[i], row) == 0) return;
-            all.add(e, row);
+            put_last(e, row);
             if (all.count == kCompared) hash_all(e);
             return;
         }
@@ -74,6 +83,33 @@ struct Rounds {
     }
 
   private:
+    // Rules read those of the rounds before meanwhile, so rows that have their own memory do not move.
+    [[gnu::noinline]] void grow(Eval& e) {
+        if (u64{all.capacity} * 2 * sizeof(Row) < kReserved_bytes || fixed) return all.grow(e);
+        // The limit is looked at after each round.
+        constexpr u64 kMostRows = u64{1} << 30;
+        const u64 most = 2 * view_limit<T>(e), least = u64{all.capacity} * 2,
+                  room = most < least       ? least
+                         : most > kMostRows ? kMostRows
+                                            : most;
+        Row* const rows = static_cast<Row*>(e.host->reserve(&e, room * sizeof(Row)));
+        if (rows == nullptr || room < least) return all.grow(e);
+        for (u32 i = 0; i < all.count; ++i) rows[i] = all.rows[i];
+        all.rows = rows;
+        all.capacity = static_cast<u32>(room);
+        fixed = true;
+    }
+    // Memory that is given back; zeroed if it was reserved.
+    static void* memory(Eval& e, u64 bytes, bool& zeroed) {
+        void* const reserved = bytes < kReserved_bytes ? nullptr : e.host->reserve(&e, bytes);
+        zeroed = reserved != nullptr;
+        return zeroed ? reserved : scratch(e, bytes);
+    }
+
+    static void give_back(Eval& e, void* memory, u64 bytes) {
+        if (bytes >= kReserved_bytes) e.host->give_back(&e, memory);
+    }
+
     // A merge sort for this type alone: of many rows, a call for each comparison would take most of the time.
     void sort_all(Eval& e) {
         constexpr u32 kRun = 8;
@@ -87,7 +123,11 @@ struct Rounds {
                 from[to] = row;
             }
         if (n <= kRun) return;
-        Row* to = static_cast<Row*>(scratch(e, u64{n} * sizeof(Row)));
+        // Nothing is looked for any more.
+        if (slots != nullptr) give_back(e, slots, (u64{mask} + 1) * sizeof(u32));
+        slots = nullptr;
+        bool zeroed = false;
+        Row* to = static_cast<Row*>(memory(e, u64{n} * sizeof(Row), zeroed));
         for (u32 width = kRun; width < n; width *= 2) {
             for (u32 low = 0; low < n; low += 2 * width) {
                 const u32 middle = low + width < n ? low + width : n, high = low + 2 * width < n ? low + 2 * width : n;
@@ -107,11 +147,16 @@ struct Rounds {
             to = swap;
         }
         all.rows = from;
+        give_back(e, to, u64{n} * sizeof(Row));
     }
     static u32 hash_of(const Row& row) { return static_cast<u32>((T::hash(row) * 0x9e3779b97f4a7c15ull) >> 32); }
     void add_waiting(Eval& e) {
         const Waiting& next = ahead[put++ % kAhead];
         add(e, next.row, next.hash);
+    }
+    void put_last(Eval& e, const Row& row) {
+        if (all.count == all.capacity) grow(e);
+        all.rows[all.count++] = row;
     }
     void add(Eval& e, const Row& row, u32 hash) {
         u32 at = hash & mask;
@@ -119,15 +164,17 @@ struct Rounds {
             if (T::key(all.rows[slots[at] - 1], row) == 0) return;
             at = (at + 1) & mask;
         }
-        all.add(e, row);
+        put_last(e, row);
         slots[at] = all.count;
         if (u64{all.count} * 2 > mask) hash_all(e);
     }
     [[gnu::noinline]] void hash_all(Eval& e) {
         const u32 size = slots == nullptr ? 4 * kCompared : 4 * (mask + 1);
+        if (slots != nullptr) give_back(e, slots, (u64{mask} + 1) * sizeof(u32));
         mask = size - 1;
-        slots = static_cast<u32*>(scratch(e, u64{size} * sizeof(u32)));
-        for (u32 i = 0; i < size; ++i) slots[i] = 0;
+        bool zeroed = false;
+        slots = static_cast<u32*>(memory(e, u64{size} * sizeof(u32), zeroed));
+        for (u32 i = 0; i < size && !zeroed; ++i) slots[i] = 0;
         for (u32 i = 0; i < all.count; ++i) {
             u32 at = hash_of(all.rows[i]) & mask;
             while (slots[at] != 0) at = (at + 1) & mask;

@@ -55,6 +55,43 @@ TEST_F(GrowingSets, AreThoseOfASimpleSet) {
     }
 }
 
+// Rows are there once while the set grows, and twice while it is sorted.
+TEST_F(GrowingSets, TakeMemoryForTheirRowsAndATableOfThem) {
+    constexpr u64 kSmall = 1'000;
+    for (const bool none : {false, true})
+        for (const u64 rows : {kSmall, 20 * kSmall, 300 * kSmall}) {
+            none_left = none;
+            reserved.clear();
+            blocks.clear();
+            e.arena = e.arena_start = e.arena_end = nullptr;
+            most_reserved_bytes = 0;
+            view.max_facts = rows;
+            Relation<Pair> relation{};
+            relation.open(nullptr, 0, 0);
+            Rounds<Pair> rounds;
+            rounds.start(relation);
+            // Each a few times, the last ones first, in rounds of a tenth.
+            for (u64 part = 10; part-- > 0;) {
+                for (int again = 0; again < 3; ++again)
+                    for (u64 i = rows / 10; i-- > 0;) rounds.propose(e, {static_cast<i64>(part), static_cast<i64>(i)});
+                rounds.end_round(e, relation);
+                EXPECT_EQ(relation.count, (10 - part) * (rows / 10));
+                EXPECT_EQ(relation.rows[0].a1, 9);
+            }
+            EXPECT_TRUE(rounds.finish(e, relation, nullptr, 0));
+            ASSERT_EQ(relation.count, rows);
+            for (u64 i = 0; i < rows; ++i) {
+                ASSERT_EQ(relation.rows[i].a1, static_cast<i64>(i / (rows / 10)));
+                ASSERT_EQ(relation.rows[i].a2, static_cast<i64>(i % (rows / 10)));
+            }
+            const u64 bytes = rows * sizeof(Pair::Row);
+            // Room for twice the limit, of which half is written to, and what it is sorted into, or up to 8 slots of a row. One is left.
+            EXPECT_LE(most_reserved_bytes, 2 * bytes + std::max(bytes, 32 * rows));
+            EXPECT_LE(reserved.size(), 1u);
+            EXPECT_EQ(reserved.empty(), none || bytes < kReserved_bytes);
+        }
+}
+
 TEST_F(GrowingSets, EndUnchangedIfTheSameRowsFollow) {
     const Pair::Row before[] = {{1, 2}, {3, 4}};
     Relation<Pair> relation{};

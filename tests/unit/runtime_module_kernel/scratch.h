@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "runtime/module/abi/module_abi.h"
@@ -20,11 +22,28 @@ struct ScratchTest : testing::Test {
             eval->arena = eval->arena_start = blocks.back().get();
             eval->arena_end = eval->arena + size;
         };
+        reserved.clear();
+        most_reserved_bytes = 0;
+        none_left = false;
+        host.reserve = [](Eval*, u64 bytes) -> void* {
+            if (none_left) return nullptr;
+            auto memory = std::make_unique<u8[]>(bytes);
+            void* const at = memory.get();
+            reserved[at] = {std::move(memory), bytes};
+            u64 all = 0;
+            for (const auto& [_, one] : reserved) all += one.second;
+            most_reserved_bytes = std::max(most_reserved_bytes, all);
+            return at;
+        };
+        host.give_back = [](Eval*, void* memory) { reserved.erase(memory); };
         view.max_facts = view.max_growing_facts = 1'000'000;
         e.host = &host;
         e.subdomain = &view;
     }
     static inline std::vector<std::unique_ptr<u8[]>> blocks;
+    static inline std::map<void*, std::pair<std::unique_ptr<u8[]>, u64>> reserved;
+    static inline u64 most_reserved_bytes = 0;  // At once.
+    static inline bool none_left = false;
     Host host{};
     SubdomainView view{};
     Eval e{};
