@@ -179,6 +179,36 @@ class Worlds(Case):
         self.world(SQUARE + "[set]\nfoo = 1\n", says="no constant 'foo'")
         self.world(SQUARE + '[motion]\nkind = "latice"\n', says="did you mean 'lattice'?")
 
+    def test_sections_that_do_not_say_where_catoms_are_leave_them_there(self):
+        self.write("own.meld", "type route edge(node, node).\ntype hops(node, min int).\ntype linear letter(node, node).\n"
+                               "type got(node, node).\ntype mark(node).\ntype marked(node).\nmarked(A) :- mark(A).\n"
+                               "edge(@0, @4). edge(@4, @2). edge(@2, @7).\nhops(@0, 0).\n"
+                               "hops(B, N + 1) :- edge(A, B), hops(A, N).\nletter(@0, @7).\nletter(A, B) -o got(B, A).\n")
+        self.write("cube.meld", "type sum(node, count int).\ntype mark(node).\ntype marked(node).\n"
+                                "marked(A) :- mark(A).\nsum(A, 1) :- neighbor(A, _).\n")
+        for program in ("own", "cube"):
+            self.call("meldsim", "run", program + ".meld", "--quiet", "--facts-out", "alone")
+            for text in ("[limits]\nmax_ticks = 50\n", "seed = 3\n", '[clock]\nkind = "sequential"\n', '[time]\ntick = "2ms"\n',
+                         '[network]\nkind = "latency"\nmost = 3\n', '# More.\n [network] # links\nkind = "latency"\nmost = 3\n[limits]',
+                         'network.kind = "latency"\nnetwork.most = 2\n', 'network = { kind = "latency", most = 2 }',
+                         "[record]\nevery = 2"):
+                self.write("some.toml", text)
+                for n in (1, 2):
+                    self.call("meldsim", "run", program + ".meld", "--world", "some.toml", "-n", n, "--quiet", "--facts-out", "f")
+                    self.assertEqual(self.read("f"), self.read("alone"), (program, text))
+            self.write("some.toml", '[[event]]\ntick = 2\ngive = { mark = "id == 0" }\n')
+            self.call("meldsim", "run", program + ".meld", "--world", "some.toml", "--quiet", "--facts-out", "f")
+            more = [b"mark(@0).", b"marked(@0)."]
+            self.assertEqual(sorted(self.read("f").splitlines()), sorted(self.read("alone").splitlines() + more))
+            for text, says in (("[limits]\nmax_tick = 3\n", "bad.toml:2:1: "),
+                               ('[network]\nkind = "latency"\nmost = 0\n', "bad.toml:3:8: "),
+                               ('[limits]\nmax_ticks = 9\n[facts]\nmark = ["id =="]\n', "bad.toml:4:"),
+                               ('[network]\nreach = "none"\n', "bad.toml:2:9: ")):
+                self.write("bad.toml", text)
+                self.refused("meldsim", "run", program + ".meld", "--world", "bad.toml", code=2, says=says)
+        self.write("bad.toml", 'lattice = "square"\n')
+        self.refused("meldsim", "run", "cube.meld", "--world", "bad.toml", code=2, says="no catom: the body is empty")
+
     def test_mistakes_are_told_once_on_more_processes(self):
         self.write("bad.toml", '[[body]]\nshap = "box(2, 2, 1)"\n')
         self.refused("meldsim", "run", "p.meld", "--world", "bad.toml", "-n", "3", code=2, says="there is no key 'shap'")

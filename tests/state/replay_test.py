@@ -117,6 +117,16 @@ class Replay(Case):
                   cwd=self.folder / "work")
         self.assertIn("the same", self.replay("run.vtkhdf"))
 
+    def test_the_graph_of_the_links_of_the_program(self):
+        """There facts reach any node, which no file says."""
+        self.write("own.meld", "type route edge(node, node).\ntype linear letter(node, node).\ntype got(node, node).\n"
+                               "edge(@0, @1). edge(@1, @2). edge(@2, @3).\nletter(@0, @3).\nletter(A, B) -o got(B, A).\n")
+        for text in (None, "[limits]\nmax_ticks = 50\n", '[network]\nkind = "latency"\nmost = 2\n'):
+            if text is not None:
+                self.write("some.toml", text)
+            self.call("meldsim", "run", "own.meld", *(("--world", "some.toml") if text else ()), "--quiet", "--record", "run.vtkhdf")
+            self.assertIn("the same", self.replay("run.vtkhdf"))
+
     def test_code_is_named_by_its_hash(self):
         self.write_all(EXTERN)
         self.call("meldsim", "run", "main.meld", "--quiet", "--link", "twice.c", "--record", "run.vtkhdf")

@@ -31,18 +31,27 @@ std::string meldc_path() {
 // How the program is to be compiled. Without a world it is not known beforehand whether the links of the program make a graph.
 enum class Form { Cells, Links, Graph, Undecided };
 
+// Of a program whose world says where catoms are, or else how they find their neighbours if its links make no graph.
+struct Wanted {
+    Form form;
+    Form without_graph = Form::Cells;
+};
+
 // Mistakes of the world are told when it is read as a whole.
-Form form_of(const RunOptions& options) {
+Wanted form_of(const RunOptions& options) {
     if (!options.replay.empty()) {
         const Result<world::World> world = recorded_world(options.replay);
-        if (world && world->is_graph()) return Form::Graph;
-        return options.by_links || (world && world->by_links) ? Form::Links : Form::Cells;
+        if (world && world->is_graph()) return {Form::Graph};
+        return {options.by_links || (world && world->by_links) ? Form::Links : Form::Cells};
     }
     const std::string path = world_path(options);
-    if (!path.empty() && world::asks_for_graph(path)) return Form::Graph;
-    if (options.by_links || (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links))
-        return Form::Links;
-    return path.empty() ? Form::Undecided : Form::Cells;
+    if (!path.empty() && world::asks_for_graph(path)) return {Form::Graph};
+    const bool places = !path.empty() && world::says_places(path);
+    if (options.by_links || (!path.empty() && world::asks_for_links(path)) || std::ranges::any_of(options.events, world::asks_for_links)) {
+        if (path.empty() || places) return {Form::Links};
+        return {Form::Undecided, Form::Links};
+    }
+    return {places ? Form::Cells : Form::Undecided};
 }
 
 const char* flag_of(Form form) {
@@ -80,16 +89,17 @@ std::vector<std::string> other_programs(const RunOptions& options) {
 }
 
 // The form of a program without a world, once it has been compiled in one of both: that of its world, which may be the graph of its links.
-Form form_without_world(const std::string& module_path) {
+Form form_without_world(const std::string& module_path, Form without_graph) {
     const Result<Module> module = load_module(module_path, kAbiVersion);
     if (!module) return Form::Undecided;
     const auto& info = *static_cast<const ModuleInfo*>(module->table());
     const Result<world::World> world = default_world(info);
     const bool graph = world && world->is_graph();
-    return graph == info.by_links ? Form::Undecided : graph ? Form::Graph : Form::Cells;
+    if (graph == info.by_links && (graph || without_graph == Form::Cells)) return Form::Undecided;
+    return graph ? Form::Graph : without_graph;
 }
 
-Result<std::string> compile_in(Form form, const RunOptions& options, std::string* messages);
+Result<std::string> compile_in(Wanted wanted, const RunOptions& options, std::string* messages);
 
 }  // namespace
 
@@ -100,7 +110,8 @@ Result<std::string> compile_program(const RunOptions& options, std::string* mess
 
 namespace {
 
-Result<std::string> compile_in(Form form, const RunOptions& options, std::string* messages) {
+Result<std::string> compile_in(Wanted wanted, const RunOptions& options, std::string* messages) {
+    const Form form = wanted.form;
     int ends[2];
     if (pipe(ends) != 0) return fail(std::string("cannot make a pipe: ") + std::strerror(errno));
     // A file, so that nobody waits for a reader of it.
@@ -168,11 +179,11 @@ Result<std::string> compile_in(Form form, const RunOptions& options, std::string
     if (code != 0) return fail("", "", static_cast<ExitCode>(code));
     while (!output.empty() && output.back() == '\n') output.pop_back();
     if (form != Form::Undecided) return output;
-    form = form_without_world(output);
-    if (form == Form::Undecided) return output;
+    const Form found = form_without_world(output, wanted.without_graph);
+    if (found == Form::Undecided) return output;
     // The messages have been printed; only a program for graphs whose world is none has others.
     std::string again;
-    return compile_in(form, options, messages != nullptr || form == Form::Cells ? messages : &again);
+    return compile_in({found}, options, messages != nullptr || found == Form::Cells ? messages : &again);
 }
 
 }  // namespace

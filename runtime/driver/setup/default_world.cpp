@@ -68,35 +68,34 @@ std::string in_words(const std::vector<std::uint64_t>& nodes) {
 
 }  // namespace
 
-Result<world::World> default_world() {
-    return world::parse_world("lattice = \"cubic\"\n[[body]]\nshape = \"box(10, 10, 10)\"\n", "the default, a cube of 1,000 catoms");
+Places default_places() {
+    return {.text = "lattice = \"cubic\"\nbody = [{ shape = \"box(10, 10, 10)\" }]\n", .path = "the default, a cube of 1,000 catoms"};
 }
 
-Result<world::World> default_world(const ModuleInfo& module) {
-    Result<world::World> cube = default_world();
-    if (!cube) return cube;
+Result<Places> default_places(const ModuleInfo& module) {
+    Places cube = default_places();
     const Links links = links_of(module);
     std::vector<std::uint64_t> nodes(module.named_nodes, module.named_nodes + module.named_count);
     if (nodes.empty()) nodes.push_back(0);
     if (module.link_count == 0 && !module.own_graph) return cube;
-    const Result<const LinkInfo*> apart = first_apart(module, *cube);
+    const Result<world::World> populated = default_world();
+    if (!populated) return tl::unexpected<Error>(populated.error());
+    const Result<const LinkInfo*> apart = first_apart(module, *populated);
     if (!apart) return tl::unexpected<Error>(apart.error());
     if ((*apart == nullptr && !module.own_graph) || nodes.back() >= kMostNodes) return cube;
     std::vector<std::string> listed;
     for (const auto& [from, to] : links) listed.push_back(fmt::format("[{}, {}]", from, to));
-    Result<world::World> graph = world::parse_world(
-        fmt::format("lattice = \"graph\"\nnodes = [{}]\nlinks = [\n    {}\n]\n", fmt::join(nodes, ", "), fmt::join(listed, ",\n    ")),
-        fmt::format("the default, the graph of the program's {} links", links.size()));
-    if (!graph) return graph;
-    // Nodes of such programs send to any that they know.
-    graph->network.reach = world::Reach::Any;
+    Places graph{.text = fmt::format("lattice = \"graph\"\nnodes = [{}]\nlinks = [\n    {}\n]\n", fmt::join(nodes, ", "),
+                                     fmt::join(listed, ",\n    ")),
+                 .path = fmt::format("the default, the graph of the program's {} links", links.size()),
+                 .graph = true};
     if (*apart != nullptr)
-        graph->warnings.push_back(fmt::format(
+        graph.warnings.push_back(fmt::format(
             "{}:{}: @{} and @{} do not touch in the default world, so this run takes place in the graph of the links that the program "
             "lists; --world chooses another one",
             (*apart)->file, (*apart)->line, (*apart)->from, (*apart)->to));
     else
-        graph->warnings.push_back(
+        graph.warnings.push_back(
             fmt::format("{}: its rules {}, so this run takes place in the graph of {} and the links that the program lists; --world "
                         "chooses another one",
                         module.sources[0].path,
@@ -105,6 +104,25 @@ Result<world::World> default_world(const ModuleInfo& module) {
                                             : "read only links that the program lists",
                         in_words(nodes)));
     return graph;
+}
+
+namespace {
+
+Result<world::World> world_at(const Places& places) {
+    Result<world::World> world =
+        world::parse_world(places.text + (places.graph ? fmt::format("[network]\n{}\n", kReachesAny) : ""), places.path);
+    if (world) world->warnings.insert(world->warnings.end(), places.warnings.begin(), places.warnings.end());
+    return world;
+}
+
+}  // namespace
+
+Result<world::World> default_world() { return world_at(default_places()); }
+
+Result<world::World> default_world(const ModuleInfo& module) {
+    const Result<Places> places = default_places(module);
+    if (!places) return tl::unexpected<Error>(places.error());
+    return world_at(*places);
 }
 
 }  // namespace meld::driver

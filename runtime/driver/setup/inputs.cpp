@@ -9,7 +9,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "runtime/base/files/input_file.h"
 #include "runtime/comm/transport/collective_result.h"
@@ -35,14 +37,17 @@ constexpr std::uint64_t kMostEvents_bytes = std::uint64_t{1} << 30;
 // Several files as one text, whose places are those of the first file.
 class Joined {
   public:
-    Joined(std::string text, std::string path) : path_(std::move(path)), text_(std::move(text)) {}
+    // Messages name its first lines as those of `path`, unless they come from elsewhere.
+    explicit Joined(std::string path) : path_(std::move(path)) {}
 
-    void add(const std::string& text, const std::string& path) {
-        text_ += "\n";
-        begins_.push_back({static_cast<std::uint64_t>(std::ranges::count(text_, '\n')), path});
-        text_ += text;
+    // On lines of their own: those of the file at `path` from this number on.
+    void add(std::string_view lines, const std::string& path, std::uint64_t first = 1) {
+        if (!text_.empty() && text_.back() != '\n') text_ += "\n";
+        begins_.push_back({static_cast<std::uint64_t>(std::ranges::count(text_, '\n')), first, path});
+        text_ += lines;
     }
     const std::string& text() const { return text_; }
+    const std::string& path() const { return path_; }
 
     // A message or a place with each place as that of the file in which it is.
     std::string placed(const std::string& said) const {
@@ -58,46 +63,104 @@ class Joined {
             if (end == digits || file == begins_.rend())
                 out.append(said, at, done - at);
             else
-                out += fmt::format("{}:{}", file->path, line - file->lines);
+                out += fmt::format("{}:{}", file->path, line - file->lines + file->first - 1);
         }
         return out + said.substr(done);
+    }
+
+    // The world that this is the text of.
+    Result<world::World> parse() const {
+        Result<world::World> world = world::parse_world(text_, path_);
+        if (!world) return fail(placed(world.error().problem), world.error().suggestion, world.error().code);
+        for (std::string& warning : world->warnings) warning = placed(warning);
+        for (world::GivenFact& fact : world->facts) fact.place = placed(fact.place);
+        for (world::Event& event : world->events) {
+            for (auto* facts : {&event.give, &event.take})
+                for (world::GivenFact& fact : *facts) fact.place = placed(fact.place);
+            for (auto* catoms : {&event.kill, &event.hang, &event.restart})
+                for (world::CatomChoice& one : *catoms) one.place = placed(one.place);
+            for (auto* links : {&event.cut, &event.heal, &event.join})
+                for (world::LinkChoice& one : *links) one.place = placed(one.place);
+            for (world::Jam& jam : event.jam) jam.links.place = placed(jam.links.place);
+        }
+        return world;
     }
 
   private:
     struct Begin {
         std::uint64_t lines;  // Before it.
+        std::uint64_t first;  // The number of its first line in its file.
         std::string path;
     };
     std::string path_, text_;
     std::vector<Begin> begins_;
 };
 
+// A world and its text.
+struct Composed {
+    Joined text;
+    world::World world;
+};
+
+// Says in its section [network], which it may have, that nodes send to any that they know.
+Joined with_reach(const std::string& file, const Places& places, const std::string& path) {
+    Joined all(path);
+    all.add(places.text, places.path);
+    const world::KeyPlace place = world::key_place(file, "network");
+    const std::string key = place.before + kReachesAny + place.after, before = file.substr(0, place.at), after = file.substr(place.at);
+    if (key.find('\n') == std::string::npos) {
+        all.add(before + key + after, path);
+        return all;
+    }
+    all.add(before, path);
+    all.add(key, places.path);
+    all.add(after, path, static_cast<std::uint64_t>(std::ranges::count(before, '\n')) + 1);
+    return all;
+}
+
+// The world of a file that does not say where catoms are: where they would be without it.
+Result<Composed> in_default_places(const std::string& path, const ModuleInfo* module) {
+    const Result<std::string> file = world::read_text(path);
+    if (!file) return tl::unexpected<Error>(file.error());
+    const Result<Places> places = module != nullptr ? default_places(*module) : default_places();
+    if (!places) return tl::unexpected<Error>(places.error());
+    Joined all(path);
+    all.add(places->text, places->path);
+    all.add(*file, path);
+    Result<world::World> world = all.parse();
+    if (world && places->graph && !world->network.reach) {
+        all = with_reach(*file, *places, path);
+        world = all.parse();
+    }
+    if (!world) return tl::unexpected<Error>(world.error());
+    world->warnings.insert(world->warnings.end(), places->warnings.begin(), places->warnings.end());
+    return Composed{std::move(all), std::move(*world)};
+}
+
+Result<Composed> read_composed(const std::string& path, const ModuleInfo* module) {
+    if (!path.empty() && !world::says_places(path)) return in_default_places(path, module);
+    Result<world::World> world = !path.empty() ? world::read_world(path) : module != nullptr ? default_world(*module) : default_world();
+    if (!world) return tl::unexpected<Error>(world.error());
+    Joined text(world->path);
+    text.add(world->text, world->path);
+    return Composed{std::move(text), std::move(*world)};
+}
+
 // The same world with the events of these files after its own.
-Result<world::World> with_events(const world::World& world, const std::vector<std::string>& files) {
-    Joined all(world.text, world.path);
+Result<world::World> with_events(Composed whole, const std::vector<std::string>& files) {
     for (const std::string& file : files) {
         const Result<std::string> events = read_input(file, kMostEvents_bytes, InputKind::FileOrPipe);
         if (!events) return tl::unexpected<Error>(events.error());
-        all.add(*events, file);
+        whole.text.add(*events, file);
     }
     const std::string names = fmt::format("{}", fmt::join(files, ", "));
-    Result<world::World> with = world::parse_world(all.text(), world.path);
-    if (!with) return fail(fmt::format("--events: {}", all.placed(with.error().problem)), with.error().suggestion);
-    for (std::string& warning : with->warnings) warning = all.placed(warning);
-    for (world::Event& event : with->events) {
-        for (auto* facts : {&event.give, &event.take})
-            for (world::GivenFact& fact : *facts) fact.place = all.placed(fact.place);
-        for (auto* catoms : {&event.kill, &event.hang, &event.restart})
-            for (world::CatomChoice& one : *catoms) one.place = all.placed(one.place);
-        for (auto* links : {&event.cut, &event.heal, &event.join})
-            for (world::LinkChoice& one : *links) one.place = all.placed(one.place);
-        for (world::Jam& jam : event.jam) jam.links.place = all.placed(jam.links.place);
-    }
+    Result<world::World> with = whole.text.parse();
+    if (!with) return fail(fmt::format("--events: {}", with.error().problem), with.error().suggestion);
     const auto rest = [](std::map<std::string, std::uint64_t> parts) {
         parts.erase("event");
         return parts;
     };
-    if (rest(world.parts) != rest(with->parts))
+    if (rest(whole.world.parts) != rest(with->parts))
         return fail(fmt::format("--events {}: there is more than [[event]] tables in it", names), "Put the rest into the world");
     return with;
 }
@@ -118,9 +181,9 @@ void note_priorities(const ModuleInfo& module, world::World& world) {
 
 Result<world::World> choose_world(const RunOptions& options, const ModuleInfo* module) {
     if (!options.replay.empty()) return recorded_world(options.replay);
-    const std::string path = world_path(options);
-    Result<world::World> world = !path.empty() ? world::read_world(path) : module != nullptr ? default_world(*module) : default_world();
-    if (world && !options.events.empty()) world = with_events(*world, options.events);
+    Result<Composed> read = read_composed(world_path(options), module);
+    if (!read) return tl::unexpected<Error>(read.error());
+    Result<world::World> world = options.events.empty() ? std::move(read->world) : with_events(std::move(*read), options.events);
     if (!world) return world;
     if (options.seed >= 0)
         if (const auto done = world::set_seed(*world, static_cast<std::uint64_t>(options.seed)); !done)

@@ -115,7 +115,8 @@ Result<std::size_t> StudyPlan::module_for(std::size_t program, const std::string
 
 // The first of the worlds, so that a mistake is told once, and not by each of its runs.
 Result<void> StudyPlan::check_world(const StudyWorld& world, const ComposedWorld& composed) const {
-    if (composed.path.empty()) return {};
+    // One that does not say where catoms are is whole only with a program.
+    if (composed.path.empty() || !world::says_places(composed.path)) return {};
     const Result<world::World> read = world::read_world(composed.path);
     if (read) return {};
     Error error = read.error();

@@ -488,6 +488,29 @@ PortKeys port_keys(const std::string& path) {
 
 bool asks_for_links(const std::string& path) { return by_links(keys_of(path)); }
 
+bool says_places(const std::string& path) {
+    static constexpr std::string_view kOthers[] = {"seed",    "facts", "event", "set",        "record", "limits",
+                                                   "network", "clock", "time",  "components", "faults", "program"};
+    const toml::table top = keys_of(path);
+    return top.empty() ||
+           std::ranges::any_of(top, [](const auto& entry) { return std::ranges::find(kOthers, entry.first.str()) == std::end(kOthers); });
+}
+
+KeyPlace key_place(const std::string& text, const std::string& table) {
+    const toml::table top = toml::parse(std::string_view(text));
+    const toml::node* const node = top.get(table);
+    if (node == nullptr) return {text.size(), "\n[" + table + "]\n", ""};
+    const toml::source_position begin = node->source().begin;
+    std::size_t line = 0;
+    for (toml::source_index i = 1; i < begin.line; ++i) line = text.find('\n', line) + 1;
+    const std::size_t at = line + begin.column - 1;
+    const char first = at < text.size() ? text[at] : ' ';
+    if (first == '{') return {at + 1, " ", node->as_table()->empty() ? "" : ","};
+    if (first != '[') return {0, table + ".", "\n"};
+    const std::size_t end = text.find('\n', at);
+    return end == std::string::npos ? KeyPlace{text.size(), "\n", ""} : KeyPlace{end + 1, "", "\n"};
+}
+
 bool asks_for_graph(const std::string& path) { return is_graph(keys_of(path)); }
 
 bool says_acyclic(const std::string& path) { return keys_of(path)["acyclic"].value_or(false); }
@@ -506,8 +529,10 @@ Result<void> set_ports(World& world, std::string_view name) {
     return tl::unexpected<Error>(std::move(misplaced));
 }
 
+Result<std::string> read_text(const std::string& path) { return read_input(path, kMaxWorld_bytes, InputKind::FileOrPipe); }
+
 Result<World> read_world(const std::string& path) {
-    const Result<std::string> text = read_input(path, kMaxWorld_bytes, InputKind::FileOrPipe);
+    const Result<std::string> text = read_text(path);
     if (!text) return tl::unexpected(text.error());
     return parse_world(*text, path);
 }

@@ -168,6 +168,16 @@ struct World {
 Result<World> read_world(const std::string& path);
 // Files that a world names, by path.
 using WorldFiles = std::map<std::string, std::string>;
+// Whether a file says which catoms there are, or has mistakes, or is a pipe. One that does not can be read after keys that do.
+bool says_places(const std::string& path);
+Result<std::string> read_text(const std::string& path);
+// Where a key can be added to a table at the top of a text without mistakes, behind its header or its brace, or else with `before` and
+// `after` around it.
+struct KeyPlace {
+    std::size_t at;
+    std::string before, after;
+};
+KeyPlace key_place(const std::string& text, const std::string& table);
 // The same from text; `path` is only for messages, and for finding what it names, unless `files` has all of that.
 Result<World> parse_world(const std::string& text, const std::string& path, const WorldFiles* files = nullptr);
 
