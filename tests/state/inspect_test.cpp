@@ -172,6 +172,32 @@ TEST_P(Inspect, TellsAllProcessesOfAnError) {
     });
 }
 
+class TablesAtACatom : public Inspect {};
+
+TEST_P(TablesAtACatom, AreLookedThroughAFewTimes) {
+    // Each row of one table meets one of the other: a search through all of it for each would look at some hundred million facts.
+    const auto few = [](std::uint64_t rows) { return 8 * rows + (1 << 15); };
+    for (const std::uint64_t rows : {std::uint64_t{30}, std::uint64_t{2'000}, std::uint64_t{20'000}}) {
+        world_.set["rows"] = std::to_string(rows);
+        for (const auto& [body, found] : {std::pair<const char*, std::uint64_t>{"near(A, X, Y), far(A, Y, Z)", rows},
+                                          {"near(A, X, Y), not far(A, Y, X)", rows},
+                                          {"near(A, X, Y), X < 6, far(A, Z + 0, X), Z = Y", 0},
+                                          {"near(A, X, Y), N = count : { far(A, Y, _) }, N <> 1", 0}})
+            for (const int processes : {1, 2})
+                comm::run_threads_as_processes(processes, [&](comm::Communicator& comm) {
+                    sim::Simulation simulation(*static_cast<const ModuleInfo*>(module_->table()), world_, *target_, comm, 1);
+                    ASSERT_TRUE(simulation.start(registry_));
+                    ASSERT_TRUE(simulation.run({}, [] {}));
+                    std::uint64_t looked = 0;
+                    const Result<Table> table = query(simulation.subdomain(), body, [&](std::uint64_t facts) { looked = facts; });
+                    ASSERT_TRUE(table) << table.error().message();
+                    EXPECT_LE(looked, few(rows)) << body;
+                    EXPECT_LE(table->rows(), found > 0 ? found : rows) << body;
+                });
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, TablesAtACatom, testing::Values(meld::Program{kOwn + "tables"}), program_name);
 INSTANTIATE_TEST_SUITE_P(Programs, Inspect, testing::Values(meld::Program{"gradient"}), program_name);
 
 }  // namespace

@@ -432,6 +432,19 @@ src(@6, 1).
         self.assertIn("not followed further: the answer has 10000 facts", found["nodes"][-1]["note"])
         self.assertLess(len(found["nodes"]), 20_000)
 
+    def test_a_long_recursion_at_one_catom(self):
+        """Each of 20,000 facts has its place in a computation from nothing, which begins with 200."""
+        n = 200
+        self.write("p.meld", "type link(node, int, int).\ntype path(node, int, int).\ntype linear fill(node, int).\n"
+                             f"fill(@0, {n}).\nfill(A, N), N > 0 -o link(A, N, N - 1), fill(A, N - 1).\n"
+                             "path(A, X, Y) :- link(A, X, Y).\npath(A, X, Z) :- path(A, X, Y), link(A, Y, Z).\n")
+        self.write("p.toml", 'lattice = "square"\n[[body]]\ncells = [[0, 0]]\n')
+        _, why, not_so = self.ask("p.meld", "p.toml", ["run", f"why --depth 0 path(@0, {n}, 0)", "why-not path(@0, 0, 5)"])
+        facts = [node["fact"] for node in why["nodes"]]
+        for k in range(n):
+            self.assertEqual((facts.count(f"path(@0, {n}, {k})"), facts.count(f"link(@0, {k + 1}, {k})")), (1, 1))
+        self.assertEqual(not_so["nodes"][0]["fact"], "path(@0, 0, 5)")
+
     def test_why_not_is_of_one_fact(self):
         program, where, _ = CASES["gradient"]
         self.write("p.meld", program)

@@ -7,10 +7,11 @@
 
 namespace meld::inspect {
 
-Index::Index(Facts& facts, const Source& source, Types& types, std::vector<check::Type> argument_types, std::vector<std::size_t> key)
+Index::Index(Facts& facts, const Source& source, Types& types, std::vector<check::Type> argument_types, std::vector<std::size_t> key,
+             std::optional<u64> at)
     : source_(source), key_(std::move(key)), types_(types), argument_types_(std::move(argument_types)) {
     const std::size_t arity = source.arity;
-    facts.each(source, [&](const Fact& fact) {
+    const auto keep = [&](const Fact& fact) {
         catoms_.push_back(fact.catom);
         ranks_.push_back(fact.rank);
         for (std::size_t i = 0; i < arity; ++i) {
@@ -25,7 +26,11 @@ Index::Index(Facts& facts, const Source& source, Types& types, std::vector<check
             values_.push_back(v);
         }
         return true;
-    });
+    };
+    if (at)
+        facts.at(source, *at, keep);
+    else
+        facts.each(source, keep);
     first_.assign(std::bit_ceil(catoms_.size() + 1), kEnd);
     next_.resize(catoms_.size());
     std::vector<Value> known(key_.size());

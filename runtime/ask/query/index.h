@@ -1,6 +1,7 @@
 // The facts of a predicate by some of their arguments, for a question that looks for them again and again.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "runtime/ask/facts/facts.h"
@@ -11,13 +12,16 @@ namespace meld::inspect {
 
 class Index {
   public:
-    // `types` are those of the arguments after the catom, `key` the numbers of those it goes by, counted from 1.
-    Index(Facts& facts, const Source& source, Types& types, std::vector<check::Type> argument_types, std::vector<std::size_t> key);
+    // `argument_types` are those of the arguments after the catom, `key` the numbers of those it goes by, counted from 1. `at`: only facts
+    // of this catom.
+    Index(Facts& facts, const Source& source, Types& types, std::vector<check::Type> argument_types, std::vector<std::size_t> key,
+          std::optional<u64> at = {});
 
-    // The facts whose key hashes like these values, in the order of Facts::each(); the visit compares. False if the visit has said so.
+    // The facts whose key hashes like these values, in the order in which Facts has them; the visit compares. False if it has said so.
     bool each(const std::vector<Value>& key, const Visit& visit) const;
     // Of a source by a key.
     bool is(const Source& source, const std::vector<std::size_t>& key) const { return source_ == source && key_ == key; }
+    std::size_t rows() const { return catoms_.size(); }
 
   private:
     u64 hash(const Value* values) const;  // Of a key.

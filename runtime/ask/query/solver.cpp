@@ -1,6 +1,7 @@
 #include "runtime/ask/query/solver.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "runtime/ask/query/aggregates.h"
@@ -18,6 +19,24 @@ namespace {
 
 // A signal is looked for after so many facts.
 constexpr u64 kFactsBetweenLooks = 1 << 14;
+
+// A table of fewer facts is looked through each time. One that has been so many times gets an index, if all of them together have no more
+// rows than that: some 40 bytes and 8 for each argument.
+constexpr u64 kScannedFacts = 32;
+constexpr u32 kScansBefore = 2;
+constexpr std::size_t kMostTableRows = 8'000'000;
+
+// Of the arguments that are known those by which an index can go: values that have the same form in the facts. None, if another one has to
+// be computed: for some facts that may fail, and then all must be looked at.
+std::vector<std::size_t> key_at(const Step& step) {
+    std::vector<std::size_t> key;
+    for (const std::size_t i : step.key) {
+        const Argument& a = step.arguments[i];
+        if (!a.term->is_variable() && !a.term->operands.empty()) return {};
+        if (a.term->is_variable() && a.term->type == a.type) key.push_back(i);
+    }
+    return key;
+}
 
 // The variables that get their values in a step.
 std::vector<VariableId> binds(const Step& step) {
@@ -126,7 +145,9 @@ class Solver::Search {
     template <class Next>
     bool match(const Step& step, const Next& next) {
         const bool top = inside_ == 0;
+        u64 visited = 0;
         const auto visit = [&](const Fact& fact) {
+            ++visited;
             if (++seen_ % kFactsBetweenLooks == 0) look_up();
             // A part of the body in which something has no value ends there.
             if (interrupted_ || (!top && terms_.scratch.trap != Trap::None)) return false;
@@ -145,8 +166,18 @@ class Solver::Search {
             return terms_.value_as(*step.arguments[argument].term, step.arguments[argument].type, values_);
         };
         switch (step.kind) {
-            case Step::Kind::Here:
-                return facts.at(step.source, known(0).catom, std::ref(visit));
+            case Step::Kind::Here: {
+                const u64 catom = known(0).catom;
+                if (!step.key.empty() && !solver_.tables_.empty())
+                    if (const Index* const index = solver_.index_at(facts, step, key_of(step), catom)) {
+                        std::vector<Value> key;
+                        for (const std::size_t argument : key_of(step)) key.push_back(known(argument));
+                        return index->each(key, std::ref(visit));
+                    }
+                const bool more = facts.at(step.source, catom, std::ref(visit));
+                if (visited > kScannedFacts && !key_of(step).empty()) solver_.note_scan(facts, step, key_of(step), catom);
+                return more;
+            }
             case Step::Kind::Back: {
                 const u64 to = known(1).catom;
                 return !well() || facts.back(step.source, to, std::ref(visit));
@@ -161,6 +192,11 @@ class Solver::Search {
             default:
                 return facts.each(step.source, std::ref(visit));
         }
+    }
+
+    const std::vector<std::size_t>& key_of(const Step& step) {
+        const auto known = keys_.find(&step);
+        return known != keys_.end() ? known->second : keys_.emplace(&step, key_at(step)).first->second;
     }
 
     template <class Next>
@@ -262,19 +298,50 @@ class Solver::Search {
     Values values_;
     Bound given_;  // Which of them were known before the first step.
     std::vector<const Fact*> facts_;
+    std::map<const Step*, std::vector<std::size_t>> keys_;  // By key_at(), of steps in long tables.
     const std::vector<Step>* top_ = nullptr;
     int inside_ = 0, aggregating_ = 0;
     u64 seen_ = 0;
     bool interrupted_ = false, noted_ = false;
 };
 
+std::vector<Type> Solver::types_of(const Step& step) const {
+    std::vector<Type> types;
+    for (std::size_t i = 1; i < step.arguments.size(); ++i) types.push_back(step.arguments[i].type);
+    return types;
+}
+
 const Index& Solver::index_of(Facts& facts, const Step& step) {
     for (const auto& [of, index] : indexes_)
         if (of == &facts && index->is(step.source, step.key)) return *index;
-    std::vector<Type> types;
-    for (std::size_t i = 1; i < step.arguments.size(); ++i) types.push_back(step.arguments[i].type);
-    indexes_.push_back({&facts, std::make_unique<Index>(facts, step.source, terms_.types, std::move(types), step.key)});
+    indexes_.push_back({&facts, std::make_unique<Index>(facts, step.source, terms_.types, types_of(step), step.key)});
     return *indexes_.back().index;
+}
+
+Solver::Tables* Solver::tables_of(const Facts& facts, const Step& step, const std::vector<std::size_t>& key) {
+    for (Tables& t : tables_)
+        if (t.facts == &facts && t.source == step.source && t.key == key) return &t;
+    return nullptr;
+}
+
+const Index* Solver::index_at(const Facts& facts, const Step& step, const std::vector<std::size_t>& key, u64 catom) {
+    Tables* const tables = key.empty() ? nullptr : tables_of(facts, step, key);
+    if (tables == nullptr) return nullptr;
+    const auto found = tables->by_catom.find(catom);
+    if (found == tables->by_catom.end()) return nullptr;
+    Tables::Table& table = found->second;
+    if (table.index == nullptr && table.scans >= kScansBefore && table_rows_ < kMostTableRows) {
+        table.index = std::make_unique<Index>(*tables->facts, step.source, terms_.types, types_of(step), key, catom);
+        table_rows_ += table.index->rows();
+    }
+    return table.index.get();
+}
+
+void Solver::note_scan(Facts& facts, const Step& step, const std::vector<std::size_t>& key, u64 catom) {
+    if (table_rows_ >= kMostTableRows) return;
+    Tables* tables = tables_of(facts, step, key);
+    if (tables == nullptr) tables = &tables_.emplace_back(Tables{.facts = &facts, .source = step.source, .key = key});
+    ++tables->by_catom[catom].scans;
 }
 
 Result<void> Solver::search(const check::Rule& rule, const std::vector<Clause>& body, Values values, Bound bound, const Found& found,

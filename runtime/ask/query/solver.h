@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "compiler/check/program/program.h"
@@ -67,6 +68,24 @@ class Solver {
     class Search;
     const Index& index_of(Facts& facts, const Step& step);
 
+    // The tables at catoms in which searches look for facts that agree with what is known: those that were looked through several times
+    // have an index.
+    struct Tables {
+        struct Table {
+            u32 scans = 0;
+            std::unique_ptr<Index> index = {};
+        };
+        Facts* facts;
+        Source source;
+        std::vector<std::size_t> key;
+        std::unordered_map<u64, Table> by_catom = {};
+    };
+    // Null: no table of these facts has been looked through yet that is long enough.
+    Tables* tables_of(const Facts& facts, const Step& step, const std::vector<std::size_t>& key);
+    const Index* index_at(const Facts& facts, const Step& step, const std::vector<std::size_t>& key, u64 catom);
+    void note_scan(Facts& facts, const Step& step, const std::vector<std::size_t>& key, u64 catom);
+    std::vector<check::Type> types_of(const Step& step) const;
+
     const Program& program_;
     Facts& facts_;
     Terms& terms_;
@@ -75,6 +94,8 @@ class Solver {
         std::unique_ptr<Index> index;
     };
     std::vector<IndexOf> indexes_;
+    std::vector<Tables> tables_;
+    std::size_t table_rows_ = 0;  // In all their indexes.
 };
 
 }  // namespace meld::inspect
