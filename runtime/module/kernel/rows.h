@@ -36,25 +36,69 @@ struct RowList {
     }
 };
 
-// Merge sort by runs of doubling length: stable, and its cost does not depend on the input. One copy serves all row types:
-// a module of twenty predicates compiles in half the time.
+// Of a length that is known beforehand, a copy is a few instructions.
+inline void copy_row(u8* to, const u8* from, u32 size) {
+    switch (size) {
+        case 4:
+            __builtin_memcpy(to, from, 4);
+            break;
+        case 8:
+            __builtin_memcpy(to, from, 8);
+            break;
+        case 12:
+            __builtin_memcpy(to, from, 12);
+            break;
+        case 16:
+            __builtin_memcpy(to, from, 16);
+            break;
+        case 24:
+            __builtin_memcpy(to, from, 24);
+            break;
+        default:
+            __builtin_memcpy(to, from, size);
+    }
+}
+
+// Merge sort of the runs that are there: what a catom derives from each neighbour is mostly in order already. Shorter runs than kLeastRun
+// are lengthened row by row, so the cost does not depend on the input by more than a constant factor. Stable. One copy serves all row
+// types: a module of twenty predicates compiles in half the time.
 [[gnu::noinline]] inline void sort_bytes(Eval& e, u8* rows, u32 count, u32 size, bool (*less)(const void*, const void*)) {
+    constexpr u32 kLeastRun = 8;
     u32 sorted = 1;
     while (sorted < count && !less(rows + u64{sorted} * size, rows + u64{sorted - 1} * size)) ++sorted;
-    if (sorted == count) return;
+    if (sorted >= count) return;
+    u32* const ends = static_cast<u32*>(scratch(e, (u64{count} / kLeastRun + 1) * sizeof(u32)));
     u8* from = rows;
     u8* to = static_cast<u8*>(scratch(e, u64{count} * size));
-    for (u32 width = 1; width < count; width *= 2) {
-        for (u32 low = 0; low < count; low += 2 * width) {
-            const u32 middle = low + width < count ? low + width : count;
-            const u32 high = low + 2 * width < count ? low + 2 * width : count;
-            u32 a = low, b = middle;
-            for (u32 k = low; k < high; ++k) {
-                const bool left = a < middle && (b >= high || !less(from + u64{b} * size, from + u64{a} * size));
-                __builtin_memcpy(to + u64{k} * size, from + u64{left ? a++ : b++} * size, size);
-            }
+    u32 runs = 0;
+    for (u32 begin = 0; begin < count; begin = ends[runs++] = sorted) {
+        if (begin == sorted) ++sorted;
+        while (sorted < count && !less(rows + u64{sorted} * size, rows + u64{sorted - 1} * size)) ++sorted;
+        for (; sorted < count && sorted - begin < kLeastRun; ++sorted) {
+            u8* place = rows + u64{sorted} * size;
+            copy_row(to, place, size);
+            for (; place > rows + u64{begin} * size && less(to, place - size); place -= size) copy_row(place, place - size, size);
+            copy_row(place, to, size);
         }
-        u8* swap = from;
+    }
+    while (runs > 1) {
+        u32 merged = 0;
+        for (u32 run = 0, low = 0; run < runs; run += 2) {
+            const u32 middle = ends[run], high = run + 1 < runs ? ends[run + 1] : middle;
+            const u8 *a = from + u64{low} * size, *b = from + u64{middle} * size;
+            const u8 *const a_end = b, *const b_end = from + u64{high} * size;
+            u8* next = to + u64{low} * size;
+            for (; a < a_end && b < b_end; next += size) {
+                const bool right = less(b, a);
+                copy_row(next, right ? b : a, size);
+                (right ? b : a) += size;
+            }
+            __builtin_memcpy(next, a, static_cast<u64>(a_end - a));
+            __builtin_memcpy(next + (a_end - a), b, static_cast<u64>(b_end - b));
+            ends[merged++] = low = high;
+        }
+        runs = merged;
+        u8* const swap = from;
         from = to;
         to = swap;
     }
