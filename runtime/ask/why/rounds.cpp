@@ -94,8 +94,10 @@ class FromNothing {
         if (fact.whole()) {
             const std::string text = e_.text(fact);
             if (left_.contains(text)) came_.insert(text);
-            // Otherwise it does not hold, or it is -0.0 and written as 0.0.
-            if (left_.contains(text) || rounds_.contains(text)) return;
+            // Otherwise it does not hold, or a float in it is -0.0 and written as 0.0.
+            const auto exact = [](const check::Argument& a) { return a.type != check::Type::Float && !a.type.compound(); };
+            const bool as_written = std::ranges::all_of(e_.predicate(head.predicate).arguments, exact);
+            if (as_written || left_.contains(text) || rounds_.contains(text)) return;
         }
         for (const auto& [text, other] : left_)
             if (fits(fact, other)) came_.insert(text);
