@@ -132,6 +132,20 @@ void emit_alike(const Predicate& p, const std::vector<std::size_t>& arguments, W
         w.line("static bool alike(const Row& a, const Row& b) {{ return {}; }}", alike);
 }
 
+// What sets that grow in rounds are sorted by: words in the order of the arguments that make the group, if these are ints and catoms.
+void emit_words(const Predicate& p, const std::vector<std::size_t>& key, Writer& w) {
+    const auto is_word = [&](std::size_t f) { return p.arguments[f].type == Type::Int || p.arguments[f].type == Type::Node; };
+    if (key.empty() || !std::ranges::all_of(key, is_word)) return;
+    std::string words;
+    for (std::size_t i = 0; i < key.size(); ++i) {
+        if (i + 1 < key.size()) words += fmt::format("w == {} ? ", i);
+        const char* const word = p.arguments[key[i]].type == Type::Int ? "static_cast<u64>(i64{{row.{}}}) ^ u64{{1}} << 63" : "row.{}";
+        words += fmt::format(fmt::runtime(word), field_name(key[i])) + (i + 1 < key.size() ? " : " : "");
+    }
+    w.line("static constexpr u32 kWords = {};", key.size());
+    w.line("static u64 word(const Row& row, u32{}) {{ return {}; }}", key.size() > 1 ? " w" : "", words);
+}
+
 // The members of the struct that describes a predicate's rows.
 std::string rows_of(const plan::Plan& plan, PredicateId id) {
     const Predicate& p = plan.program.predicates[id];
@@ -192,6 +206,9 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     std::string hash = "kGroupHash";
     for (const std::size_t f : group) hash = fmt::format("mix({}, {})", hash, hashed(p.arguments[f].type, "row." + field_name(f)));
     w.line("static u64 hash(const Row&{}) {{ return {}; }}", group.empty() ? "" : " row", hash);
+    // Also of predicates that do not grow in rounds: rows that are alike share a type.
+    if (!p.linear() && std::ranges::any_of(plan.strata, [](const plan::StratumPlan& one) { return !one.semi_naive.empty(); }))
+        emit_words(p, fields.key, w);
     emit_combine(p, w);
     return w.text();
 }

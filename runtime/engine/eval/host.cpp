@@ -24,6 +24,7 @@ void Evaluator::Thread::connect_memory(Host& host) {
     };
     host.reserve = [](Eval* e, u64 bytes) { return of(e).reserved.take(e->catom, bytes); };
     host.give_back = [](Eval* e, void* memory) { of(e).reserved.give_back(memory); };
+    host.empty = [](Eval* e, void* memory) { of(e).reserved.empty(memory); };
 }
 
 // What an evaluation writes of its catom: records, rows, and the values that groups have lost.

@@ -19,6 +19,8 @@ class Reserved {
     void* take(u32 catom, u64 bytes);
     // Memory that is not from here stays as it is.
     void give_back(void* memory);
+    // The same, but nothing else begins there until all is given back.
+    void empty(void* memory);
     void clear();
 
   private:
@@ -26,6 +28,8 @@ class Reserved {
         void* memory;
         u64 bytes;
     };
+    std::vector<Pages>::iterator find(void* memory);
+
     std::vector<Pages> all_;
     u32 catom_ = kNone32;
 };

@@ -16,8 +16,8 @@
 //      block; several threads at a time, each with its own Eval. No catom is in two blocks. While any of these calls
 //      runs, exported columns, `changes` and the geometry are as they were at the end of the last tick.
 //   5. Within evaluate, for one catom after the other, with Eval::catom set and the arena empty:
-//        a. Rules and functions call more_arena, reserve, give_back, random and position at any time; tombstone before a group is
-//           decided; lose when a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a
+//        a. Rules and functions call more_arena, reserve, give_back, empty, random and position at any time; tombstone before a
+//           group is decided; lose when a fact has been retracted; wake and wake_group when a quarantine or a delay ends later. If a
 //           derivation of a view traps, it counts as absent and they call note_undefined, after forget_undefined if its stratum had
 //           undefined derivations; before any of them they call undefined, if SubdomainView::undefined is set.
 //        b. When a linear rule fires: next_hop, new_node, send, send_row, send_far, bear and act, in the order of its heads. The facts
@@ -365,6 +365,8 @@ struct Host {
     void* (*reserve)(Eval*, u64 bytes);
     // The same of memory that was not reserved does nothing.
     void (*give_back)(Eval*, void* memory);
+    // The same, but no other memory begins there until then: who has kept the place does not take other rows for those that were there.
+    void (*empty)(Eval*, void* memory);
 };
 
 // A file of the program: its path relative to the program's folder, and its text.

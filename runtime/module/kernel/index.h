@@ -25,14 +25,14 @@ struct Span {
 // Of sorted rows those that begin like `group`. Cost: the logarithm of count.
 template <class K>
 [[gnu::noinline]] Span find_span(const typename K::Row* rows, u32 count, const typename K::Row& group) {
-    u32 low = 0, high = count;
-    while (low < high) {
-        const u32 middle = low + (high - low) / 2;
-        if (K::order(rows[middle], group) < 0)
-            low = middle + 1;
-        else
-            high = middle;
+    // Without a branch on how they compare: nothing foretells it.
+    const typename K::Row* at = rows;
+    for (u32 n = count; n > 1;) {
+        const u32 half = n / 2;
+        at = K::order(at[half - 1], group) < 0 ? at + half : at;
+        n -= half;
     }
+    const u32 low = static_cast<u32>(at - rows) + (count > 0 && K::order(*at, group) < 0 ? 1 : 0);
     // There are mostly few: their end is looked for in growing steps.
     u32 end = low, step = 1;
     while (end + step <= count && K::order(rows[end + step - 1], group) == 0) {

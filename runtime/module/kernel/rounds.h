@@ -7,12 +7,17 @@
 
 namespace meld {
 
-// From so many bytes on, memory is reserved and given back: in scratch memory, what has grown would be there twice.
+// From so many bytes on, memory is reserved and given back: in scratch memory, what has grown would be there twice. From so many rows on,
+// those whose group is ints are sorted by counting.
 #ifdef MELD_CHECKED
 constexpr u64 kReserved_bytes = 1 << 12;
+constexpr u32 kCountedRows = 16;
 #else
 constexpr u64 kReserved_bytes = 1 << 20;
+constexpr u32 kCountedRows = 1 << 12;
 #endif
+// Positions in a set, and twice as many slots of its table, are 32 bits.
+constexpr u32 kMostRows = u32{1} << 30;
 
 // The rows of T while its stratum is evaluated. Rules see those of the rounds before (Relation::rows); those that they derive follow them.
 template <class T>
@@ -79,7 +84,13 @@ struct Rounds {
         KERNEL_CHECK(e, one_a_group<T>(all.rows, all.count));
         r.rows = all.rows;
         r.count = all.count;
-        return r.end_rounds(before, before_count);
+        const bool differs = r.end_rounds(before, before_count);
+        // One of both is not needed any more: linear rules may bring views to their fixpoint many times.
+        if (!differs)
+            give_back(e, all.rows, u64{all.count} * sizeof(Row));
+        else if (u64{before_count} * sizeof(Row) >= kReserved_bytes)
+            e.host->empty(&e, const_cast<Row*>(before));
+        return differs;
     }
 
   private:
@@ -87,7 +98,6 @@ struct Rounds {
     [[gnu::noinline]] void grow(Eval& e) {
         if (u64{all.capacity} * 2 * sizeof(Row) < kReserved_bytes || fixed) return all.grow(e);
         // The limit is looked at after each round.
-        constexpr u64 kMostRows = u64{1} << 30;
         const u64 most = 2 * view_limit<T>(e), least = u64{all.capacity} * 2,
                   room = most < least       ? least
                          : most > kMostRows ? kMostRows
@@ -110,8 +120,63 @@ struct Rounds {
         if (bytes >= kReserved_bytes) e.host->give_back(&e, memory);
     }
 
-    // A merge sort for this type alone: of many rows, a call for each comparison would take most of the time.
     void sort_all(Eval& e) {
+        if (all.count < 2) return;
+        // Nothing is looked for any more.
+        if (slots != nullptr) give_back(e, slots, (u64{mask} + 1) * sizeof(u32));
+        slots = nullptr;
+        if constexpr (requires { T::kWords; })
+            if (all.count >= kCountedRows && count_sort(e)) return;
+        merge_sort(e);
+    }
+
+    // By digits of the words that make the group, the last ones first; digits that are 0 in all rows, after the least value has been taken
+    // away, are left out. False, and nothing is changed, if there are so many digits that comparing takes less.
+    bool count_sort(Eval& e) {
+        constexpr u32 kDigit_bits = 11, kMostPasses = 8;
+        const u32 n = all.count;
+        u64 least[T::kWords];
+        u32 passes[T::kWords], bits[T::kWords], sum = 0;
+        for (u32 w = 0; w < T::kWords; ++w) {
+            u64 most = least[w] = T::word(all.rows[0], w);
+            for (u32 i = 1; i < n; ++i) {
+                const u64 value = T::word(all.rows[i], w);
+                if (value < least[w]) least[w] = value;
+                if (value > most) most = value;
+            }
+            const u32 used = most == least[w] ? 0 : 64 - static_cast<u32>(__builtin_clzll(most - least[w]));
+            passes[w] = (used + kDigit_bits - 1) / kDigit_bits;
+            bits[w] = passes[w] == 0 ? 0 : (used + passes[w] - 1) / passes[w];
+            sum += passes[w];
+        }
+        if (sum > kMostPasses) return false;
+        bool zeroed = false;
+        Row* from = all.rows;
+        Row* to = static_cast<Row*>(memory(e, u64{n} * sizeof(Row), zeroed));
+        for (u32 w = T::kWords; w-- > 0;)
+            for (u32 pass = 0; pass < passes[w]; ++pass) {
+                const u32 shift = pass * bits[w], digits = u32{1} << bits[w];
+                const auto digit = [&](const Row& row) { return static_cast<u32>((T::word(row, w) - least[w]) >> shift) & (digits - 1); };
+                u32 next[u32{1} << kDigit_bits] = {};
+                for (u32 i = 0; i < n; ++i) ++next[digit(from[i])];
+                u32 before = 0;
+                for (u32 d = 0; d < digits; ++d) {
+                    const u32 here = next[d];
+                    next[d] = before;
+                    before += here;
+                }
+                for (u32 i = 0; i < n; ++i) to[next[digit(from[i])]++] = from[i];
+                Row* const swap = from;
+                from = to;
+                to = swap;
+            }
+        all.rows = from;
+        give_back(e, to, u64{n} * sizeof(Row));
+        return true;
+    }
+
+    // A merge sort for this type alone: of many rows, a call for each comparison would take most of the time.
+    void merge_sort(Eval& e) {
         constexpr u32 kRun = 8;
         Row* from = all.rows;
         const u32 n = all.count;
@@ -123,9 +188,6 @@ struct Rounds {
                 from[to] = row;
             }
         if (n <= kRun) return;
-        // Nothing is looked for any more.
-        if (slots != nullptr) give_back(e, slots, (u64{mask} + 1) * sizeof(u32));
-        slots = nullptr;
         bool zeroed = false;
         Row* to = static_cast<Row*>(memory(e, u64{n} * sizeof(Row), zeroed));
         for (u32 width = kRun; width < n; width *= 2) {
@@ -154,9 +216,14 @@ struct Rounds {
         const Waiting& next = ahead[put++ % kAhead];
         add(e, next.row, next.hash);
     }
-    void put_last(Eval& e, const Row& row) {
-        if (all.count == all.capacity) grow(e);
+    // False: there are as many as there can be.
+    bool put_last(Eval& e, const Row& row) {
+        if (all.count == all.capacity) {
+            if (all.count >= kMostRows) return trap(e, Trap::TooManyFacts, e.rule, i64{all.count} + 1, i64{kMostRows}), false;
+            grow(e);
+        }
         all.rows[all.count++] = row;
+        return true;
     }
     void add(Eval& e, const Row& row, u32 hash) {
         u32 at = hash & mask;
@@ -164,9 +231,9 @@ struct Rounds {
             if (T::key(all.rows[slots[at] - 1], row) == 0) return;
             at = (at + 1) & mask;
         }
-        put_last(e, row);
+        if (!put_last(e, row)) return;
         slots[at] = all.count;
-        if (u64{all.count} * 2 > mask) hash_all(e);
+        if (all.count * 2 > mask && all.count < kMostRows) hash_all(e);
     }
     [[gnu::noinline]] void hash_all(Eval& e) {
         const u32 size = slots == nullptr ? 4 * kCompared : 4 * (mask + 1);

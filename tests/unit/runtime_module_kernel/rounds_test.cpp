@@ -2,6 +2,8 @@
 #include "runtime/module/kernel/rounds.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <random>
 #include <set>
 #include <vector>
@@ -23,7 +25,48 @@ struct Pair {
     static u64 hash(const Row& row) { return mix(mix(0, static_cast<u64>(row.a1)), static_cast<u64>(row.a2)); }
 };
 
+// The same, sorted by counting digits of its words.
+struct Counted : Pair {
+    static constexpr u32 kWords = 2;
+    static u64 word(const Row& row, u32 w) {
+        return static_cast<u64>(w == 0 ? row.a1 : row.a2) ^ u64 { 1 } << 63;
+    }
+};
+
 using GrowingSets = ScratchTest;
+
+TEST_F(GrowingSets, AreSortedByCountingDigits) {
+    constexpr i64 kLeast = INT64_MIN, kMost = INT64_MAX;
+    std::mt19937_64 random{12};
+    const auto from = [&](i64 low, u64 values) {
+        return static_cast<i64>(static_cast<u64>(low) + (values == 0 ? random() : random() % values));
+    };
+    // Ranges of 0 to 64 bits, at the ends and across 0; two of 64 bits have too many digits.
+    for (const auto& [low1, values1, low2, values2] : {std::array<i64, 4>{5, 1, kLeast, 9000},
+                                                       {-700, 1400, -1, 2000},
+                                                       {kMost - 4999, 5000, 3, 1},
+                                                       {-3, 6, kLeast, 0},
+                                                       {kLeast, 0, kLeast, 0},
+                                                       {0, 1 << 22, 0, i64{1} << 33},
+                                                       {-2048, 2048, -2048, 2049}}) {
+        Relation<Counted> relation{};
+        relation.open(nullptr, 0, 0);
+        Rounds<Counted> rounds;
+        rounds.start(relation);
+        std::set<Pair::Row> expected;
+        for (int i = 0; i < 9000; ++i) {
+            const Pair::Row row = {from(low1, static_cast<u64>(values1)), from(low2, static_cast<u64>(values2))};
+            rounds.propose(e, row);
+            expected.insert(row);
+        }
+        rounds.end_round(e, relation);
+        EXPECT_TRUE(rounds.finish(e, relation, nullptr, 0));
+        ASSERT_EQ(relation.count, expected.size());
+        EXPECT_GE(relation.count, kCountedRows);
+        u32 i = 0;
+        for (const Pair::Row& row : expected) ASSERT_EQ(Pair::key(relation.rows[i++], row), 0) << i << " of " << low1 << " and " << low2;
+    }
+}
 
 TEST_F(GrowingSets, AreThoseOfASimpleSet) {
     std::mt19937_64 random{11};
@@ -90,6 +133,32 @@ TEST_F(GrowingSets, TakeMemoryForTheirRowsAndATableOfThem) {
             EXPECT_LE(reserved.size(), 1u);
             EXPECT_EQ(reserved.empty(), none || bytes < kReserved_bytes);
         }
+}
+
+// As where linear rules fire, and the views follow anew each time.
+TEST_F(GrowingSets, KeepNoRowsOfEarlierEvaluations) {
+    constexpr i64 kRows = 70'000;
+    Relation<Pair> relation{};
+    relation.open(nullptr, 0, 0);
+    Rounds<Pair> rounds;
+    std::set<const Pair::Row*> places;
+    for (int evaluation = 0; evaluation < 10; ++evaluation) {
+        const Pair::Row* const before = relation.rows;
+        const u32 before_count = relation.count;
+        // Every other time the same follows again.
+        const i64 offset = evaluation / 2;
+        rounds.start(relation);
+        for (i64 i = 0; i < kRows; ++i) rounds.propose(e, {(i + offset) * 7919 % kRows + offset, 0});
+        rounds.end_round(e, relation);
+        EXPECT_EQ(rounds.finish(e, relation, before, before_count), evaluation % 2 == 0);
+        EXPECT_EQ(relation.rows == before, evaluation % 2 == 1);
+        // An index goes by the place: none is there again with other rows.
+        EXPECT_EQ(places.insert(relation.rows).second, evaluation % 2 == 0);
+        for (u32 i = 0; i < relation.count; ++i) ASSERT_EQ(relation.rows[i].a1, i + offset);
+        u64 bytes = 0;
+        for (const auto& [_, one] : reserved) bytes += one.second;
+        EXPECT_LE(bytes, 2 * 1'000'000 * sizeof(Pair::Row));
+    }
 }
 
 TEST_F(GrowingSets, EndUnchangedIfTheSameRowsFollow) {

@@ -36,6 +36,13 @@ struct ScratchTest : testing::Test {
             return at;
         };
         host.give_back = [](Eval*, void* memory) { reserved.erase(memory); };
+        // The place stays taken.
+        host.empty = [](Eval*, void* memory) {
+            const auto found = reserved.find(memory);
+            if (found == reserved.end()) return;
+            std::fill_n(found->second.first.get(), found->second.second, u8{0xa5});
+            found->second.second = 0;
+        };
         view.max_facts = view.max_growing_facts = 1'000'000;
         e.host = &host;
         e.subdomain = &view;
