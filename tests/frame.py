@@ -47,6 +47,11 @@ dist(B, D + 1) :- neighbor(A, B), dist(A, D).
 OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
 
 
+def one_in(count, cases):
+    """One in so many of the cases; all of them in the campaign."""
+    return list(cases)[:: 1 if CAMPAIGN else count]
+
+
 def square(side):
     """A world of this many catoms a side."""
     return f'lattice = "square"\n[[body]]\nshape = "box({side}, {side}, 1)"\n'

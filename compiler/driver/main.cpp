@@ -1,11 +1,14 @@
 // meldc: check, compile, format and explain Meld programs.
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
@@ -71,6 +74,17 @@ Result<void> check_paths(const Options& options) {
     return check_distinct(paths);
 }
 
+// Without -O, the environment may say at which level modules are compiled: many short runs, such as tests, are done sooner with level 0.
+Result<void> take_level_of_environment(CompileOptions& options) {
+    const char* const said = std::getenv("CLAYMELD_OPTIMIZATION");
+    if (options.optimisation || said == nullptr || *said == '\0') return {};
+    if (said[1] != '\0' || *said < '0' || *said > '3')
+        return fail(fmt::format("the environment variable CLAYMELD_OPTIMIZATION is a whole number from 0 to 3, not '{}'", said),
+                    "Correct it, or unset it: then the length of the module decides");
+    options.optimisation = *said - '0';
+    return {};
+}
+
 int run_compile(Options& options) {
     if (const auto distinct = check_paths(options); !distinct) return fail_with(distinct.error());
     if (!options.emit.empty()) {
@@ -92,6 +106,7 @@ int run_compile(Options& options) {
     if (!after.empty() && options.compile.last != Stage::Plan)
         return fail_with({"--after prints the plan after a pass", "Add --emit=plan"});
     if (options.explain_rules) options.compile.last = Stage::Explain;
+    if (const auto taken = take_level_of_environment(options.compile); !taken) return fail_with(taken.error());
     options.compile.progress = !options.quiet;
     Compilation c;
     if (const auto done = compile(options.file, options.compile, c); !done) return fail_with(done.error());
@@ -185,7 +200,7 @@ void add_compile_options(CLI::App& command, Options& options) {
                      "Print where each rule runs, in which order it reads and why, what it sends, and how each predicate is stored");
     command
         .add_option("-O", options.compile.optimisation,
-                    "Optimization of the module, 0 to 3; the default is 2 for short modules and 1 for long ones")
+                    "Optimization of the module, 0 to 3; the default is CLAYMELD_OPTIMIZATION, or 2 for short modules and 1 for long ones")
         ->check(cli::whole_number(0, 3));
     command.add_option("--after", options.compile.plan.after, "With --emit=plan: print the program or plan after this pass of the planner")
         ->type_name("PASS");

@@ -1,4 +1,4 @@
-"""Operators in a row, as many as one likes, of every kind that operators.def has: chains_test.py --meldc PATH --meldsim PATH"""
+"""Operators in a row, as many as one likes, of every kind that operators.def has: chains_test.py --meldc PATH --meldsim PATH --many N"""
 import itertools
 import pathlib
 import re
@@ -6,12 +6,12 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import CAMPAIGN, Case, main, square  # noqa: E402
+from frame import CAMPAIGN, TOOLS, Case, main, square  # noqa: E402
 
 OPERATORS = pathlib.Path(__file__).resolve().parents[2] / "compiler" / "syntax" / "operators.def"
 LEVELS = re.findall(r'^MELD_BINARY\(\w+, +"([^"]+)", +(\w+), ', OPERATORS.read_text(), re.MULTILINE)
-# What is checked, and what is compiled and run.
-MANY, RUN = 30000, 1500 if CAMPAIGN else 330
+# What is compiled and run; --many says what is checked.
+RUN = 1500 if CAMPAIGN else 330
 
 
 def repeated(words, count):
@@ -101,7 +101,7 @@ class Chains(Case):
                 self.assertEqual(f"c{i}(@0)." in facts, value == "true", chain.text[:60])
 
     def test_very_many_are_checked_and_formatted(self):
-        for level, some in chains(MANY).items():
+        for level, some in chains(TOOLS.many).items():
             with self.subTest(level):
                 self.write("p.meld", program(some))
                 self.call("meldc", "check", "p.meld")
@@ -111,7 +111,7 @@ class Chains(Case):
 
     def test_one_that_breaks_off_is_reported(self):
         for sign in ("+", "&&", "++", "::"):
-            self.write("p.meld", "type p(node, int).\np(A, " + f" {sign} ".join(["X"] * MANY) + f" {sign} ) :- p(A, X).\n")
+            self.write("p.meld", "type p(node, int).\np(A, " + f" {sign} ".join(["X"] * TOOLS.many) + f" {sign} ) :- p(A, X).\n")
             _, err = self.call("meldc", "check", "p.meld", code=1)
             self.assertIn("E0110", err)
 
@@ -135,4 +135,4 @@ class Chains(Case):
 
 
 if __name__ == "__main__":
-    main("meldc", "meldsim")
+    main("meldc", "meldsim", many={"type": int, "default": 30000, "help": "how many operators are checked in a row"})

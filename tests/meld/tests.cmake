@@ -23,9 +23,12 @@ add_test(NAME meld_cures COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}
   --meldsim $<TARGET_FILE:meldsim>)
 add_test(NAME meld_contradictions COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/contradiction_test.py
   --meldc $<TARGET_FILE:meldc>)
-add_test(NAME meld_chains COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/chains_test.py
+set(chains_test ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/chains_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(meld_chains PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME meld_chains COMMAND ${chains_test} --many 6000 Chains)
+add_test(NAME meld_chains_more COMMAND ${chains_test} --many 30000 Chains)
+set_tests_properties(meld_chains meld_chains_more PROPERTIES TIMEOUT 300 PROCESSORS 2)
+set_tests_properties(meld_chains_more PROPERTIES LABELS long)
 # Linear rules with every plan.
 add_test(NAME meld_plans COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/plans_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> --passes ${CMAKE_SOURCE_DIR}/compiler/plan/plan.cpp

@@ -10,7 +10,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from frame import CAMPAIGN, Case, main  # noqa: E402
+from frame import CAMPAIGN, Case, main, one_in  # noqa: E402
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "meld"
 GRADIENT = """type source(node).
@@ -73,7 +73,7 @@ class Networks(Case):
     def test_views_end_as_in_the_ideal_network_on_any_number_of_processes(self):
         self.write("p.meld", GRADIENT)
         draw = random.Random(3)
-        for number, conditions in enumerate(CONDITIONS):
+        for number, conditions in enumerate(one_in(2, CONDITIONS)):
             shape = draw.choice([("square", "12, 9, 1"), ("cubic", "6, 5, 4"), ("fcc", "5, 5, 4"), ("hex", "10, 10, 1")])
             world = WORLD.format(lattice=shape[0], size=shape[1], seed=number)
             with self.subTest(conditions=conditions, lattice=shape[0]):
@@ -87,7 +87,7 @@ class Networks(Case):
     def test_a_run_goes_on_with_what_was_under_way(self):
         self.write("p.meld", GRADIENT)
         world = WORLD.format(lattice="cubic", size="6, 5, 4", seed=5)
-        for number, conditions in enumerate(CONDITIONS):
+        for number, conditions in enumerate(one_in(3, CONDITIONS)):
             name = self.write("apart.toml", world + conditions)
             with self.subTest(conditions=conditions):
                 whole = self.digests(name)

@@ -56,10 +56,20 @@ add_test(NAME motion_crowd
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py
                  $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR}/bodies crowd)
 set_tests_properties(motion_crowd PROPERTIES TIMEOUT 300 PROCESSORS 2)
-add_test(NAME motion_wishes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/wishes_test.py $<TARGET_FILE:meldsim>)
-set_tests_properties(motion_wishes PROPERTIES TIMEOUT 300 PROCESSORS 2)
-add_test(NAME motion_amoebots COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/amoebots_test.py $<TARGET_FILE:meldsim>)
-set_tests_properties(motion_amoebots PROPERTIES TIMEOUT 300 PROCESSORS 2)
+# Random wishes, and random changes of all kinds: some seeds, and many more in NAME_more, a long test.
+function(meld_seeds_test name script first seeds more)
+  math(EXPR rest "${first} + ${seeds}")
+  set(command ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/${script} $<TARGET_FILE:meldsim>)
+  add_test(NAME ${name} COMMAND ${command} ${first} ${seeds})
+  add_test(NAME ${name}_more COMMAND ${command} ${rest} ${more})
+  set_tests_properties(${name} ${name}_more PROPERTIES TIMEOUT 300 PROCESSORS 2)
+  set_tests_properties(${name}_more PROPERTIES LABELS long)
+endfunction()
+meld_seeds_test(motion_wishes wishes_test.py 0 8 16)
+# Four seeds are one for each way in which amoebots take turns; only eight or more are sure to see all that can happen.
+meld_seeds_test(motion_amoebots amoebots_test.py 0 4 8)
+meld_seeds_test(motion_connected connected_test.py 0 5 19)
+meld_seeds_test(motion_storm storm_test.py 0 2 2)
 add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
                  $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
@@ -76,9 +86,5 @@ foreach(paper luby ghs compression election ensembles healing kilobots localizat
   add_test(NAME papers_${paper} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/papers_test.py $<TARGET_FILE:meldsim> ${paper})
   set_tests_properties(papers_${paper} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
-add_test(NAME motion_connected COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/connected_test.py $<TARGET_FILE:meldsim>)
-set_tests_properties(motion_connected PROPERTIES TIMEOUT 300 PROCESSORS 2)
-add_test(NAME motion_storm COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/storm_test.py $<TARGET_FILE:meldsim>)
-set_tests_properties(motion_storm PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_bodies PROPERTIES TIMEOUT 300 PROCESSORS 2)

@@ -16,14 +16,21 @@ target_link_libraries(tests_reference PUBLIC compiler_driver runtime_ask_debug r
 
 add_executable(test_random ${CMAKE_CURRENT_LIST_DIR}/main.cpp)
 target_link_libraries(test_random PRIVATE tests_reference)
-add_test(NAME random_programs COMMAND test_random --seeds 50 --shipped 16 --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
-set_tests_properties(random_programs PROPERTIES TIMEOUT 600 PROCESSORS 2)
+# meld_random_test(NAME FIRST SEEDS MORE options ...): so many seeds from the first on, and MORE after these in NAME_more, a long test.
+function(meld_random_test name first seeds more)
+  math(EXPR next "${first} + ${seeds}")
+  set(options ${ARGN} --jobs 2 --out ${CMAKE_BINARY_DIR}/random_failures)
+  add_test(NAME ${name} COMMAND test_random --first ${first} --seeds ${seeds} ${options})
+  add_test(NAME ${name}_more COMMAND test_random --first ${next} --seeds ${more} ${options})
+  set_tests_properties(${name} ${name}_more PROPERTIES TIMEOUT 600 PROCESSORS 2)
+  set_tests_properties(${name}_more PROPERTIES LABELS long)
+endfunction()
+meld_random_test(random_programs 1 20 30 --shipped 16)
 # In graphs, and beside variants.
-add_test(NAME random_graphs
-         COMMAND test_random --seeds 16 --shipped 0 --jobs 2 --graphs --failures --out ${CMAKE_BINARY_DIR}/random_failures)
+meld_random_test(random_graphs 1 8 8 --shipped 0 --graphs --failures)
 add_test(NAME random_variants
          COMMAND test_random --seeds 8 --worlds 1 --shipped 0 --jobs 2 --graphs --variants --out ${CMAKE_BINARY_DIR}/random_failures)
-set_tests_properties(random_graphs random_variants PROPERTIES TIMEOUT 600 PROCESSORS 2)
+set_tests_properties(random_variants PROPERTIES TIMEOUT 600 PROCESSORS 2)
 # As users run them, over MPI.
 meld_sizes_test(random_processes ${CMAKE_CURRENT_LIST_DIR}/processes_test.py --random $<TARGET_FILE:test_random>
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
@@ -42,4 +49,6 @@ endforeach()
 
 meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp ${CMAKE_CURRENT_LIST_DIR}/fixed_catoms_test.cpp
           DEPENDS tests_reference)
+# That the tester notices what is wrong takes longest, and changes seldom.
+meld_slow_cases(test_reference Tester.NoticesOtherPrograms Tester.FindsNoDifferenceWhereThereIsNone Judge.NoticesEveryWayToFalsify)
 meld_test(test_reference_types SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)

@@ -7,6 +7,12 @@ meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE
 target_compile_definitions(test_state PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld"
                                               CLAYMELD_STATE_TESTS="${CMAKE_CURRENT_LIST_DIR}")
 add_dependencies(test_state meldc)
+# Of snapshots and timelines, what others are like: other worlds, components, engines and solvers.
+set(like_others
+  shortest_paths thermometerdrift thermometerweather life belief_propagation shape_change lost heappgs20 heaphash heapode
+  pairhash pairode)
+list(TRANSFORM like_others PREPEND Programs/*/)
+meld_slow_cases(test_state ${like_others})
 
 add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/members_test.py ${CMAKE_SOURCE_DIR})
 foreach(name bisect replay)

@@ -84,6 +84,27 @@ class Pages(Viewing):
         self.assertAlmostEqual((rows[-1] - rows[0] + 1) / HEIGHT, side, delta=2, msg="the plate is not six by four")
         return pixels[int(rows[-1] - (y + 0.5) * side), int(columns[0] + (x + 0.5) * side)]
 
+    def click(self, catom):
+        x, y = self.run_js("""const s = viewer.stage, i = s.frame.ids.indexOf(arguments[0]), p = s.frame.positions;
+            const at = s.view.project(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
+            return [at.x - s.view.width / 2, at.y - s.view.pixels / 2];""",
+                           catom)
+        stage = self.browser.find_element(By.ID, "stage")
+        ActionChains(self.browser).move_to_element_with_offset(stage, round(x), round(y)).click().perform()
+        self.wait(lambda: self.text("catom"))
+
+    def enter(self, name, text):
+        field = self.browser.find_element(By.ID, name)
+        field.clear()
+        field.send_keys(text, Keys.ENTER)
+
+    def command(self, line):
+        self.assertIsNone(self.browser.execute_script("return viewer.command(arguments[0])", line))
+
+
+class Seen(Pages):
+    """What everybody does with a page."""
+
     def test_a_shared_run_has_its_colours_where_they_belong(self):
         self.share("--colour", "dist(A, D)", "--facts", "dist")
         self.to(self.run_js("return viewer.info.last"))
@@ -99,6 +120,75 @@ class Pages(Viewing):
         row = [self.cell(pixels, x, 0).sum() for x in range(WIDTH)]
         self.assertEqual(row, sorted(row))
         self.assertIn("0", self.text("legend"))
+
+    def test_a_click_shows_the_facts_of_the_catom_at_that_tick(self):
+        self.share("--colour", "dist(A, D)", "--facts", "dist")
+        for tick, fact in ((8, ["dist(@0, 0)"]), (0, [])):
+            self.to(tick)
+            self.click(0)
+            self.assertEqual(self.text("catom"), "Catom @0")
+            self.assertEqual([e.text for e in self.browser.find_elements(By.CSS_SELECTOR, "#facts .fact")], fact)
+
+    def test_a_served_run_steps_and_answers_why(self):
+        self.open(self.view("plate.meld"))
+        self.assertEqual(self.text("tick"), "tick 0")
+        self.browser.find_element(By.ID, "run").click()
+        self.wait(lambda: self.text("tick") != "tick 0")
+        field = self.browser.find_element(By.ID, "look-colour")
+        field.send_keys("dsit(A, D)", Keys.ENTER)
+        self.wait(lambda: "dsit" in " ".join(e.text for e in self.browser.find_elements(By.CSS_SELECTOR, "#look .mistake")))
+        field.clear()
+        field.send_keys("dist(A, D)", Keys.ENTER)
+        self.wait(lambda: self.text("legend"))
+        self.click(0)
+        fact = self.browser.find_element(By.ID, "fact")
+        fact.send_keys("dist(@0, 0)")
+        self.browser.find_element(By.ID, "why").click()
+        self.wait(lambda: "source(@0)" in self.text("why-tree"))
+        # What is being written by hand stays while the run moves.
+        fact.clear()
+        fact.send_keys("source(@23)")
+        self.browser.find_element(By.ID, "give").click()
+        self.wait(lambda: "give source(@23)" in self.text("panel"))
+        self.command("run")
+        self.assertEqual(self.browser.find_element(By.ID, "fact").get_attribute("value"), "source(@23)")
+        fact.clear()
+        fact.send_keys("sorce(@23)")
+        self.browser.find_element(By.ID, "give").click()
+        self.wait(lambda: "did you mean `source`?" in self.text("panel"))
+        self.interrupt()
+
+    def test_what_a_box_selects_is_killed_and_the_wave_goes_around_it(self):
+        self.open(self.view("plate.meld"))
+        self.enter("look-colour", "dist(A, D)")
+        self.enter("until", "dist(A, 5)")
+        self.wait(lambda: "dist(A, 5)" in self.text("state"))
+        self.enter("until", "dsit(A)")
+        self.wait(lambda: "did you mean `dist`?" in self.text("until-mistake"))
+        self.command("run")
+        # The column x = 1 but for its last catom.
+        x0, y0, x1, y1 = self.run_js("""const s = viewer.stage, at = (x, y) => s.view.project(s.bounds.low[0] + x, s.bounds.low[1] + y, 0);
+            const a = at(0.6, 2.5), b = at(1.4, -0.5);
+            return [a.x, a.y, b.x, b.y].map((v, i) => Math.round(v - (i % 2 ? s.view.pixels : s.view.width) / 2));""")
+        stage = self.browser.find_element(By.ID, "stage")
+        ActionChains(self.browser, 0).key_down(Keys.CONTROL).move_to_element_with_offset(stage, x0, y0).click_and_hold() \
+            .move_by_offset(x1 - x0, 0).move_by_offset(0, y1 - y0).release().key_up(Keys.CONTROL).perform()
+        self.wait(lambda: "and 2 more" in self.text("catom"))
+        self.browser.find_element(By.ID, "kill").click()
+        self.wait(lambda: "It happens in tick" in self.text("panel"))
+        self.command("run")
+        self.wait(lambda: self.text("about").startswith("21 catoms"))
+        # The catom at (2, 0), once 2 steps from the source, is reached over the last catom of the column.
+        far = self.run_js("const s = viewer.stage, f = s.frame, b = s.bounds.low;"
+                          "return [...f.ids].find((id, i) => f.positions[3 * i] === b[0] + 2 && f.positions[3 * i + 1] === b[1])")
+        self.enter("find", str(far))
+        self.wait(lambda: f"dist(@{far}, 8)" in self.text("panel"))
+        self.enter("find", "dist(A, 8)")
+        self.wait(lambda: "catom" in self.text("found"))
+
+
+class Drawn(Pages):
+    """Its pictures, by whatever draws them."""
 
     def stairs(self, *options):
         """The picture of catoms that look different from all sides, seen with parallel rays and without a legend."""
@@ -132,88 +222,6 @@ class Pages(Viewing):
             self.to(self.run_js("return viewer.info.last"))
             self.assertLess(np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max(), 50, form)
 
-    def test_a_click_shows_the_facts_of_the_catom_at_that_tick(self):
-        self.share("--colour", "dist(A, D)", "--facts", "dist")
-        for tick, fact in ((8, ["dist(@0, 0)"]), (0, [])):
-            self.to(tick)
-            self.click(0)
-            self.assertEqual(self.text("catom"), "Catom @0")
-            self.assertEqual([e.text for e in self.browser.find_elements(By.CSS_SELECTOR, "#facts .fact")], fact)
-
-    def click(self, catom):
-        x, y = self.run_js("""const s = viewer.stage, i = s.frame.ids.indexOf(arguments[0]), p = s.frame.positions;
-            const at = s.view.project(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
-            return [at.x - s.view.width / 2, at.y - s.view.pixels / 2];""",
-                           catom)
-        stage = self.browser.find_element(By.ID, "stage")
-        ActionChains(self.browser).move_to_element_with_offset(stage, round(x), round(y)).click().perform()
-        self.wait(lambda: self.text("catom"))
-
-    def test_a_served_run_steps_and_answers_why(self):
-        self.open(self.view("plate.meld"))
-        self.assertEqual(self.text("tick"), "tick 0")
-        self.browser.find_element(By.ID, "run").click()
-        self.wait(lambda: self.text("tick") != "tick 0")
-        field = self.browser.find_element(By.ID, "look-colour")
-        field.send_keys("dsit(A, D)", Keys.ENTER)
-        self.wait(lambda: "dsit" in " ".join(e.text for e in self.browser.find_elements(By.CSS_SELECTOR, "#look .mistake")))
-        field.clear()
-        field.send_keys("dist(A, D)", Keys.ENTER)
-        self.wait(lambda: self.text("legend"))
-        self.click(0)
-        fact = self.browser.find_element(By.ID, "fact")
-        fact.send_keys("dist(@0, 0)")
-        self.browser.find_element(By.ID, "why").click()
-        self.wait(lambda: "source(@0)" in self.text("why-tree"))
-        # What is being written by hand stays while the run moves.
-        fact.clear()
-        fact.send_keys("source(@23)")
-        self.browser.find_element(By.ID, "give").click()
-        self.wait(lambda: "give source(@23)" in self.text("panel"))
-        self.command("run")
-        self.assertEqual(self.browser.find_element(By.ID, "fact").get_attribute("value"), "source(@23)")
-        fact.clear()
-        fact.send_keys("sorce(@23)")
-        self.browser.find_element(By.ID, "give").click()
-        self.wait(lambda: "did you mean `source`?" in self.text("panel"))
-        self.interrupt()
-
-    def enter(self, name, text):
-        field = self.browser.find_element(By.ID, name)
-        field.clear()
-        field.send_keys(text, Keys.ENTER)
-
-    def command(self, line):
-        self.assertIsNone(self.browser.execute_script("return viewer.command(arguments[0])", line))
-
-    def test_what_a_box_selects_is_killed_and_the_wave_goes_around_it(self):
-        self.open(self.view("plate.meld"))
-        self.enter("look-colour", "dist(A, D)")
-        self.enter("until", "dist(A, 5)")
-        self.wait(lambda: "dist(A, 5)" in self.text("state"))
-        self.enter("until", "dsit(A)")
-        self.wait(lambda: "did you mean `dist`?" in self.text("until-mistake"))
-        self.command("run")
-        # The column x = 1 but for its last catom.
-        x0, y0, x1, y1 = self.run_js("""const s = viewer.stage, at = (x, y) => s.view.project(s.bounds.low[0] + x, s.bounds.low[1] + y, 0);
-            const a = at(0.6, 2.5), b = at(1.4, -0.5);
-            return [a.x, a.y, b.x, b.y].map((v, i) => Math.round(v - (i % 2 ? s.view.pixels : s.view.width) / 2));""")
-        stage = self.browser.find_element(By.ID, "stage")
-        ActionChains(self.browser, 0).key_down(Keys.CONTROL).move_to_element_with_offset(stage, x0, y0).click_and_hold() \
-            .move_by_offset(x1 - x0, 0).move_by_offset(0, y1 - y0).release().key_up(Keys.CONTROL).perform()
-        self.wait(lambda: "and 2 more" in self.text("catom"))
-        self.browser.find_element(By.ID, "kill").click()
-        self.wait(lambda: "It happens in tick" in self.text("panel"))
-        self.command("run")
-        self.wait(lambda: self.text("about").startswith("21 catoms"))
-        # The catom at (2, 0), once 2 steps from the source, is reached over the last catom of the column.
-        far = self.run_js("const s = viewer.stage, f = s.frame, b = s.bounds.low;"
-                          "return [...f.ids].find((id, i) => f.positions[3 * i] === b[0] + 2 && f.positions[3 * i + 1] === b[1])")
-        self.enter("find", str(far))
-        self.wait(lambda: f"dist(@{far}, 8)" in self.text("panel"))
-        self.enter("find", "dist(A, 8)")
-        self.wait(lambda: "catom" in self.text("found"))
-
     def test_a_server_draws_where_the_browser_cannot(self):
         self.open(self.view("plate.meld") + "#images")
         self.command("run")
@@ -221,28 +229,6 @@ class Pages(Viewing):
         self.wait(lambda: self.text("legend"))
         self.wait(lambda: np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max() < 60)
         self.assertLess(np.abs(self.cell(self.pixels(), WIDTH - 1, HEIGHT - 1) - YELLOW).max(), 60)
-
-    def test_a_wrong_body_stops_nothing(self):
-        self.open(self.view("plate.meld"))
-        for field in ("colour", "only", "labels"):
-            self.enter(f"look-{field}", "dsit(A, D)")
-            self.wait(lambda: "dsit" in self.text(f"look-{field}-mistake"))
-        frames = (("command", "step"), ("command", "to 6"), ("tick", 2), ("command", "run"))
-        for how, what in frames:
-            if how == "tick":
-                self.to(what)
-            else:
-                self.command(what)
-            tick = self.run_js("return viewer.words.tick")
-            self.assertEqual(self.text("tick"), f"tick {tick}")
-            self.assertIn("dsit", self.text("look-colour-mistake"))
-        self.assertGreater(tick, 6)
-        self.assertEqual(self.run_js("return viewer.stage.frame.count"), WIDTH * HEIGHT)
-        # One is cured after the other.
-        self.enter("look-only", "dist(A, 2)")
-        self.wait(lambda: not self.text("look-only-mistake"))
-        self.assertIn("dsit", self.text("look-colour-mistake"))
-        self.assertEqual(self.run_js("return viewer.words.shown"), 3)
 
     def lose(self, restored):
         self.run_js("""window.lent = window.lent || viewer.stage.renderer.getContext().getExtension("WEBGL_lose_context");
@@ -299,6 +285,32 @@ class Pages(Viewing):
             self.assertGreater(sizes[width]["look"], width * 0.09, width)
         self.assertEqual(sizes[1100]["text"], sizes[700]["text"])
         self.assertGreater(sizes[3840]["text"], 1.5 * sizes[1100]["text"])
+
+
+class Steered(Pages):
+    """Runs, their failures and their worlds, changed on the page."""
+
+    def test_a_wrong_body_stops_nothing(self):
+        self.open(self.view("plate.meld"))
+        for field in ("colour", "only", "labels"):
+            self.enter(f"look-{field}", "dsit(A, D)")
+            self.wait(lambda: "dsit" in self.text(f"look-{field}-mistake"))
+        frames = (("command", "step"), ("command", "to 6"), ("tick", 2), ("command", "run"))
+        for how, what in frames:
+            if how == "tick":
+                self.to(what)
+            else:
+                self.command(what)
+            tick = self.run_js("return viewer.words.tick")
+            self.assertEqual(self.text("tick"), f"tick {tick}")
+            self.assertIn("dsit", self.text("look-colour-mistake"))
+        self.assertGreater(tick, 6)
+        self.assertEqual(self.run_js("return viewer.stage.frame.count"), WIDTH * HEIGHT)
+        # One is cured after the other.
+        self.enter("look-only", "dist(A, 2)")
+        self.wait(lambda: not self.text("look-only-mistake"))
+        self.assertIn("dsit", self.text("look-colour-mistake"))
+        self.assertEqual(self.run_js("return viewer.words.shown"), 3)
 
     def test_the_program_is_read_again_and_a_long_run_ends(self):
         self.open(self.view("forever.meld"))

@@ -4,7 +4,10 @@ add_test(NAME view_server COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR
 add_test(NAME view_abuse COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/abuse_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(view_server view_abuse PROPERTIES TIMEOUT 180 PROCESSORS 2)
-# The page of the viewer, in a browser.
-add_test(NAME view_page COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/page_test.py
-  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
-set_tests_properties(view_page PROPERTIES TIMEOUT 180 PROCESSORS 2)
+# The page of the viewer, in a browser, a class of tests an entry.
+foreach(class Seen Drawn Steered)
+  string(TOLOWER ${class} name)
+  add_test(NAME view_page_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/page_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
+  set_tests_properties(view_page_${name} PROPERTIES TIMEOUT 180 PROCESSORS 2)
+endforeach()
