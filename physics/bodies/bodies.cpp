@@ -80,7 +80,7 @@ void Bodies::permute(std::span<const std::uint32_t> order, Workers& workers, std
 void Bodies::restore_masses(std::uint32_t slot) {
     MELD_EXPECT(slot < count(), "slot {} of {}", slot, count());
     const BodyProperties& what = properties[slot];
-    const bool fixed = (what.flags & kFixed) != 0;
+    const bool fixed = (what.flags & (kFixed | kMember)) != 0;
     velocity[slot].inverse_mass = fixed ? 0.0f : 1.0f / what.mass;
     velocity[slot].inverse_surface_mass = fixed ? 0.0f : 1.0f / (what.mass * what.inertia_factor);
 }

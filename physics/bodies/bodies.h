@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kNoSlot = 0xffffffff;
 
 // What the contact solver reads and writes of a body, half a cache line. `surface` is the surface velocity, radius times angular
 // velocity: with it, touching spheres need no lever arms. `inverse_surface_mass` is radius^2 / moment of inertia. Both inverse masses
-// are 0 for fixed and sleeping bodies.
+// are 0 for fixed and sleeping bodies and for members of composites.
 struct alignas(32) BodyVelocity {
     float linear[3];
     float inverse_mass;
@@ -32,9 +32,15 @@ inline Vec3 velocity_of(const BodyVelocity& velocity) {
     return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
+inline Vec3 widened(const float (&v)[3]) { return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])}; }
+inline void set_single(float (&to)[3], Vec3 v) {
+    to[0] = static_cast<float>(v.x), to[1] = static_cast<float>(v.y), to[2] = static_cast<float>(v.z);
+}
+
 struct alignas(32) Place {
     double x, y, z, radius;
 };
+inline Vec3 centre_of(const Place& place) { return {place.x, place.y, place.z}; }
 
 struct alignas(16) Orientation {
     float w, x, y, z;
@@ -57,7 +63,8 @@ struct BodyProperties {
 };
 inline constexpr std::int16_t kMarkedStill = 0x7fff;
 
-enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4 };
+// kMember: a composite moves it (composites.h).
+enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4, kMember = 8 };
 
 // A force and a torque, N and N m.
 struct Wrench {

@@ -183,6 +183,7 @@ Result<void> Scene::known(BodyId body) const {
 
 Result<void> Scene::remove_body(BodyId body) {
     if (auto fine = known(body); !fine) return fine;
+    world_->composites.release_all(body);
     world_->bodies.properties[world_->bodies.slot(body)].flags |= kRemoved;
     engine_->body_changed(world_->bodies.slot(body), false);
     engine_->structure_changed();
@@ -201,6 +202,7 @@ Result<void> Scene::set_state(BodyId body, const BodyState& state) {
     const BodyVelocity former = bodies.velocity[slot];
     bodies.velocity[slot] = motion_of(state, place.radius);
     bodies.velocity[slot].inverse_mass = former.inverse_mass, bodies.velocity[slot].inverse_surface_mass = former.inverse_surface_mass;
+    world_->composites.body_moved(body);
     engine_->body_changed(slot, moved);
     contacts_known_ = false;
     return {};

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "physics/bodies/material.h"
 #include "physics/bodies/reports.h"
 #include "physics/bodies/settings.h"
+#include "physics/bodies/symmetric.h"
 #include "physics/bodies/types.h"
 #include "physics/collision/obstacles.h"
 #include "runtime/base/bytes.h"
@@ -55,6 +57,19 @@ struct BodyState {
 // As bits: which features are on, and which of them point inwards.
 struct SwitchedFeatures {
     std::uint32_t on = 0, reversed = 0;
+};
+
+// Bodies that are rigidly connected, as one.
+struct CompositeState {
+    std::size_t bodies = 0;
+    double mass_kg = 0;
+    Vec3 centre_m = {};
+    Vec3 linear_velocity_m_s = {};
+    Vec3 angular_velocity_rad_s = {};
+    // About its centre, along the axes of the world, kg m^2.
+    Symmetric inertia_kg_m2 = {};
+    // One of its bodies is fixed and carries it; its place and motion are given as that body's.
+    bool carried = false;
 };
 
 class Engine;
@@ -98,6 +113,20 @@ class Scene {
     Result<void> set_feature_table(BodyId body, std::uint16_t table);
     // Bit i of `on`: feature i is on; of `reversed`: its magnet points inwards.
     Result<void> set_features(BodyId body, std::uint32_t on, std::uint32_t reversed);
+
+    // Connections (scene_connections.cpp) hold two bodies rigidly where they are. Bodies that connections join, however indirectly, move as
+    // one composite from the next step on: it has the sums of their masses, momenta and angular momenta, and they do not touch each other.
+    // Those that are released go on with the velocities that they have as parts of it. A composite with a fixed body is carried by it (by
+    // the one with the lowest number). Both may be called when it is so already. Only the engine Blocks in an undivided world has
+    // connections. Cost: the smaller of the two parts, and in the next step, one pass over the bodies of the composite and a new candidate
+    // list.
+    Result<void> connect(BodyId body, BodyId other);
+    Result<void> release(BodyId body, BodyId other);
+    bool connected(BodyId body, BodyId other) const;
+    // The bodies connected to it directly; valid until the next call that connects or releases.
+    std::span<const BodyId> connected_to(BodyId body) const;
+    // The composite that a body was part of in the last step.
+    std::optional<CompositeState> composite(BodyId body) const;
 
     // One tick of dt_s seconds, in `substeps` substeps. After an error the state is that before the step (see keep_last_good) and contacts
     // start without warm-start impulses.

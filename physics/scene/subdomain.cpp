@@ -52,6 +52,7 @@ struct PackedRest {
 Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self)
     : scene_(scene), world_(scene.world()), engine_(static_cast<BlockEngine&>(scene.engine())), owner_(std::move(owner)), self_(self) {
     MELD_CHECK(scene.world().settings.engine == EngineKind::Blocks, "only the engine 'blocks' is divided");
+    MELD_CHECK(scene.world().composites.empty(), "a divided world has no connections");
     engine_.owns_ = [this](BlockCoordinates block) { return owner_(block) == self_; };
 }
 

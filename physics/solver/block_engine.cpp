@@ -10,11 +10,9 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
-#include <tuple>
 
 #include "physics/collision/broadphase.h"
 #include "physics/collision/meeting.h"
-#include "physics/collision/ode_library.h"
 #include "physics/solver/feature_wrenches.h"
 #include "physics/solver/kernels.h"
 #include "runtime/base/assert.h"
@@ -25,14 +23,6 @@ namespace meld::physics {
 namespace {
 
 constexpr std::size_t kSlotsPerJob = 16384;
-// Contacts are searched this far ahead, as a share of the smallest diameter: a body that moves a third of its diameter per tick is stopped
-// at the surface instead of inside it.
-constexpr double kLookAheadShare = 0.02;
-
-// Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxation sweep stops those that would touch
-// in the next step.
-constexpr double kStepsAhead = 2;
-
 // A blow passes through about two touching bodies per sweep; the rest after the last sweep is stopped without restitution.
 constexpr int kBounceSweeps = 4;
 
@@ -99,6 +89,12 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
     const auto over_colour = [&](const auto& f) {
         for_blocks(coloured_[static_cast<std::size_t>(stage.colour)], workers, [&](int, std::uint32_t block) { f(block); });
     };
+    // Velocities of composites are in their copies while colours are swept.
+    const auto sweep_colour = [&](const auto& f) {
+        if (stage.colour == 0) rows_.begin(contacts_, active_, bodies, world_.composites, workers);
+        over_colour(f);
+        if (stage.colour == kColours - 1) rows_.average(workers);
+    };
     switch (stage.kind) {
         case Stage::Kind::Prepare:
             return prepare(times, workers);
@@ -111,6 +107,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return {};
         }
         case Stage::Kind::Accelerate: {
+            rows_.collect(world_.composites, workers);
+            world_.composites.accelerate(wrenches, feature_wrenches, bodies, rules.move, workers);
             // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
             if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
             const StageClock clock(world_.times.move);
@@ -122,21 +120,22 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         }
         case Stage::Kind::WarmStart: {
             const StageClock clock(world_.times.solve);
-            over_colour([&](std::uint32_t block) {
-                warm_start(contacts_.pairs(block), bodies.velocity.data());
-                warm_start(contacts_.obstacle_contacts(block), bodies.velocity.data());
+            sweep_colour([&](std::uint32_t block) {
+                warm_start(contacts_.plain_pairs(block), bodies.velocity.data());
+                warm_start(contacts_.plain_obstacles(block), bodies.velocity.data());
+                rows_.warm_start(contacts_, block, bodies.velocity.data());
             });
             return {};
         }
         case Stage::Kind::Solve: {
             const StageClock clock(world_.times.solve);
-            over_colour(
+            sweep_colour(
                 [&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
             return {};
         }
         case Stage::Kind::Relax: {
             const StageClock clock(world_.times.solve);
-            over_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
+            sweep_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
             return {};
         }
         case Stage::Kind::FindBounces: {
@@ -147,6 +146,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Bounce: {
             const StageClock clock(world_.times.solve);
             over_colour([&](std::uint32_t block) { bounce_block(block, rules.bounce); });
+            if (stage.colour == kColours - 1) bounce_composites(rules.bounce);
             return {};
         }
         case Stage::Kind::Move:
@@ -155,6 +155,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return refresh(active_, times, workers);
         case Stage::Kind::Finish: {
             if (world_.has_features()) account_charges(world_, workers);
+            rows_.collect(world_.composites, workers);
+            world_.composites.set_velocities(bodies, workers);
             find_events(workers);
             last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
             return {};
@@ -169,22 +171,25 @@ void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sw
     BodyVelocity* velocities = world_.bodies.velocity.data();
     for (int i = 0; i < sweeps; ++i) {
         if (contacts_.adhesion.empty())
-            sweep(contacts_.pairs(block), velocities, rule);
+            sweep(contacts_.plain_pairs(block), velocities, rule);
         else
-            sweep_adhesive(contacts_.pairs(block), contacts_.adhesion.data() + contacts_.first_pair_batch(block), step_s, velocities, rule);
-        sweep(contacts_.obstacle_contacts(block), velocities, rule);
+            sweep_adhesive(contacts_.plain_pairs(block), contacts_.adhesion.data() + contacts_.first_pair_batch(block), step_s, velocities,
+                           rule);
+        sweep(contacts_.plain_obstacles(block), velocities, rule);
+        rows_.sweep(contacts_, block, velocities, step_s, rule);
     }
 }
 
 void BlockEngine::find_bounces(const BounceRule& rule, Workers& workers) {
     std::atomic<std::uint8_t> found{0};
+    if (find_composite_bounces(rule, workers)) found = std::uint8_t{1 << (kColours - 1)};
     for_blocks(active_, workers, [&](int, std::uint32_t block) {
         const auto colour = static_cast<std::uint8_t>(1u << colour_of(unpack(grid_.blocks()[block].key)));
         if ((found.load(std::memory_order_relaxed) & colour) != 0) return;
         const BodyVelocity* velocities = world_.bodies.velocity.data();
         bool bounces = false;
-        look_for_bounces(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule, bounces);
-        look_for_bounces(contacts_.obstacle_contacts(block), contacts_.obstacle_bounces(block), velocities, rule, bounces);
+        look_for_bounces(contacts_.plain_pairs(block), contacts_.pair_bounces(block), velocities, rule, bounces);
+        look_for_bounces(contacts_.plain_obstacles(block), contacts_.obstacle_bounces(block), velocities, rule, bounces);
         if (bounces) found.fetch_or(colour, std::memory_order_relaxed);
     });
     bouncing_colours_ = found;
@@ -192,17 +197,23 @@ void BlockEngine::find_bounces(const BounceRule& rule, Workers& workers) {
 
 void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
     BodyVelocity* velocities = world_.bodies.velocity.data();
-    bounce(contacts_.pairs(block), contacts_.pair_bounces(block), velocities, rule);
-    bounce(contacts_.obstacle_contacts(block), contacts_.obstacle_bounces(block), velocities, rule);
+    bounce(contacts_.plain_pairs(block), contacts_.pair_bounces(block), velocities, rule);
+    bounce(contacts_.plain_obstacles(block), contacts_.obstacle_bounces(block), velocities, rule);
 }
 
 Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     world_.events.clear();
     rebuilt_in_step_ = false;
+    rows_.forget_velocities();
     count_still_ticks(times.dt_s);
+    if (world_.composites.settle(world_.bodies)) {
+        world_.composites.set_velocities(world_.bodies, workers);
+        rebuild_ = true;
+    }
     if (rebuild_ || list_is_old(times))
         if (auto built = rebuild(times, workers); !built) return built;
     keep_last_good(workers);
+    world_.composites.keep();
     find_resting();
     return {};
 }
@@ -270,6 +281,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         if (auto built = grid_.build(bodies, next_shape(), list_reach_m(), workers, order); !built)
             return world_.wrong(built.error().problem, built.error().suggestion);
         release_memory(order);
+        world_.composites.locate(bodies);
     }
     {
         const StageClock clock(world_.times.pairs);
@@ -279,8 +291,10 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_of_fast_s(times), .frame_m_s = frame_m_s_};
         reach.slow_m = kSlowShare * 2 * radii.min;
         if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
-        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s}, owns_ ? &owned : nullptr,
-                          workers);
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s, &world_.composites},
+                          owns_ ? &owned : nullptr, workers);
+        rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
+        link_blocks();
         grid_.forget_cells();
         states_.assign(grid_.blocks().size(), {});
         cages_.clear();
@@ -303,7 +317,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
 }
 
 void BlockEngine::cache_contacts(Workers& workers) {
-    for (const CachedContact& gone : contacts_.take_out(world_.bodies, workers))
+    for (const CachedContact& gone : contacts_.take_out(world_.bodies, world_.composites, workers))
         world_.events.push_back({touch_of(gone.id(), gone.partner), false});
 }
 
@@ -332,6 +346,8 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     const StageClock clock(world_.times.move);
     const float limit = squared(world_.settings.max_speed_m_s);
     std::atomic<bool> fine{true};
+    rows_.collect(world_.composites, workers);
+    world_.composites.move(world_.bodies, times.substep_s(), workers);
     for_blocks(awake_, workers, [&](int, std::uint32_t block) {
         BlockState& state = states_[block];
         const Moved moved =
@@ -340,6 +356,7 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
         state.drift_squared = moved.drift_squared;
         if (!(moved.speed_squared <= limit)) fine = false;
     });
+    world_.composites.place_members(world_.bodies, workers);
     fresh_ = false;
     return fine ? Result<void>() : world_.check_speeds();
 }
@@ -364,6 +381,7 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
         }
     });
     fresh_ = true;
+    rows_.places_changed();
     if (failure) return world_.wrong(failure->second.problem, failure->second.suggestion);
     if (crushed != kNoBlock) return too_deep(crushed);
     return {};
@@ -384,114 +402,6 @@ void BlockEngine::refresh_fast(std::uint32_t block, double dt_s) {
         batch.ny[i] = static_cast<float>(met->normal.y);
         batch.nz[i] = static_cast<float>(met->normal.z);
     }
-}
-
-namespace {
-
-// A lane of the contacts with obstacles: one of the places where a body may touch one.
-struct Lane {
-    Batch* batch;
-    int lane;
-    ObstacleLane what;
-
-    std::uint32_t body() const { return batch->a[lane]; }
-};
-
-// Those of a block that are in use. The parts of one contact lie in different batches, because they share the body; in the result they are
-// together.
-void list_lanes(std::span<Batch> batches, const ObstacleLane* lanes_of, std::size_t bodies, std::vector<Lane>& found) {
-    found.clear();
-    for (std::size_t n = 0; n < batches.size(); ++n)
-        for (int i = 0; i < kLanes; ++i)
-            if (batches[n].a[i] < bodies) found.push_back({&batches[n], i, lanes_of[n * kLanes + static_cast<std::size_t>(i)]});
-    if (std::ranges::all_of(found, [](const Lane& lane) { return lane.what.part == 0; })) return;
-    std::ranges::sort(found, {}, [](const Lane& lane) { return std::tuple(lane.body(), lane.what.obstacle, lane.what.part); });
-}
-
-// Each lane takes the surface whose normal is most similar to its last one; those left over touch nothing.
-void take_surfaces(std::span<const Lane> lanes, std::span<const SurfaceContact> surfaces) {
-    std::array<bool, kMaxSurfaceContacts> used{};
-    for (const Lane& lane : lanes) {
-        Batch& batch = *lane.batch;
-        const int i = lane.lane;
-        std::size_t best = surfaces.size();
-        double likeness = -2;
-        for (std::size_t c = 0; c < surfaces.size(); ++c) {
-            const Vec3 normal = surfaces[c].normal;
-            const double like = -(normal.x * static_cast<double>(batch.nx[i]) + normal.y * static_cast<double>(batch.ny[i]) +
-                                  normal.z * static_cast<double>(batch.nz[i]));
-            if (!used[c] && like > likeness) best = c, likeness = like;
-        }
-        if (best == surfaces.size()) {
-            batch.gap[i] = kNoContactGap;
-            batch.normal_impulse[i] = batch.tx[i] = batch.ty[i] = batch.tz[i] = 0;
-            continue;
-        }
-        used[best] = true;
-        const SurfaceContact& surface = surfaces[best];
-        const float nx = static_cast<float>(-surface.normal.x), ny = static_cast<float>(-surface.normal.y),
-                    nz = static_cast<float>(-surface.normal.z);
-        const float along = batch.tx[i] * nx + batch.ty[i] * ny + batch.tz[i] * nz;
-        batch.nx[i] = nx, batch.ny[i] = ny, batch.nz[i] = nz;
-        batch.gap[i] = static_cast<float>(surface.gap_m);
-        batch.tx[i] -= along * nx, batch.ty[i] -= along * ny, batch.tz[i] -= along * nz;
-    }
-}
-
-}  // namespace
-
-// How many surfaces of an obstacle the body in a slot touches or will soon.
-template <class Fails>
-int BlockEngine::surfaces_near(int worker, std::uint32_t slot, std::uint32_t obstacle, double dt_s,
-                               std::array<SurfaceContact, kMaxSurfaceContacts>& surfaces, const Fails& fails) {
-    const Bodies& bodies = world_.bodies;
-    const Place& p = bodies.place[slot];
-    const BodyId id = bodies.properties[slot].id;
-    // On uneven ground, looking too far ahead would find more contacts than a body has lanes for.
-    const double ahead = world_.obstacles.parts(obstacle) == 1 ? list_reach_m() : margin_m_;
-    int count = 0;
-    try {
-        count = world_.obstacles.collide(worker, obstacle, {p.x, p.y, p.z}, p.radius, ahead, surfaces);
-    } catch (const OdeFailure& wrong) {
-        fails(id, {fmt::format("ODE cannot collide body {} with an obstacle ({})", id, wrong.what()), "Check the obstacle's shape"});
-    }
-    for (int c = 0; c < count; ++c)
-        if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine)
-            fails(id, fine.error());
-    // A body from farther away would be behind a wall before it is noticed, and for a near one only its path tells what it will touch.
-    const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
-    const auto touches = [&](int c) { return surfaces[static_cast<std::size_t>(c)].gap_m <= kLookAheadShare * 2 * smallest_radius_m_; };
-    const bool apart = count == 0 || !touches(0);
-    if (dot(path, path) <= ahead * ahead || !(apart || world_.obstacles.can_be_met_again(obstacle))) return count;
-    while (count > 0 && !touches(count - 1)) --count;
-    const std::span<const SurfaceContact> touched(surfaces.data(), static_cast<std::size_t>(count));
-    const auto met =
-        touched.size() < surfaces.size() ? world_.obstacles.meet(obstacle, {p.x, p.y, p.z}, p.radius, path, touched) : std::nullopt;
-    if (met) surfaces[static_cast<std::size_t>(count++)] = *met;
-    return count;
-}
-
-tl::expected<void, std::pair<BodyId, Error>> BlockEngine::refresh_obstacles(int worker, std::uint32_t block, double dt_s) {
-    thread_local std::vector<Lane> found;
-    list_lanes(contacts_.obstacle_contacts(block), contacts_.obstacle_lanes(block), world_.bodies.count(), found);
-    std::array<SurfaceContact, kMaxSurfaceContacts> surfaces;
-    std::optional<std::pair<BodyId, Error>> failure;
-    const auto fails = [&](BodyId body, Error error) {
-        if (!failure || body < failure->first) failure = std::pair(body, std::move(error));
-    };
-    for (std::size_t begin = 0; begin < found.size();) {
-        const Lane& first = found[begin];
-        // The other parts of the contact.
-        std::size_t end = begin + 1;
-        while (end < found.size() && found[end].what.part > 0 && found[end].body() == first.body() &&
-               found[end].what.obstacle == first.what.obstacle)
-            ++end;
-        const int count = surfaces_near(worker, first.body(), first.what.obstacle, dt_s, surfaces, fails);
-        take_surfaces(std::span(found).subspan(begin, end - begin), std::span(surfaces).first(static_cast<std::size_t>(count)));
-        begin = end;
-    }
-    if (failure) return tl::unexpected(std::move(*failure));
-    return {};
 }
 
 std::unique_ptr<Engine> make_block_engine(World& world) { return std::make_unique<BlockEngine>(world); }

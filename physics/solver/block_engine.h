@@ -18,10 +18,19 @@
 #include "physics/bodies/denormals.h"
 #include "physics/collision/block_grid.h"
 #include "physics/collision/broadphase.h"
+#include "physics/solver/composite_rows.h"
 #include "physics/solver/contacts.h"
 #include "physics/solver/engine.h"
 
 namespace meld::physics {
+
+// Contacts are searched this far ahead, as a share of the smallest diameter: a body that moves a third of its diameter per tick is stopped
+// at the surface instead of inside it.
+inline constexpr double kLookAheadShare = 0.02;
+
+// Fast bodies meet obstacles on their way in this and the next step: after the last substep a relaxation sweep stops those that would touch
+// in the next step.
+inline constexpr double kStepsAhead = 2;
 
 class BlockEngine final : public Engine {
   public:
@@ -32,6 +41,7 @@ class BlockEngine final : public Engine {
     void body_changed(std::uint32_t slot, bool moved) override;
     void state_restored() override;
     bool asleep(std::uint32_t slot) const override;
+    bool divided() const override { return static_cast<bool>(owns_); }
     void each_contact(const ContactVisitor& visit) const override;
     void add_normal_forces(std::span<ExactSum> of_slot, Workers& workers) const override;
     std::size_t bytes() const override;
@@ -153,6 +163,14 @@ class BlockEngine final : public Engine {
     // Gaps and normals of pairs of fast bodies that are still apart: those of the place where they will meet.
     void refresh_fast(std::uint32_t block, double dt_s);
     void bounce_block(std::uint32_t block, const BounceRule& rule);
+    // Contacts of composites, which are few when they bounce: one after the other, in the order of blocks, each with the whole mass.
+    bool find_composite_bounces(const BounceRule& rule, Workers& workers);
+    void bounce_composites(const BounceRule& rule);
+    // Which blocks sleep and wake together, because a composite has members in them.
+    void link_blocks();
+    // Clears the flag of a block where one that is linked with it has none.
+    void all_or_none(std::vector<std::uint8_t>& of_block) const;
+    void let_composites_sleep();
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
     // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, and obstacle(batch, lane, normal force, obstacle
     // lane) for each body that touches an obstacle.
@@ -170,6 +188,11 @@ class BlockEngine final : public Engine {
     World& world_;
     BlockGrid grid_;
     Contacts contacts_;
+    CompositeRows rows_;
+    // By block, if composites have contacts that bounce: which blocks have them.
+    std::vector<std::uint8_t> composites_bounce_;
+    // By block: the first of those that it is linked with; empty without composites.
+    std::vector<std::uint32_t> linked_;
     std::vector<BlockState> states_;
     // By block, where some are watched.
     std::unordered_map<std::uint32_t, Cages> cages_;
@@ -187,6 +210,7 @@ class BlockEngine final : public Engine {
     std::function<bool(BlockCoordinates)> owns_;
     std::uint8_t bouncing_colours_ = 0;
     Loading loading_;
+    bool composites_fine_ = true;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
 };

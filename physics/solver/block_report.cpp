@@ -144,14 +144,15 @@ StepReport BlockEngine::report() const {
 }
 
 std::size_t BlockEngine::bytes() const {
-    return grid_.bytes() + contacts_.bytes() + bytes_of(states_) + bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
+    return grid_.bytes() + contacts_.bytes() + rows_.bytes() + world_.composites.bytes() + bytes_of(states_) + bytes_of(feature_wrenches_) +
+           bytes_of(awake_) + bytes_of(active_);
 }
 
 double BlockEngine::residual() {
     const Rules rules = rules_for(world_.settings, {last_substep_s_ > 0 ? last_substep_s_ : 1, 1}, 2 * smallest_radius_m_);
     SquareSums sums;
     for (const std::uint32_t block : active_)
-        for (const std::span<Batch> batches : {contacts_.pairs(block), contacts_.obstacle_contacts(block)}) {
+        for (const std::span<Batch> batches : {contacts_.plain_pairs(block), contacts_.plain_obstacles(block)}) {
             const SquareSums more = measure_residual(batches, world_.bodies.velocity.data(), rules.solve);
             sums.change += more.change, sums.impulse += more.impulse;
         }

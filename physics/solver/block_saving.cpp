@@ -28,7 +28,7 @@ struct SavedEngine {
     double cell_m, smallest_radius_m, skin_m, margin_m, farthest_path_m, dt_s, substep_s;
     Vec3 frame_m_s;
     std::int32_t levels;
-    std::uint8_t rebuild, fresh, forget, zero;
+    std::uint8_t rebuild, fresh, forget, has_composites;
 };
 
 }  // namespace
@@ -97,7 +97,8 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
 
 void BlockEngine::save_rest(ByteWriter& out) const {
     out.write(SavedEngine{grid_.shape().cell_m, smallest_radius_m_, skin_m_, margin_m_, farthest_path_m_, last_dt_s_, last_substep_s_,
-                          frame_m_s_, grid_.shape().levels, rebuild_, fresh_, forget_, 0});
+                          frame_m_s_, grid_.shape().levels, rebuild_, fresh_, forget_, !world_.composites.empty()});
+    if (!world_.composites.empty()) world_.composites.write(out);
 }
 
 void BlockEngine::load_rest(ByteReader& in) {
@@ -110,11 +111,15 @@ void BlockEngine::load_rest(ByteReader& in) {
     rebuild_ = saved.rebuild != 0 || (!first && rebuild_);
     fresh_ = saved.fresh != 0 && (first || fresh_);
     forget_ = saved.forget != 0 || (!first && forget_);
+    composites_fine_ = saved.has_composites == 0 || world_.composites.read(in);
 }
 
 Result<void> BlockEngine::loaded(Workers& workers) {
-    if (last_dt_s_ == 0) return {};
     Bodies& bodies = world_.bodies;
+    const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies); };
+    if (owns_ && !world_.composites.empty())
+        return fail("the snapshot has connected bodies (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
+    if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");
     std::sort(loading_.blocks.begin(), loading_.blocks.end(),
               [](const LoadedBlock& one, const LoadedBlock& other) { return one.key < other.key; });
     std::vector<std::pair<std::uint64_t, std::uint32_t>> blocks;
@@ -131,6 +136,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         bodies.permute(order, workers, blocks.size());
     grid_.restore(loading_.shape, blocks, workers);
     Contacts::add_motionless(bodies, blocks.size());
+    if (!composites_loaded()) return damaged_snapshot("has invalid connections");
     states_.clear(), cages_.clear();
     std::vector<std::span<const std::byte>> contacts;
     for (LoadedBlock& block : loading_.blocks) {
@@ -146,9 +152,12 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         contacts.push_back(block.contacts);
     }
     release_memory(loading_.blocks);
-    if (auto done = contacts_.load({grid_, bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}}, contacts, workers);
+    if (auto done = contacts_.load({grid_, bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}, 0, &world_.composites},
+                                   contacts, workers);
         !done)
         return done;
+    rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
+    link_blocks();
     list_blocks();
     return {};
 }

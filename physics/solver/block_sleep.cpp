@@ -49,6 +49,7 @@ void BlockEngine::note_stillness() {
             world_.bodies.properties[slot].still_ticks = states_[b].stays ? kStays : std::min(states_[b].still_ticks, kStillAtMost);
         if (states_[b].asleep) set_asleep(static_cast<std::uint32_t>(b), false);
     }
+    for (Composite& composite : world_.composites.all()) composite.asleep = 0;
 }
 
 void BlockEngine::forget_blocks() {
@@ -240,11 +241,22 @@ void BlockEngine::find_resting() {
             state.stays = false;
             state.still_ticks = 0;
         }
-    for (std::uint32_t b = 0; b < states_.size(); ++b) {
+    const auto all_around = [&](std::uint32_t b, const auto& stays) {
         const auto& around = grid_.blocks()[b].neighbours;
-        states_[b].rests =
-            enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || states_[n].stays; });
+        return enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || stays(n); });
+    };
+    if (linked_.empty()) {
+        for (std::uint32_t b = 0; b < states_.size(); ++b)
+            states_[b].rests = all_around(b, [&](std::uint32_t n) { return states_[n].stays; });
+        return;
     }
+    // A composite moves as a whole: none of its blocks stays or rests unless all do.
+    std::vector<std::uint8_t> stay(states_.size()), rest(states_.size());
+    for (std::uint32_t b = 0; b < states_.size(); ++b) stay[b] = states_[b].stays;
+    all_or_none(stay);
+    for (std::uint32_t b = 0; b < states_.size(); ++b) rest[b] = all_around(b, [&](std::uint32_t n) { return stay[n] != 0; });
+    all_or_none(rest);
+    for (std::uint32_t b = 0; b < states_.size(); ++b) states_[b].rests = rest[b] != 0;
 }
 
 void BlockEngine::update_sleep() {
@@ -255,7 +267,9 @@ void BlockEngine::update_sleep() {
         states_[b].speed_squared = 0;
         changed = true;
     }
-    if (changed) list_blocks();
+    if (!changed) return;
+    list_blocks();
+    let_composites_sleep();
 }
 
 void BlockEngine::list_blocks() {
@@ -295,6 +309,8 @@ void BlockEngine::state_restored() {
     forget_ = true;
     fresh_ = false;
     rebuild_ = true;
+    rows_.forget_velocities();
+    world_.composites.restore();
     // A body may have been asleep in the state that is restored and awake in the failed one, or the other way round.
     for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) world_.bodies.restore_masses(slot);
     for (BlockState& state : states_) state.asleep = false, state.still_ticks = 0, state.stays = false;

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <unordered_map>
 
 #include "runtime/base/assert.h"
 
@@ -17,6 +18,8 @@ namespace {
 
 constexpr std::size_t kBlocksPerJob = 4;
 constexpr int kContactColours = 64;
+// Of batches: plain, joint and mixed (contacts.h).
+constexpr std::size_t kBatchKinds = 3;
 // Pairs are coloured in segments of about two layers of a packed block, so that a sweep climbs a pile instead of crossing all of it colour
 // by colour: a fifth less residual for 2 % more lanes.
 constexpr std::size_t kSegmentPairs = 384;
@@ -39,7 +42,27 @@ struct Contacts::Arena {
     // Of the present block.
     std::vector<BodyPair> lanes;
     std::vector<BodyPair> obstacle_pairs;
+    std::vector<std::uint32_t> obstacle_slots;
     std::vector<ObstacleLane> obstacles_met, obstacle_lanes;
+
+    // With composites: the pairs of each kind of batches, and what no two lanes of a batch may share, below `keys`: a body that is no
+    // member, or a composite.
+    struct Chosen {
+        BodyPair slots;
+        bool fast;
+    };
+    std::array<std::vector<Chosen>, kBatchKinds> chosen;
+    std::array<std::vector<BodyPair>, kBatchKinds> keys_of;
+    std::size_t keys = 0;
+    // Pairs of the present block.
+    std::size_t laid_out = 0;
+    std::unordered_map<std::uint32_t, std::uint32_t> key_of_composite;
+    std::uint32_t key(std::uint32_t composite) {
+        const auto [at, made] = key_of_composite.try_emplace(composite, static_cast<std::uint32_t>(keys));
+        if (made) ++keys;
+        return at->second;
+    }
+    void choose(const Bodies& bodies, const Composites& composites);
 
     std::vector<std::uint64_t> used;
     std::vector<std::uint8_t> colour;
@@ -93,6 +116,48 @@ std::size_t Contacts::Arena::colour_lanes(std::size_t bodies, std::span<const Bo
         for (const std::uint32_t i : overflow) place(lane, i), lane += kLanes;
     }
     return lane;
+}
+
+// Pairs that nothing can move against each other have no contact. Of the others, a member of a composite comes first.
+void Contacts::Arena::choose(const Bodies& bodies, const Composites& composites) {
+    for (auto& list : chosen) list.clear();
+    for (auto& list : keys_of) list.clear();
+    key_of_composite.clear();
+    const std::span<const std::uint32_t> slots = search.slots();
+    keys = slots.size();
+    for (std::size_t i = 0; i < search.pairs().size(); ++i) {
+        BodyPair pair = search.pairs()[i];
+        const BodyProperties &a = bodies.properties[slots[pair.first]], &b = bodies.properties[slots[pair.second]];
+        if (composites.indifferent(a, b)) continue;
+        std::uint32_t first = composites.mover_of(a.id), second = composites.mover_of(b.id);
+        if (first == kNoComposite && second != kNoComposite) std::swap(first, second), std::swap(pair.first, pair.second);
+        const std::size_t kind = first == kNoComposite ? 0 : second == kNoComposite ? 2 : 1;
+        chosen[kind].push_back({{slots[pair.first], slots[pair.second]}, i >= search.first_fast()});
+        keys_of[kind].push_back({first == kNoComposite ? pair.first : key(first), second == kNoComposite ? pair.second : key(second)});
+    }
+}
+
+void Contacts::sort_kinds(BlockBatches& stretch, const Setup& setup) {
+    stretch.plain = stretch.count, stretch.joint = 0;
+    if (setup.composites == nullptr || setup.composites->empty()) return;
+    const Bodies& bodies = setup.bodies;
+    const Composites& composites = *setup.composites;
+    const auto moved_by_composite = [&](std::uint32_t slot) {
+        return slot < bodies.count() && composites.mover_of(bodies.properties[slot].id) != kNoComposite;
+    };
+    const auto any_lane = [&](std::uint32_t n, const auto& is) {
+        const Batch& batch = stretch.batches[n];
+        for (int i = 0; i < kLanes; ++i)
+            if (is(batch.a[i], batch.b[i])) return true;
+        return false;
+    };
+    std::uint32_t n = 0;
+    while (n < stretch.count && !any_lane(n, [&](std::uint32_t a, std::uint32_t) { return moved_by_composite(a); })) ++n;
+    stretch.plain = n;
+    while (n < stretch.count &&
+           !any_lane(n, [&](std::uint32_t a, std::uint32_t b) { return moved_by_composite(a) && !moved_by_composite(b); }))
+        ++n;
+    stretch.joint = n - stretch.plain;
 }
 
 std::size_t Contacts::batches_per_chunk(const Bodies& bodies, const Workers& workers) {
@@ -164,7 +229,7 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
             if (wanted && !(*wanted)[b]) continue;
             lay_out_pairs(setup, static_cast<std::uint32_t>(b), arena, former);
             lay_out_obstacles(setup, static_cast<std::uint32_t>(b), arena, former);
-            candidates.fetch_add(arena.search.pairs().size(), std::memory_order_relaxed);
+            candidates.fetch_add(arena.laid_out, std::memory_order_relaxed);
         }
         former.done(job);
     });
@@ -184,13 +249,35 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
     const std::span<const BodyPair> pairs = arena.search.pairs();
     const std::uint32_t nobody = motionless_slot(bodies, block);
     arena.lanes.assign(pairs.size() + pairs.size() / 4 + kLanes * kContactColours, {nobody, nobody});
-    const std::size_t lanes = arena.colour_lanes(slots.size(), pairs, [&](std::size_t lane, std::size_t pair) {
-        arena.widen(lane + kLanes, nobody);
-        arena.lanes[lane] = {slots[pairs[pair].first], slots[pairs[pair].second]};
-        if (pair >= arena.search.first_fast()) fast_lanes_[block].push_back(static_cast<std::uint32_t>(lane));
-    });
+    std::size_t lanes = 0;
+    // One kind of batches after the other. `keys` are what no two lanes of a batch may share.
+    const auto add = [&](std::size_t count, std::span<const BodyPair> keys, const auto& pair_of) {
+        const std::size_t begin = lanes;
+        arena.laid_out += keys.size();
+        lanes += arena.colour_lanes(count, keys, [&](std::size_t lane, std::size_t i) {
+            const Arena::Chosen pair = pair_of(i);
+            arena.widen(begin + lane + kLanes, nobody);
+            arena.lanes[begin + lane] = pair.slots;
+            if (pair.fast) fast_lanes_[block].push_back(static_cast<std::uint32_t>(begin + lane));
+        });
+        return static_cast<std::uint32_t>((lanes - begin) / kLanes);
+    };
+    arena.laid_out = 0;
+    std::uint32_t plain = 0, joint = 0;
+    if (setup.composites == nullptr || setup.composites->empty()) {
+        plain = add(slots.size(), pairs, [&](std::size_t i) {
+            return Arena::Chosen{{slots[pairs[i].first], slots[pairs[i].second]}, i >= arena.search.first_fast()};
+        });
+    } else {
+        arena.choose(bodies, *setup.composites);
+        std::array<std::uint32_t, kBatchKinds> counts{};
+        for (std::size_t kind = 0; kind < kBatchKinds; ++kind)
+            counts[kind] = add(arena.keys, arena.keys_of[kind], [&](std::size_t i) { return arena.chosen[kind][i]; });
+        plain = counts[0], joint = counts[1];
+    }
     arena.widen(lanes, nobody);
     const BlockBatches stretch = pairs_.of_block[block] = room(arena.pair_chunks, lanes / kLanes, Kind::Pairs, arena.per_chunk);
+    pairs_.of_block[block].plain = plain, pairs_.of_block[block].joint = joint;
     const BodyPair* pair = arena.lanes.data();
     for (std::uint32_t n = 0; n < stretch.count; ++n) {
         Batch& batch = stretch.batches[n];
@@ -216,32 +303,54 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
     const Block& own = setup.grid.blocks()[block];
     std::vector<BodyPair>& pairs = arena.obstacle_pairs;
     std::vector<ObstacleLane>& met = arena.obstacles_met;
-    pairs.clear(), met.clear();
-    for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
-        if (bodies.properties[slot].flags & kFixed) continue;
-        const Place& p = bodies.place[slot];
-        const double reach_m = setup.reach.apart_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
-        for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
-            if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, reach_m)) continue;
-            for (int part = 0; part < setup.obstacles.parts(obstacle); ++part) {
-                pairs.push_back({slot - own.first, kNoSlot});
-                met.push_back({obstacle, static_cast<std::uint32_t>(part)});
-            }
-        }
-    }
-    if (pairs.empty()) return;
     arena.lanes.clear(), arena.obstacle_lanes.clear();
     const auto widen = [&](std::size_t lane) {
         arena.widen(lane, nobody);
         if (arena.obstacle_lanes.size() <= lane) arena.obstacle_lanes.resize(lane + 1, {0, 0});
     };
-    const std::size_t lanes = arena.colour_lanes(own.count, pairs, [&](std::size_t lane, std::size_t i) {
-        widen(lane + kLanes);
-        arena.lanes[lane] = {own.first + pairs[i].first, nobody};
-        arena.obstacle_lanes[lane] = met[i];
-    });
+    std::size_t lanes = 0;
+    // The contacts of the wanted bodies, in batches after the last. Lanes of one batch have different keys.
+    const auto add = [&](const auto& wanted, const auto& key) {
+        pairs.clear(), met.clear(), arena.obstacle_slots.clear();
+        for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
+            if ((bodies.properties[slot].flags & kFixed) || !wanted(slot)) continue;
+            const Place& p = bodies.place[slot];
+            const double reach_m = setup.reach.apart_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
+            for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
+                if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, reach_m)) continue;
+                for (int part = 0; part < setup.obstacles.parts(obstacle); ++part) {
+                    pairs.push_back({key(slot), kNoSlot});
+                    arena.obstacle_slots.push_back(slot);
+                    met.push_back({obstacle, static_cast<std::uint32_t>(part)});
+                }
+            }
+        }
+        const std::size_t begin = lanes;
+        if (pairs.empty()) return;
+        lanes += arena.colour_lanes(std::max<std::size_t>(own.count, arena.keys), pairs, [&](std::size_t lane, std::size_t i) {
+            widen(begin + lane + kLanes);
+            arena.lanes[begin + lane] = {arena.obstacle_slots[i], nobody};
+            arena.obstacle_lanes[begin + lane] = met[i];
+        });
+    };
+    arena.keys = 0;
+    const auto plain_key = [&](std::uint32_t slot) { return slot - own.first; };
+    const bool composed = setup.composites != nullptr && !setup.composites->empty();
+    const auto mover = [&](std::uint32_t slot) { return setup.composites->mover_of(bodies.properties[slot].id); };
+    if (!composed) {
+        add([](std::uint32_t) { return true; }, plain_key);
+    } else {
+        add([&](std::uint32_t slot) { return setup.composites->composite_of(bodies.properties[slot].id) == kNoComposite; }, plain_key);
+    }
+    const auto plain = static_cast<std::uint32_t>(lanes / kLanes);
+    if (composed) {
+        arena.key_of_composite.clear();
+        add([&](std::uint32_t slot) { return mover(slot) != kNoComposite; }, [&](std::uint32_t slot) { return arena.key(mover(slot)); });
+    }
+    if (lanes == 0) return;
     widen(lanes);
     const BlockBatches stretch = obstacles_.of_block[block] = room(arena.obstacle_chunks, lanes / kLanes, Kind::Obstacles, arena.per_chunk);
+    obstacles_.of_block[block].plain = plain;
     std::size_t at = 0;
     for (std::uint32_t n = 0; n < stretch.count; ++n) {
         Batch& batch = stretch.batches[n];

@@ -8,6 +8,7 @@
 
 #include "physics/bodies/bodies.h"
 #include "physics/bodies/chunks.h"
+#include "physics/bodies/composites.h"
 #include "physics/bodies/lanes.h"
 #include "physics/bodies/material.h"
 #include "physics/collision/block_grid.h"
@@ -81,10 +82,12 @@ class Contacts {
         PairSearch::Reach reach;
         // Obstacles are searched as far as a body may travel in this time, in addition.
         double ahead_s = 0;
+        // Contacts of their members lie in batches of their own; null or empty: there are none.
+        const Composites* composites = nullptr;
     };
     // Takes impulses and touch flags out of the batches and frees the batches; `lay_out` puts them into the new ones. Returns the contacts
-    // that touched a body flagged kRemoved, which end here.
-    std::vector<CachedContact> take_out(const Bodies& bodies, Workers& workers);
+    // that touched a body flagged kRemoved, or between two bodies that are indifferent to each other now, which end here.
+    std::vector<CachedContact> take_out(const Bodies& bodies, const Composites& composites, Workers& workers);
     // Lays out the batches of the pairs that the grid finds in the blocks for which `wanted` is true (null: all). Adds the motionless
     // entries to the bodies.
     void lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers);
@@ -104,6 +107,17 @@ class Contacts {
     std::span<Batch> pairs(std::size_t block) { return pairs_.batches(block); }
     std::span<const Batch> obstacle_contacts(std::size_t block) const { return const_cast<Contacts*>(this)->obstacle_contacts(block); }
     std::span<Batch> obstacle_contacts(std::size_t block) { return obstacles_.batches(block); }
+    // A block's batches are of three kinds, in this order: those without members of composites that move freely; pairs of two such members;
+    // and those of a member (body a) with another body or an obstacle.
+    std::span<Batch> plain_pairs(std::size_t block) { return pairs_.batches(block).first(pairs_.at(block).plain); }
+    std::span<Batch> joint_pairs(std::size_t block) {
+        return pairs_.batches(block).subspan(pairs_.at(block).plain, pairs_.at(block).joint);
+    }
+    std::span<Batch> mixed_pairs(std::size_t block) {
+        return pairs_.batches(block).subspan(pairs_.at(block).plain + pairs_.at(block).joint);
+    }
+    std::span<Batch> plain_obstacles(std::size_t block) { return obstacles_.batches(block).first(obstacles_.at(block).plain); }
+    std::span<Batch> mixed_obstacles(std::size_t block) { return obstacles_.batches(block).subspan(obstacles_.at(block).plain); }
     // The lanes of a block's pair batches, eight per batch, that hold pairs of fast bodies.
     std::span<const std::uint32_t> fast_lanes(std::size_t block) const {
         return block < fast_lanes_.size() ? std::span(fast_lanes_[block]) : std::span<const std::uint32_t>();
@@ -149,6 +163,8 @@ class Contacts {
         std::uint8_t* touching = nullptr;
         ObstacleLane* lanes = nullptr;
         std::uint32_t first = 0, count = 0;
+        // How many of them are plain, and how many of the rest are of two members.
+        std::uint32_t plain = 0, joint = 0;
     };
     // All batches of one kind. A list that was never laid out has no blocks.
     struct Layout {
@@ -173,6 +189,8 @@ class Contacts {
     // False if they name what is not there.
     bool load_pairs(const Setup& setup, std::uint32_t block, ByteReader& in);
     bool load_obstacles(const Setup& setup, std::uint32_t block, ByteReader& in);
+    // Tells the kinds of batches apart by their bodies.
+    static void sort_kinds(BlockBatches& stretch, const Setup& setup);
     void lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
     void lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena& arena, const WarmStartCache& former);
 

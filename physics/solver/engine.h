@@ -9,6 +9,7 @@
 
 #include "physics/bodies/actuation.h"
 #include "physics/bodies/bodies.h"
+#include "physics/bodies/composites.h"
 #include "physics/bodies/material.h"
 #include "physics/bodies/reports.h"
 #include "physics/bodies/settings.h"
@@ -38,6 +39,7 @@ Touch touch_of(BodyId body, std::uint32_t partner);
 struct World {
     Settings settings;
     Bodies bodies;
+    Composites composites;
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};
@@ -79,6 +81,8 @@ class Engine {
     // The bodies are again as before the step; nothing learnt in it is valid.
     virtual void state_restored() = 0;
     virtual bool asleep(std::uint32_t) const { return false; }
+    // Whether it is the share of one process in a divided world.
+    virtual bool divided() const { return false; }
     // Calls visit for all present touches, in no particular order; forces are averages over the last step.
     virtual void each_contact(const ContactVisitor& visit) const = 0;
     // Adds the normal forces that press (not those that pull) to the sums of the bodies they act on.

@@ -193,6 +193,8 @@ Result<void> Contacts::load(const Setup& setup, std::span<const std::span<const 
         ByteReader in(of_block[b], "the contacts of a snapshot", ByteReader::Origin::Outside);
         in.read<Counts>();
         if (!load_pairs(setup, block, in) || !load_obstacles(setup, block, in) || in.failed() || !in.done()) ++wrong;
+        sort_kinds(pairs_.of_block[b], setup);
+        sort_kinds(obstacles_.of_block[b], setup);
         std::size_t here = 0;
         for (const Batch& batch : pairs(b))
             for (int i = 0; i < kLanes; ++i) here += batch.a[i] < setup.bodies.count() ? 1 : 0;

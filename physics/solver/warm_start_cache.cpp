@@ -54,11 +54,16 @@ void WarmStartCache::done(std::size_t job) {
     gone_bytes_ = give_back_front(contacts_, gone_bytes_, slot == 0 ? 0 : end_[slot - 1]);
 }
 
-std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, Workers& workers) {
+std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, const Composites& composites, Workers& workers) {
     std::vector<std::vector<CachedContact>> ended(static_cast<std::size_t>(workers.threads()));
     cached_.clear();
     cached_.resize(static_cast<std::size_t>(workers.threads()));
     const auto removed = [&](std::uint32_t slot) { return (bodies.properties[slot].flags & kRemoved) != 0; };
+    const bool composed = !composites.empty();
+    const auto indifferent = [&](const Batch& batch, int i, bool is_pair) {
+        const BodyProperties& a = bodies.properties[batch.a[i]];
+        return is_pair ? composites.indifferent(a, bodies.properties[batch.b[i]]) : composites.immovable(a);
+    };
     const auto take = [](auto& list, const Batch& batch, int i, std::uint32_t partner, std::uint32_t id, float sign, bool touches) {
         if (batch.normal_impulse[i] == 0 && batch.tx[i] == 0 && batch.ty[i] == 0 && batch.tz[i] == 0 && !touches) return;
         MELD_ASSERT(id < kMaxBodies && batch.normal_impulse[i] == batch.normal_impulse[i], "body {}", id);
@@ -76,7 +81,7 @@ std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, Workers& wor
                 if (batch.a[i] >= bodies.count()) continue;
                 const bool touches = (chunk.touching[at] >> i & 1) != 0;
                 const std::uint32_t a = bodies.properties[batch.a[i]].id;
-                const bool ends = removed(batch.a[i]) || (is_pair && removed(batch.b[i]));
+                const bool ends = removed(batch.a[i]) || (is_pair && removed(batch.b[i])) || (composed && indifferent(batch, i, is_pair));
                 if (ends && !touches) continue;
                 const auto note = [&](std::uint32_t partner, std::uint32_t id, float sign) {
                     if (ends)

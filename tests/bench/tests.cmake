@@ -41,6 +41,10 @@ add_executable(bench_burst ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_burst.cpp)
 target_link_libraries(bench_burst PRIVATE physics_scene)
 add_test(NAME bench_burst_small COMMAND bench_burst --ticks 3 6)
 
+add_executable(bench_composites ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_composites.cpp)
+target_link_libraries(bench_composites PRIVATE physics_scene)
+add_test(NAME bench_composites_small COMMAND bench_composites --ticks 3 6)
+
 add_executable(bench_mechanics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_mechanics.cpp)
 target_link_libraries(bench_mechanics PRIVATE physics_scene)
 add_test(NAME bench_mechanics COMMAND bench_mechanics)

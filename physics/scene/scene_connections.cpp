@@ -1,0 +1,68 @@
+// Rigid connections between the bodies of a scene.
+#include <fmt/format.h>
+
+#include "physics/scene/scene.h"
+#include "physics/solver/engine.h"
+
+namespace meld::physics {
+
+namespace {
+
+const char* name_of(EngineKind engine) {
+    switch (engine) {
+        case EngineKind::Blocks:
+            return "Blocks";
+        case EngineKind::Hash:
+            return "Hash";
+        case EngineKind::Ode:
+            return "Ode";
+    }
+    return "?";
+}
+
+}  // namespace
+
+Result<void> Scene::connect(BodyId body, BodyId other) {
+    for (const BodyId one : {body, other})
+        if (auto fine = known(one); !fine) return fine;
+    if (body == other) return fail(fmt::format("body {} cannot be connected to itself", body), "Name another body");
+    if (world_->settings.engine != EngineKind::Blocks)
+        return fail(fmt::format("bodies {} and {} cannot be connected (the engine {} has no composites)", body, other,
+                                name_of(world_->settings.engine)),
+                    "Use the engine Blocks");
+    if (engine_->divided())
+        return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Use one process");
+    if (connected(body, other)) return {};
+    world_->composites.connect(body, other);
+    for (const BodyId one : {body, other}) engine_->body_changed(world_->bodies.slot(one), false);
+    return {};
+}
+
+Result<void> Scene::release(BodyId body, BodyId other) {
+    for (const BodyId one : {body, other})
+        if (auto fine = known(one); !fine) return fine;
+    if (!connected(body, other)) return {};
+    world_->composites.release(body, other);
+    for (const BodyId one : {body, other}) engine_->body_changed(world_->bodies.slot(one), false);
+    return {};
+}
+
+bool Scene::connected(BodyId body, BodyId other) const { return world_->composites.connections().connected(body, other); }
+
+std::span<const BodyId> Scene::connected_to(BodyId body) const { return world_->composites.connections().neighbours(body); }
+
+std::optional<CompositeState> Scene::composite(BodyId body) const {
+    const Composites& composites = world_->composites;
+    const std::uint32_t index = composites.composite_of(body);
+    if (index == kNoComposite) return std::nullopt;
+    const Composite& composite = composites.all()[index];
+    return CompositeState{.bodies = composite.count,
+                          .mass_kg = composite.mass_kg,
+                          .centre_m = composite.motion.centre_m,
+                          .linear_velocity_m_s = composite.motion.velocity_m_s,
+                          .angular_velocity_rad_s = composite.motion.spin_rad_s,
+                          .inertia_kg_m2 = turned(composite.inertia, composite.motion.turn),
+                          .carried = composite.carried()};
+}
+
+}  // namespace meld::physics

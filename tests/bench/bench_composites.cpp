@@ -1,0 +1,161 @@
+// Composites: ticks of k^3 touching balls on a plane, bare and connected in several ways, side by side in one run; and how long it takes to
+// merge and to split a composite of k^3.
+//
+//     bench_composites [--ticks N] [--threads N] [k ...]     k = 22 46 63
+//
+// Times are CPU milliseconds of the process, medians over ticks; of merging and splitting, the least of five.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "physics/scene/scene.h"
+#include "physics/solver/engine.h"
+#include "tests/bench/clock.h"
+#include "tests/bench/cube.h"
+#include "tests/bench/need.h"
+
+namespace meld::physics {
+namespace {
+
+using bench::cpu_now;
+using bench::median;
+using bench::need;
+
+constexpr double kTick = 1.0 / 240;
+
+enum class Pattern { Bare, Pairs, Rows, EverySecond };
+
+const char* name_of(Pattern pattern) {
+    switch (pattern) {
+        case Pattern::Bare:
+            return "bare";
+        case Pattern::Pairs:
+            return "in pairs along x";
+        case Pattern::Rows:
+            return "in rows of 8 along x";
+        case Pattern::EverySecond:
+            return "every second contact";
+    }
+    return "";
+}
+
+struct Cube {
+    int side;
+    BodyId at(int x, int y, int z) const { return static_cast<BodyId>((z * side + y) * side + x); }
+    // Calls f(body, next, how far along x the first is) for neighbours along x, then y, then z.
+    template <class F>
+    void each_contact(const F& f) const {
+        for (int z = 0; z < side; ++z)
+            for (int y = 0; y < side; ++y)
+                for (int x = 0; x < side; ++x) {
+                    if (x + 1 < side) f(at(x, y, z), at(x + 1, y, z), x);
+                    if (y + 1 < side) f(at(x, y, z), at(x, y + 1, z), -1);
+                    if (z + 1 < side) f(at(x, y, z), at(x, y, z + 1), -1);
+                }
+    }
+};
+
+std::unique_ptr<Scene> make_cube(int side, Pattern pattern) {
+    Settings settings;
+    // All ticks are alike.
+    settings.sleep_ticks = 0;
+    auto scene = need(Scene::make(settings));
+    bench::add_cube(*scene, side, 1);
+    std::mt19937 random(1);
+    Cube{side}.each_contact([&](BodyId a, BodyId b, int x) {
+        const bool connected = pattern == Pattern::EverySecond ? random() % 2 == 0
+                               : pattern == Pattern::Pairs     ? x >= 0 && x % 2 == 0
+                               : pattern == Pattern::Rows      ? x >= 0 && x % 8 != 7
+                                                               : false;
+        if (connected) need(scene->connect(a, b));
+    });
+    return scene;
+}
+
+void measure_ticks(int side, int ticks, int threads) {
+    double bare = 0;
+    for (const Pattern pattern : {Pattern::Bare, Pattern::Pairs, Pattern::Rows, Pattern::EverySecond}) {
+        auto scene = make_cube(side, pattern);
+        Workers workers(threads);
+        const double begin = cpu_now();
+        need(scene->step(kTick, 2, workers));
+        const double first = 1e3 * (cpu_now() - begin);
+        std::vector<double> times;
+        for (int tick = 0; tick < ticks; ++tick) {
+            const double start = cpu_now();
+            need(scene->step(kTick, 2, workers));
+            times.push_back(1e3 * (cpu_now() - start));
+        }
+        const double tick = median(times);
+        if (pattern == Pattern::Bare) bare = tick;
+        fmt::print("{:>9} bodies, {:<21} {:8.2f} ms a tick, {:5.2f} of bare; first tick {:8.2f} ms; {:4.0f} bytes a body\n",
+                   side * side * side, name_of(pattern), tick, tick / bare, first,
+                   static_cast<double>(scene->bytes()) / (side * side * side));
+    }
+}
+
+// Two halves of a cube, connected within, are merged by one connection and split by its release. What a step adds is a new candidate list.
+void measure_merging(int side) {
+    auto scene = need(Scene::make({}));
+    bench::add_cube(*scene, side, 1);
+    const int half = side / 2;
+    Cube{side}.each_contact([&](BodyId a, BodyId b, int x) {
+        if (x != half - 1) need(scene->connect(a, b));
+    });
+    Workers workers(1);
+    need(scene->step(kTick, 1, workers));
+    const BodyId a = Cube{side}.at(half - 1, 0, 0), b = Cube{side}.at(half, 0, 0);
+    World& world = scene->world();
+    const auto time_of = [&](const auto& change) {
+        const double begin = cpu_now();
+        need(change());
+        if (!world.composites.settle(world.bodies)) std::exit(1);
+        world.composites.set_velocities(world.bodies, workers);
+        const double took = 1e3 * (cpu_now() - begin);
+        scene->engine().structure_changed();
+        return took;
+    };
+    double merged = 1e9, split = 1e9;
+    for (int i = 0; i < 5; ++i) {
+        merged = std::min(merged, time_of([&] { return scene->connect(a, b); }));
+        need(scene->step(kTick, 1, workers));
+        split = std::min(split, time_of([&] { return scene->release(a, b); }));
+        need(scene->step(kTick, 1, workers));
+    }
+    fmt::print("{:>9} bodies merged from two halves in {:.2f} ms, split in {:.2f} ms\n", side * side * side, merged, split);
+}
+
+}  // namespace
+}  // namespace meld::physics
+
+int main(int argc, char** argv) {
+    using namespace meld::physics;
+    int ticks = 7, threads = 1;
+    std::vector<int> sides;
+    for (int i = 1; i < argc; ++i) {
+        if (std::strcmp(argv[i], "--ticks") == 0 && i + 1 < argc)
+            ticks = std::atoi(argv[++i]);
+        else if (std::strcmp(argv[i], "--threads") == 0 && i + 1 < argc)
+            threads = std::atoi(argv[++i]);
+        else
+            sides.push_back(std::atoi(argv[i]));
+    }
+    if (sides.empty()) sides = {22, 46, 63};
+    for (const int side : sides)
+        if (side < 2 || ticks < 1 || threads < 1) {
+            fmt::print("bench_composites: give sides of at least 2, ticks and threads of at least 1\n");
+            return 2;
+        }
+    meld::bench::machine_line("CPU milliseconds");
+    for (const int side : sides) {
+        measure_merging(side);
+        measure_ticks(side, ticks, threads);
+    }
+    return 0;
+}
