@@ -18,7 +18,7 @@ Orientation orientation_of(Quat q) {
 // m v, of a tensor in the frame of a body turned by q.
 Vec3 seen_from_world(const Symmetric& m, Quat q, Vec3 v) { return rotate(q, m * rotate(conjugate(q), v)); }
 
-// The free motion of a rigid body keeps its angular momentum to the last digits: the spin is what it implies in each attitude, and turns
+// The free motion of a rigid body keeps its angular momentum but for rounding: the spin is what it implies in each attitude, and turns
 // the body by that of the middle of the step.
 void turn_freely(const Composite& composite, CompositeMotion& motion, double step_s) {
     const Vec3 angular = seen_from_world(composite.inertia, motion.turn, motion.spin_rad_s);

@@ -1,5 +1,5 @@
-// Rigid composites: bodies that connections hold together move as one body with a mass, a centre and a tensor of inertia. Members keep their
-// slots; they take their places and velocities from their composite, and their inverse masses are 0, so that passes over bodies leave them
+// Rigid composites: bodies that connections hold together move as one body with a mass, a centre and a tensor of inertia. Members keep
+// their slots; they take their places and velocities from their composite, and their inverse masses are 0, so that passes over bodies leave them
 // alone. A composite with a fixed body is carried by it: nothing else moves it, so its members are like fixed bodies.
 //
 // Connections take effect in `settle`, before a step: whatever was made and broken since, only the bodies that are together then count.
@@ -77,8 +77,8 @@ class Composites {
     bool pending() const { return pending_; }
     const Connections& connections() const { return connections_; }
 
-    // Merges and splits as the connections say. Bodies that become free get their masses back. Returns whether the members of some composite
-    // have changed.
+    // Merges and splits as the connections say. Bodies that become free get their masses back. Returns whether the members of some
+    // composite have changed.
     bool settle(Bodies& bodies);
     // Bodies have other slots.
     void locate(const Bodies& bodies);

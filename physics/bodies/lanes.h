@@ -11,6 +11,8 @@
 #include "physics/bodies/simd.h"
 
 #define MELD_INLINE inline __attribute__((always_inline))
+// The same for a lambda, after its arguments.
+#define MELD_INLINE_CALL __attribute__((always_inline))
 
 namespace meld::physics {
 
@@ -66,7 +68,7 @@ MELD_INLINE void transpose(const Lanes (&rows)[4], Lanes (&columns)[4]) {
 
 // Quad `half` of the eight records (each of `stride` quads) at the given indices, as four columns of lanes.
 MELD_INLINE void gather(const Quad* records, int stride, int half, const std::uint32_t* index, Lanes (&columns)[4]) {
-    const auto at = [&](int i) {
+    const auto at = [&](int i) MELD_INLINE_CALL {
         return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)];
     };
     const Lanes rows[4] = {join(at(0), at(4)), join(at(1), at(5)), join(at(2), at(6)), join(at(3), at(7))};
@@ -76,7 +78,7 @@ MELD_INLINE void gather(const Quad* records, int stride, int half, const std::ui
 MELD_INLINE void scatter(Quad* records, int stride, int half, const std::uint32_t* index, const Lanes (&columns)[4]) {
     Lanes rows[4];
     transpose(columns, rows);
-    const auto at = [&](int i) -> Quad& {
+    const auto at = [&](int i) MELD_INLINE_CALL -> Quad& {
         return records[static_cast<std::size_t>(index[i]) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(half)];
     };
     at(0) = half_of(rows[0], 0), at(4) = half_of(rows[0], 1);

@@ -3,7 +3,7 @@
 // Blocks of one colour share no body, but a composite may reach over many blocks. So each block that has contacts of a composite sweeps a
 // copy with a share of its mass and inertia, and after all colours the copies take the mean of their velocities, in the order of the
 // blocks: momentum and angular momentum are kept. A composite with contacts in one block has one copy, and is solved exactly as a body.
-// (Tonge, Benevolenski, Voroshilov: "Mass splitting for jitter-free parallel rigid body simulation", ACM Transactions on Graphics 31, 2012.)
+// (Tonge, Benevolenski, Voroshilov: "Mass splitting for jitter-free parallel rigid body simulation", ACM Trans. on Graphics 31, 2012.)
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Composites: ticks of k^3 touching balls on a plane, bare and connected in several ways, side by side in one run; and how long it takes to
-// merge and to split a composite of k^3.
+// merge and to split a composite of k^3; then plates that lie on a plane.
 //
 //     bench_composites [--ticks N] [--threads N] [k ...]     k = 22 46 63
 //
@@ -131,6 +131,40 @@ void measure_merging(int side) {
     fmt::print("{:>9} bodies merged from two halves in {:.2f} ms, split in {:.2f} ms\n", side * side * side, merged, split);
 }
 
+// A plate of side^2 balls falls on a plane by a tenth of a diameter and lies there, one composite or loose: what its contacts cost, and how
+// far it sinks in and still moves after two seconds, over how many blocks.
+void measure_plates() {
+    for (const int side : {8, 16, 32, 64})
+        for (const bool connected : {false, true}) {
+            Settings settings;
+            settings.sleep_ticks = 0;
+            auto scene = need(Scene::make(settings));
+            need(scene->add_obstacle(Plane{}, 0));
+            for (int y = 0; y < side; ++y)
+                for (int x = 0; x < side; ++x) {
+                    const auto id = static_cast<BodyId>(side * y + x);
+                    need(scene->add_body({.id = id, .position_m = {double(x), double(y), 0.6}}));
+                    if (connected && x > 0) need(scene->connect(id - 1, id));
+                    if (connected && y > 0) need(scene->connect(id - static_cast<BodyId>(side), id));
+                }
+            Workers workers(1);
+            std::vector<double> times;
+            std::size_t blocks = 0;
+            for (int tick = 0; tick < 480; ++tick) {
+                const double start = cpu_now();
+                blocks = need(scene->step(kTick, 2, workers)).blocks;
+                times.push_back(1e6 * (cpu_now() - start));
+            }
+            double lowest = 1, fastest = 0;
+            for (const BodyId body : scene->bodies()) {
+                const BodyState state = scene->state(body);
+                lowest = std::min(lowest, state.position_m.z), fastest = std::max(fastest, length(state.linear_velocity_m_s));
+            }
+            fmt::print("plate of {:>5} {:<9} in {:>3} blocks: {:8.1f} us a tick, {:.1e} m deep, {:.1e} m/s\n", side * side,
+                       connected ? "connected" : "loose", blocks, median(times), 0.5 - lowest, fastest);
+        }
+}
+
 }  // namespace
 }  // namespace meld::physics
 
@@ -157,5 +191,6 @@ int main(int argc, char** argv) {
         measure_merging(side);
         measure_ticks(side, ticks, threads);
     }
+    measure_plates();
     return 0;
 }
