@@ -1,6 +1,6 @@
 // Rigid composites: bodies that connections hold together move as one body with a mass, a centre and a tensor of inertia. Members keep
-// their slots; they take their places and velocities from their composite, and their inverse masses are 0, so that passes over bodies leave them
-// alone. A composite with a fixed body is carried by it: nothing else moves it, so its members are like fixed bodies.
+// their slots; they take their places and velocities from their composite, and their inverse masses are 0, so that passes over bodies
+// leave them alone. A composite with a fixed body is carried by it: nothing else moves it, so its members are like fixed bodies.
 //
 // Connections take effect in `settle`, before a step: whatever was made and broken since, only the bodies that are together then count.
 // A composite gets its mass, centre, inertia, momentum and angular momentum from sums over its members in the order of their ids, and

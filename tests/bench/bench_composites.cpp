@@ -1,5 +1,5 @@
 // Composites: ticks of k^3 touching balls on a plane, bare and connected in several ways, side by side in one run; and how long it takes to
-// merge and to split a composite of k^3; then plates that lie on a plane.
+// merge and to split a composite of k^3; unless sizes are given, also plates that lie on a plane.
 //
 //     bench_composites [--ticks N] [--threads N] [k ...]     k = 22 46 63
 //
@@ -180,7 +180,8 @@ int main(int argc, char** argv) {
         else
             sides.push_back(std::atoi(argv[i]));
     }
-    if (sides.empty()) sides = {22, 46, 63};
+    const bool plates = sides.empty();
+    if (plates) sides = {22, 46, 63};
     for (const int side : sides)
         if (side < 2 || ticks < 1 || threads < 1) {
             fmt::print("bench_composites: give sides of at least 2, ticks and threads of at least 1\n");
@@ -191,6 +192,6 @@ int main(int argc, char** argv) {
         measure_merging(side);
         measure_ticks(side, ticks, threads);
     }
-    measure_plates();
+    if (plates) measure_plates();
     return 0;
 }
