@@ -1,14 +1,12 @@
 // Rigid composites against mechanics: what hangs, falls, spins, rolls and collides as one.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
-#include <set>
+#include <utility>
+#include <vector>
 
-#include "physics/bodies/simd.h"
-#include "physics/solver/engine.h"
+#include "physics/scene/subdomain.h"
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {
@@ -467,6 +465,15 @@ TEST(Composites, ErrorsSayWhatIsWrong) {
         EXPECT_EQ(other->connect(1, 2).error().problem, std::string("bodies 1 and 2 cannot be connected (the engine ") +
                                                             (engine == EngineKind::Hash ? "Hash" : "Ode") + " has no composites)");
     }
+}
+
+TEST(Composites, ADividedWorldHasNone) {
+    auto scene = make_scene();
+    need(scene->add_body({.id = 1, .position_m = {0, 0, 1}}));
+    need(scene->add_body({.id = 2, .position_m = {1, 0, 1}}));
+    const Subdomain part(*scene, [](BlockCoordinates) { return 0; }, 0);
+    EXPECT_EQ(scene->connect(1, 2).error().problem, "bodies 1 and 2 cannot be connected (the world is divided)");
+    EXPECT_FALSE(scene->connected(1, 2));
 }
 
 TEST(Composites, AFailedStepChangesNothing) {
