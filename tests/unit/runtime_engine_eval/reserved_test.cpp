@@ -56,14 +56,14 @@ TEST(Reserved, IsEmptiedAndItsPlaceStays) {
     Reserved reserved;
     const u64 before = resident();
     std::set<u8*> places;
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < 60; ++i) {
         u8* const rows = take(reserved, 0, 4 * kMega);
         ASSERT_NE(rows, nullptr);
         EXPECT_TRUE(places.insert(rows).second);
         std::fill(rows, rows + 4 * kMega, u8{1});
         reserved.empty(rows);
     }
-    // Not 800 of them.
+    // Not 240 of them.
     EXPECT_LE(resident(), before + 16 * kMega / 4096);
     reserved.clear();
 }
