@@ -48,7 +48,6 @@ const std::vector<TypeRow> kTypes = {
 using Takes = bool (*)(const Type&);
 bool any(const Type&) { return true; }
 bool number(const Type& t) { return t.numeric(); }
-bool whole(const Type& t) { return t == Type::Int; }
 bool real(const Type& t) { return t == Type::Float; }
 bool truth(const Type& t) { return t == Type::Bool; }
 bool fresh(const Type& t) { return t == Type::Int || t == Type::Node; }
@@ -57,7 +56,6 @@ bool a_set(const Type& t) { return t.kind == Type::Kind::Set; }
 bool list_or_text(const Type& t) { return t.kind == Type::Kind::List || t == Type::String; }
 bool joins(const Type& t) { return list_or_text(t) || t.kind == Type::Kind::Array; }
 bool elements(const Type& t) { return t.kind == Type::Kind::List || t.kind == Type::Kind::Set || t.kind == Type::Kind::Array; }
-bool a_list(const Type& t) { return t.kind == Type::Kind::List; }
 
 // {v}: facts of this type, here and at neighbours; {w}: linear ones; {go}: a linear fact of each catom. {T}, {1}, {2} and {made}: the
 // columns of the type. {r}: a name of its own.

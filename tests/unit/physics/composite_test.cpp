@@ -12,8 +12,6 @@
 namespace meld::physics {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 Settings weightless() {
     Settings settings;
     settings.gravity_m_s2 = {};

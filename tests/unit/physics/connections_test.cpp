@@ -16,7 +16,7 @@ namespace {
 using Edges = std::set<std::pair<BodyId, BodyId>>;
 
 // The groups of two or more, sorted.
-std::set<std::vector<BodyId>> groups_of(const Edges& edges) {
+std::set<std::vector<BodyId>> connected_groups(const Edges& edges) {
     std::map<BodyId, std::vector<BodyId>> neighbours;
     for (const auto& [a, b] : edges) neighbours[a].push_back(b), neighbours[b].push_back(a);
     std::set<BodyId> seen;
@@ -43,7 +43,7 @@ TEST(Connections, AgreeWithASearchOfEverything) {
         Edges edges;
         std::set<std::vector<BodyId>> known;
         for (int round = 0; round < 300; ++round) {
-            const std::set<std::vector<BodyId>> before = groups_of(edges);
+            const std::set<std::vector<BodyId>> before = connected_groups(edges);
             for (unsigned changes = random() % 8; changes > 0; --changes) {
                 auto a = BodyId(random() % bodies), b = BodyId(random() % bodies);
                 if (random() % 40 == 0) {
@@ -60,7 +60,7 @@ TEST(Connections, AgreeWithASearchOfEverything) {
                     EXPECT_EQ(connections.release(a, b), edges.erase(std::minmax(a, b)) == 1);
                 }
             }
-            const std::set<std::vector<BodyId>> now = groups_of(edges);
+            const std::set<std::vector<BodyId>> now = connected_groups(edges);
             EXPECT_EQ(connections.count(), edges.size());
             const auto all = connections.all();
             EXPECT_EQ(Edges(all.begin(), all.end()), edges);

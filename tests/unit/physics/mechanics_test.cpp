@@ -8,8 +8,6 @@
 namespace meld::physics {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 class Mechanics : public testing::Test {
   protected:
     Workers workers_{1};

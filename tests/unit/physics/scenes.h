@@ -12,6 +12,7 @@
 namespace meld::physics {
 
 inline constexpr double kTick = 1.0 / 240;
+inline constexpr double kGravity = 9.81;  // m/s², as Settings has it.
 
 template <class T>
 T need(Result<T> result) {

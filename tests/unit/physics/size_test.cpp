@@ -7,7 +7,6 @@
 namespace meld::physics {
 namespace {
 
-constexpr double kGravity = 9.81;
 constexpr double kDiameters_m[] = {0.001, 0.01, 1, 10};
 
 class Sizes : public testing::Test {
