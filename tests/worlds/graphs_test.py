@@ -142,8 +142,8 @@ sum(A, L) :- neighbor(A, B), level(B, L).
         self.assertEqual(self.facts(everywhere, world("nodes = [4]\nlinks = []"), "seen"), {(4, 1)})
         for wrong, said in (("nodes = [0, 1]\nlinks = [[0, 5]]", "does not list node 5"),
                             ("nodes = [0, 0]\nlinks = []", "node 0 is listed already"),
-                            ("nodes = []\nlinks = []", "nodes are listed by their numbers"),
-                            ('nodes = [0, "a"]\nlinks = []', "nodes are listed by their numbers"),
+                            ("nodes = []\nlinks = []", "nodes are numbers"),
+                            ('nodes = [0, "a"]\nlinks = []', "nodes are numbers"),
                             ("links = [[0, 1, 2]]", "pairs of numbers"), ('links = [["a", 1]]', "pairs of numbers"), ("links = 7", "pairs"),
                             ("nodes = 3\nlinks = [[0, 5]]", "the links name @5, and the nodes are @0 to @2. write nodes = 6"),
                             ("links = [[0, -1]]", "pairs of numbers")):

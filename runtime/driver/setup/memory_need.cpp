@@ -54,6 +54,8 @@ constexpr double kHandedOver = 90;
 constexpr double kHandedOverContact = 35;
 // How far the surfaces of bodies may be apart to be candidates, in diameters.
 constexpr double kNear = 0.05;
+// So many catoms may all know of each other, as those that route to each other do.
+constexpr double kFewCatoms = 100;
 // In a heap a ball touches six others: three contacts a body.
 constexpr double kContactsInHeap = 3;
 
@@ -145,8 +147,7 @@ class Counting {
         for (u32 c = 0; c < module_.column_count; ++c) {
             if (!module_.columns[c].rows) continue;
             // Blocks that have become too small stay in the pool.
-            const int count = rows_of(c);
-            most += 2 * static_cast<double>(tuple::Columns::row_bytes_for(module_.columns[c], static_cast<std::size_t>(count)));
+            most += 2 * static_cast<double>(tuple::Columns::row_bytes_for(module_.columns[c], whole(rows_of(c))));
         }
         return {"facts of which there may be several", {0, most * here_}};
     }
@@ -176,7 +177,8 @@ class Counting {
         for (u32 p = 0; p < module_.predicate_count; ++p) {
             const PredicateInfo& info = module_.predicates[p];
             const double arguments = info.arity * double{sizeof(Value)};
-            if (info.kind == PredicateKind::Linear && !info.auxiliary && info.column != kNone16) sent = std::max(sent, message(info));
+            if (info.kind == PredicateKind::Linear && !info.auxiliary && info.column != kNone16)
+                sent = std::max(sent, message(info) * (few() && catoms_named(info) > 0 ? here_ : 1));
             // In the list of its thread and in that of all.
             if (info.kind == PredicateKind::Action && info.column != kNone16) changes += 2 * sizeof(eval::Action) + arguments;
             if (info.rank_offset != kNone32) changes += kTombstone;
@@ -193,14 +195,22 @@ class Counting {
         return here_ * ports / 2 * (1 - 1 / std::pow(std::max(1.0, here_), flat ? 1.0 / 2 : 1.0 / 3));
     }
 
-    // One for each neighbour if its facts may come from them or name them.
-    int rows_of(u32 column) const {
+    // How many arguments of a predicate are catoms, besides the one that has the fact.
+    static int catoms_named(const PredicateInfo& info) {
+        return static_cast<int>(
+            std::count_if(info.fields, info.fields + info.arity, [](const auto& f) { return f.type == ValueType::Node; }));
+    }
+    bool few() const { return here_ <= kFewCatoms; }
+
+    // One for each neighbour if its facts may come from them or name them. Where there are few catoms, one for each that is named, which
+    // each neighbour may name.
+    double rows_of(u32 column) const {
         for (u32 p = 0; p < module_.predicate_count; ++p) {
             const PredicateInfo& info = module_.predicates[p];
             if (info.column != column) continue;
-            if (info.kind == PredicateKind::Linear) return ports_;
-            for (u16 i = 0; i < info.arity; ++i)
-                if (info.fields[i].type == ValueType::Node) return ports_;
+            const int named = catoms_named(info);
+            if (named == 0) return info.kind == PredicateKind::Linear ? ports_ : 1;
+            return !few() ? ports_ : named == 1 ? std::max<double>(ports_, here_) : ports_ * here_;
         }
         return 1;
     }

@@ -42,8 +42,9 @@ struct MemoryNeed {
 
 // What `most` assumes, as a message says it.
 inline constexpr const char* kMemoryAssumed =
-    "that catoms have one fact of a predicate, or one for each neighbour if an argument is a catom, that all may change and be sent in the "
-    "same tick, and that lists are short";
+    "that catoms have one fact of a predicate, or one for each neighbour if an argument is a catom (for each catom where there are at most "
+    "100), "
+    "that all may change and be sent in the same tick, and that lists are short";
 
 // Processes share a world, whose catoms have been counted by sim::count_beforehand(); the first of them writes the files.
 MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, const RunOptions& options, int processes,
