@@ -1,4 +1,5 @@
 // The tester itself: that it notices what is wrong, makes it small, and reads what it has written.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -213,6 +214,62 @@ TEST(Judge, AcceptsAnswersAndRefusesFalsifiedOnes) {
         EXPECT_GT(tally.falsified, 20u);
         EXPECT_GT(tally.judged.combined, 0u);
         EXPECT_GT(tally.judged.made, 0u);
+    }
+}
+
+// Judges an answer, and refuses it if what it says beside a part that fails is another thing. Returns how many such notes it has.
+std::size_t judged_notes(const Past& past, const Inquiry& inquiry, const char* body) {
+    Judged judged;
+    EXPECT_EQ(judge(past, inquiry, judged), "") << body << ": " << inquiry.asked.fact << "\n" << inquiry.answer.dump(1);
+    if (inquiry.kind != Inquiry::Kind::WhyNot || inquiry.answer["nodes"].empty()) return 0;
+    std::size_t notes = 0;
+    const auto& ways = inquiry.answer["nodes"][0]["ways"];
+    for (std::size_t way = 0; way < ways.size(); ++way) {
+        if (ways[way]["parts"].empty() || !ways[way]["parts"].back().contains("note")) continue;
+        ++notes;
+        const std::string note = ways[way]["parts"].back()["note"];
+        for (const std::string& other : {std::string(), note + " too", "near(@0, 99) holds, and " + note}) {
+            Inquiry changed = inquiry;
+            changed.answer["nodes"][0]["ways"][way]["parts"].back()["note"] = other;
+            EXPECT_NE(judge(past, changed, judged), "") << body << ": " << other << " for " << note;
+        }
+    }
+    return notes;
+}
+
+// Parts of bodies within parts: whatever of them fails, the answer says so.
+TEST(Judge, AcceptsAnswersAboutPartsWithinParts) {
+    constexpr const char* kBodies[] = {
+        "forall neighbor(A, B) [dist(B, 1)]",
+        "forall neighbor(A, B) [dist(B, D), D > 1]",
+        "forall neighbor(A, B) [dist(B, D), D < 2, near(B, D)]",
+        "forall neighbor(A, B) [dist(B, D), not near(B, D)]",
+        "forall neighbor(A, B) [not dist(B, 2)]",
+        "forall dist(A, D) [D > 2]",
+        "not (neighbor(A, B), dist(B, D), E = D + 1, not dist(A, E))",
+        "not (neighbor(A, B), dist(B, D), not (E = D + 1, near(A, E)))",
+        "not (neighbor(A, B), not near(B, _), not dist(B, 1))",
+        "forall neighbor(A, B) [forall near(B, D) [dist(B, D), D < 2]]",
+        "forall neighbor(A, B) [N = count : { near(B, _) }, N > 2]",
+        "not (D in [1, 2], D < 2, not dist(A, D))",
+    };
+    Workshop workshop;
+    for (const char* body : kBodies) {
+        std::string text =
+            "type source(node, int).\ntype dist(node, min int).\ntype near(node, int).\ntype all(node).\n"
+            "dist(A, X) :- source(A, X).\ndist(B, D + 1) :- neighbor(A, B), dist(A, D).\nnear(B, D) :- neighbor(A, B), dist(A, D).\n";
+        text += fmt::format("all(A) :- id(A, _), {}.\n", body);
+        const Result<check::Program> program = checked(text.c_str());
+        const Result<Module> module = workshop.module(text.c_str());
+        ASSERT_TRUE(program && module) << body;
+        std::size_t notes = 0;
+        for (std::uint64_t world = 1; world <= 20 && notes < 5; ++world) {
+            const Trial trial{{.declarations = {}, .rules = {}, .text = text, .given = {source()}},
+                              retraction::make_case(world, {source()})};
+            const Inquiries inquiries = inquire(trial, *program, info_of(*module), 1 + static_cast<int>(world % 2), 20);
+            for (const Inquiry& i : inquiries.all) notes += judged_notes(*inquiries.past, i, body);
+        }
+        EXPECT_GE(notes, 5u) << body;
     }
 }
 

@@ -361,11 +361,11 @@ bool Explainer::are_different(const PartialMatch& match, const Solution& solutio
 Result<void> Explainer::search_part(const PartialMatch& match, const std::vector<Clause>& part, Values values, Bound bound,
                                     const Search& how, const Solver::Found& found) {
     static NoFacts nothing;
-    const SearchOptions options{.from = [&](const Clause& c) -> Facts& {
-        const std::size_t away = age_of(match, c, how.spread);
-        if (away > 0 && told_nothing(how.age + away)) return nothing;
-        return facts(std::min(how.age + age_of(match, c, how.spread), states_.facts.size() - 1));
-    }};
+    const SearchOptions options{.best = how.best, .further = how.further, .from = [&](const Clause& c) -> Facts& {
+                                    const std::size_t away = age_of(match, c, how.spread);
+                                    if (away > 0 && told_nothing(how.age + away)) return nothing;
+                                    return facts(std::min(how.age + age_of(match, c, how.spread), states_.facts.size() - 1));
+                                }};
     bound.resize(match.rule.variables.count());
     values.resize(match.rule.variables.count());
     return solver_.search(match.rule, part, std::move(values), std::move(bound), found, options);

@@ -158,15 +158,19 @@ std::string cannot(const Program& program, const std::vector<Clause>& body) {
     return "";
 }
 
-Bound bound_by(const PartialMatch& match) {
-    Bound out = match.bound;
-    const auto bind = [&](const Term& term) { check::each_free_use(term, [&](const Term& t) { out[t.variable.index()] = true; }); };
-    for (const Clause& c : match.body) {
+void bind_by(const std::vector<Clause>& body, Bound& bound) {
+    const auto bind = [&](const Term& term) { check::each_free_use(term, [&](const Term& t) { bound[t.variable.index()] = true; }); };
+    for (const Clause& c : body) {
         for (const Term& t : c.atom.arguments) bind(t);
         if (c.kind == Clause::Kind::Test) bind(c.test);
-        if (c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Aggregate) out[c.variable.index()] = true;
-        if (c.kind == Clause::Kind::Element && c.position.valid()) out[c.position.index()] = true;
+        if (c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Aggregate) bound[c.variable.index()] = true;
+        if (c.kind == Clause::Kind::Element && c.position.valid()) bound[c.position.index()] = true;
     }
+}
+
+Bound bound_by(const PartialMatch& match) {
+    Bound out = match.bound;
+    bind_by(match.body, out);
     return out;
 }
 

@@ -38,7 +38,8 @@ struct PartialMatch {
 // rule's body.
 std::optional<PartialMatch> match_head(const Program& program, Terms& terms, const check::Rule& rule, const check::Atom& head,
                                        const Known& fact, bool solve, const std::vector<check::Clause>& more = {});
-// What a whole body binds outside of its parts.
+// What a body binds outside of its parts.
+void bind_by(const std::vector<check::Clause>& body, Bound& bound);
 Bound bound_by(const PartialMatch& match);
 
 // Why a term, or a body, cannot be looked up; empty: it can.

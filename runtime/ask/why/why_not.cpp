@@ -9,6 +9,7 @@
 
 #include "runtime/ask/facts/removed_catoms.h"
 #include "runtime/ask/why/earlier_states.h"
+#include "runtime/ask/why/failure.h"
 #include "runtime/ask/why/heads.h"
 #include "runtime/ask/why/why.h"
 #include "runtime/base/bytes.h"
@@ -31,10 +32,6 @@ using check::Rule;
 using Node = Explanation::Node;
 using Part = Explanation::Part;
 using Way = Explanation::Way;
-
-bool all_bound(const check::Term& term, const Bound& bound) {
-    return check::all_free(term, [&](check::VariableId v) { return bool{bound[v.index()]}; });
-}
 
 class WhyNot {
   public:
@@ -276,47 +273,14 @@ class WhyNot {
         Values values = attempt.values;
         std::optional<Known> missing;
         if (c.kind == Clause::Kind::Atom) {
-            missing = pattern(c.atom, attempt.bound, values);
+            missing = missing_fact(e_, c.atom, attempt.bound, values);
         } else if (c.kind == Clause::Kind::Not) {
-            static_cast<void>(e_.search_part(match, c.inner, values, attempt.bound, {}, [&](const Solution& inner) {
-                Bound bound = attempt.bound;
-                for (std::size_t n = 0; n < c.inner.size(); ++n) {
-                    if (inner.facts[n] == nullptr) continue;
-                    part.note += (part.note.empty() ? "" : ", ") + e_.text(e_.keep(c.inner[n].atom.predicate, *inner.facts[n], 0));
-                    for (const check::Term& term : c.inner[n].atom.arguments)
-                        check::each_free_use(term, [&](const check::Term& t) { bound[t.variable.index()] = true; });
-                }
-                // What should not be absent beside these: not (p(A), not q(A)).
-                Values found = inner.values;
-                for (const Clause& absent : c.inner)
-                    if (!missing && absent.kind == Clause::Kind::Not && absent.inner.size() == 1 &&
-                        absent.inner[0].kind == Clause::Kind::Atom)
-                        missing = pattern(absent.inner[0].atom, bound, found);
-                return false;
-            }));
-            if (!part.note.empty()) part.note += missing ? " holds, and this does not:" : " holds";
+            Failure found = failure_of_absence(e_, match, c.inner, values, attempt.bound);
+            part.note = std::move(found.note);
+            missing = std::move(found.missing);
         }
         way.parts.push_back(std::move(part));
         return missing;
-    }
-
-    // What an atom asks for; nothing: at no catom that is known, or it is there in another way.
-    std::optional<Known> pattern(const check::Atom& atom, const Bound& bound, Values& values) {
-        const check::Predicate& p = e_.predicate(atom.predicate);
-        const auto value_of = [&](const check::Term& term, const check::Type& type) -> std::optional<Value> {
-            if (term.op == check::Op::Anonymous) return std::nullopt;
-            if (!all_bound(term, bound)) return std::nullopt;
-            const Value v = e_.terms().value_as(term, type, values);
-            if (!e_.terms().scratch.went_well()) return std::nullopt;
-            return e_.keep(type, v);
-        };
-        Known out{.predicate = atom.predicate};
-        const auto catom = value_of(atom.arguments[0], check::Type::Node);
-        if (!catom) return std::nullopt;
-        out.catom = catom->catom;
-        for (std::size_t a = 1; a < atom.arguments.size(); ++a) out.arguments.push_back(value_of(atom.arguments[a], p.arguments[a].type));
-        if (e_.facts(0).exists(*out.catom) && e_.holds(out)) return std::nullopt;
-        return out;
     }
 
     // ---- a body that is met, and the fact is not there

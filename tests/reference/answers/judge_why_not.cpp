@@ -246,7 +246,10 @@ class WhyNotJudge {
             for (const Clause& other : h.clauses)
                 if (says_element(other, clause.variable)) met.push_back(other);
         if (satisfied(h, met, with)) return fails("this does not fail: " + part.text);
-        if (clause.kind == Clause::Kind::Not && !holds_instead(part)) return false;
+        if (clause.kind == Clause::Kind::Not) {
+            const std::string_view said = part.note;
+            return so_of_absence(part, said, *h.rule, clause.inner, with) || fails("it is said of what must not hold: " + part.note);
+        }
         return clause.kind == Clause::Kind::Atom ? asks_about(part, clause.atom, with)
                                                  : !part.node || fails("it asks about what is no fact");
     }
@@ -284,15 +287,79 @@ class WhyNotJudge {
         }
         return false;
     }
-    // What holds that must not is named.
-    bool holds_instead(const Part& part) {
-        std::string_view said = part.note;
-        while (const std::optional<Pattern> fact = take_fact(program_, said)) {
-            if (!fact->whole() || !Past::any(now().facts, *fact)) return fails("it does not hold: " + part.note);
-            if (!said.starts_with(", ")) break;
-            said.remove_prefix(2);
+    // What holds that must not is named: all facts of one way to satisfy it. Where something must not hold beside them that should, it is
+    // said why that does not.
+    bool so_of_absence(const Part& part, std::string_view said, const Rule& rule, const Clauses& inner, const Environment& env) {
+        std::map<const check::Atom*, Rows> named;
+        bool absences = false;
+        for (const Clause& c : inner) {
+            absences = absences || c.kind == Clause::Kind::Not;
+            if (c.kind != Clause::Kind::Atom) continue;
+            if (!named.empty() && !take(said, ", ")) return false;
+            const std::optional<Pattern> fact = take_fact(program_, said);
+            if (!fact || !fact->whole() || fact->predicate != c.atom.predicate || !Past::any(now().facts, *fact)) return false;
+            named[&c.atom].insert(fact->row());
         }
-        return said.empty() || said == " holds" || fails("it is said of what must not hold: " + part.note);
+        if (!named.empty() && !take(said, absences ? " holds, and " : " holds")) return false;
+        return bodies_.solve({rule, inner, {}, {asked_.tick, false}, env, named}, [&](const Environment& found) {
+            if (!absences) return said.empty() && !part.node;
+            return std::ranges::any_of(
+                inner, [&](const Clause& c) { return c.kind == Clause::Kind::Not && so_of_part(part, said, rule, c.inner, found); });
+        });
+    }
+    // Of a part that should hold: facts of it that there are together, and another of its clauses that then fails.
+    bool so_of_part(const Part& part, std::string_view said, const Rule& rule, const Clauses& body, const Environment& env) {
+        std::map<const Clause*, Pattern> beside;
+        for (bool more = take(said, "beside "); more; more = take(said, ", ")) {
+            const std::optional<Pattern> fact = take_fact(program_, said);
+            const auto atom = std::ranges::find_if(body, [&](const Clause& c) {
+                return fact && c.kind == Clause::Kind::Atom && c.atom.predicate == fact->predicate && !beside.contains(&c);
+            });
+            if (atom == body.end()) return false;
+            beside.emplace(&*atom, *fact);
+        }
+        if (!beside.empty() && !take(said, " ")) return false;
+        // What gives variables their values beside facts may be met too, or not yet.
+        for (const bool values : {false, true})
+            for (const Clause& c : body) {
+                if (beside.contains(&c)) continue;
+                Clauses met;
+                for (const Clause& other : body)
+                    if (&other != &c && (beside.contains(&other) || (values && gives_value(other)))) met.push_back(other);
+                const bool so = bodies_.solve({rule, met, {}, {asked_.tick, false}, env}, [&](const Environment& found) {
+                    return std::ranges::all_of(beside, [&](const auto& b) { return is_of(b.second, b.first->atom, found); }) &&
+                           so_of_clause(part, said, rule, met, c, found);
+                });
+                if (so) return true;
+            }
+        return false;
+    }
+    // That this clause fails beside those that are met.
+    bool so_of_clause(const Part& part, std::string_view said, const Rule& rule, Clauses met, const Clause& c, const Environment& env) {
+        met.push_back(c);
+        if (bodies_.solve({rule, met, {}, {asked_.tick, false}, env}, [](const Environment&) { return true; })) return false;
+        if (said == "this does not hold:") return c.kind == Clause::Kind::Atom && part.node && asks_about(part, c.atom, env);
+        if (!take(said, "this fails: ")) return false;
+        const std::string text = bodies_.print(rule, env, c);
+        if (c.kind != Clause::Kind::Not) return !part.node && reads(said, text);
+        if (!take(said, text)) return false;
+        return take(said, ": ") ? so_of_absence(part, said, rule, c.inner, env) : said.empty() && !part.node;
+    }
+    static bool take(std::string_view& text, std::string_view words) {
+        if (!text.starts_with(words)) return false;
+        text.remove_prefix(words.size());
+        return true;
+    }
+    static bool gives_value(const Clause& c) {
+        return c.kind == Clause::Kind::Element || c.kind == Clause::Kind::Aggregate ||
+               (c.kind == Clause::Kind::Test && c.test.op == Op::Equal);
+    }
+    bool is_of(const Pattern& fact, const check::Atom& atom, const Environment& env) const {
+        for (std::size_t a = 0; a < fact.arguments.size(); ++a)
+            if (fact.arguments[a] && all_bound(atom.arguments[a], env) &&
+                evaluate(now().scene, atom.arguments[a], env) != fact.arguments[a])
+                return false;
+        return true;
     }
     // The fact that is missing is the one that is asked about next; but at a catom that is known, and if it is missing.
     bool asks_about(const Part& part, const check::Atom& atom, const Environment& with) {

@@ -289,11 +289,12 @@ void Body::negate() {
     clauses_.push_back(text + ")" + inner + ")");
 }
 
+// Each of the neighbours has it; sometimes with nothing else beside, or has none of it.
 void Body::for_all() {
     const std::vector<const Known*> all = readable();
     if (all.empty()) return;
     const Known& k = *pick(random_, all);
-    std::string text = fmt::format("forall neighbor({}, W) [{}(W", any_catom(), k.name), inner;
+    std::string text = fmt::format("{}(W", k.name), inner;
     for (const Kind kind : k.arguments) {
         if (kind == Kind::Int && inner.empty() && chance(random_, 60)) {
             inner = fmt::format(", V {} {}", chance(random_, 50) ? "<" : ">=", has(Kind::Int) ? variable(Kind::Int) : literal(Kind::Int));
@@ -302,7 +303,16 @@ void Body::for_all() {
             text += ", _";
         }
     }
-    clauses_.push_back(text + ")" + inner + "]");
+    text += ")" + inner;
+    if (chance(random_, 20)) {
+        text = "not (" + text + ")";
+    } else if (chance(random_, 25)) {
+        const Known& other = *pick(random_, all);
+        text += ", not " + other.name + "(W";
+        for (std::size_t a = 0; a < other.arguments.size(); ++a) text += ", _";
+        text += ")";
+    }
+    clauses_.push_back(fmt::format("forall neighbor({}, W) [{}]", any_catom(), text));
 }
 
 // ---- aggregates and elements
