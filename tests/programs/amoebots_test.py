@@ -233,7 +233,7 @@ def main():
     code |= walks.compare(((seed, WALKS, world(seed, ways[seed % 4])) for seed in every), lambda facts: "acted" in facts)
     seen = Wishes.seen + Walks.seen
     print("\n".join(f"{count:6} {what}" for what, count in sorted(seen.items())))
-    wanted = ["expansions", "contractions", "handovers", "at once"] if seeds >= 8 else []
+    wanted = ["expansions", "contractions", "handovers", "at once"] if seeds >= 16 else []
     missing = [what for what in wanted if not seen[what]]
     if missing:
         print(f"these happened in no run: {missing}")

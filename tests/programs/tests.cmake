@@ -66,8 +66,8 @@ function(meld_seeds_test name script first seeds more)
   set_tests_properties(${name}_more PROPERTIES LABELS long)
 endfunction()
 meld_seeds_test(motion_wishes wishes_test.py 0 8 16)
-# Four seeds are one for each way in which amoebots take turns; only eight or more are sure to see all that can happen.
-meld_seeds_test(motion_amoebots amoebots_test.py 0 4 8)
+# Four seeds are one for each way in which amoebots take turns; only sixteen are sure to see all that can happen.
+meld_seeds_test(motion_amoebots amoebots_test.py 0 4 16)
 meld_seeds_test(motion_connected connected_test.py 0 5 19)
 meld_seeds_test(motion_storm storm_test.py 0 2 2)
 add_test(NAME motion_compression
