@@ -41,15 +41,32 @@ TEST(Reserved, IsZeroedAndOfOneCatomAtATime) {
 TEST(Reserved, TakesWhatIsWrittenTo) {
     Reserved reserved;
     const u64 before = resident();
-    // Room for more than there is.
-    u8* const much = take(reserved, 0, u64{1} << 36);
-    if (much == nullptr) GTEST_SKIP() << "this machine promises no more memory than it has";
+    // Sixteen times what is written to.
+    u8* const much = take(reserved, 0, 256 * kMega);
+    ASSERT_NE(much, nullptr);
     std::fill(much, much + 16 * kMega, u8{1});
     const u64 pages = 16 * kMega / 4096;
     EXPECT_GE(resident(), before + pages / 2);
     EXPECT_LE(resident(), before + 2 * pages);
     reserved.take(1, 1);
     EXPECT_LE(resident(), before + pages / 4);
+}
+
+TEST(Reserved, IsRefusedWhereThereIsNoRoomAndGoesOn) {
+    Reserved reserved;
+    u8* const first = take(reserved, 0, kMega);
+    ASSERT_NE(first, nullptr);
+    first[0] = 1;
+    // More than addresses reach.
+    EXPECT_EQ(take(reserved, 0, u64{1} << 60), nullptr);
+    EXPECT_EQ(first[0], 1);
+    EXPECT_NE(take(reserved, 0, kMega), nullptr);
+    // More than there is, which a kernel refuses only if it counts what it has promised (/proc/sys/vm/overcommit_memory).
+    int counts = 0;
+    std::ifstream("/proc/sys/vm/overcommit_memory") >> counts;
+    if (counts != 2) {
+        EXPECT_NE(take(reserved, 0, u64{1} << 36), nullptr);
+    }
 }
 
 TEST(Reserved, IsEmptiedAndItsPlaceStays) {
