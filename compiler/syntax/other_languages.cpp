@@ -39,8 +39,6 @@ bool is_aggregate_before(const Stop& stop) {
            std::find(std::begin(kAggregateWords), std::end(kAggregateWords), before.text) != std::end(kAggregateWords);
 }
 
-constexpr const char* kAggregateClause = "an aggregate is a clause of its own: `N = count : { p(A, _) }`, `S = sum X : { p(A, X) }`";
-
 // max(D : ...
 bool is_called_aggregate(const Stop& stop) {
     static constexpr std::string_view kCalled[] = {"sum", "min", "max", "count", "avg", "collect"};

@@ -8,6 +8,9 @@
 
 namespace meld::syntax {
 
+// How to write an aggregate that is called like a function.
+inline constexpr const char* kAggregateClause = "an aggregate is a clause of its own: `N = count : { p(A, _) }`, `S = sum X : { p(A, X) }`";
+
 struct Cure {
     std::string help = {};
     std::optional<diagnostics::Fix> fix = {};

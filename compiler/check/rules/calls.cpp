@@ -7,6 +7,7 @@
 #include <string>
 
 #include "compiler/check/names/scope.h"
+#include "compiler/syntax/other_languages.h"
 #include "compiler/syntax/parse.h"
 
 namespace meld::check {
@@ -122,8 +123,7 @@ Term Scope::unknown_function(const std::string& name, const Arguments& arguments
                                                                  {"random", "randint"}, {"rand", "randint"},   {"str", "int2str"}};
     static const std::set<std::string> aggregates = {"count", "avg", "average", "mean", "collect"};
     if (aggregates.contains(name) && !names_.functions.contains(name)) {
-        report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help =
-            "an aggregate is a clause of its own: `N = count : { p(A, _) }`, `S = sum X : { p(A, X) }`";
+        report_.add(Kind::UnknownFunction, span, fmt::format("there is no function `{}`", name)).help = syntax::kAggregateClause;
         return term;
     }
     const auto other = elsewhere.find(name);

@@ -67,20 +67,22 @@ void set_limit(int resource, std::uint64_t most) {
 Result<CopiedProcess> CopiedProcess::start(const Work& work, Signals signals) {
     CopiedProcess copy;
     copy.signals_ = signals;
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) return fail(fmt::format("cannot make a pipe: {}", std::strerror(errno)), "", ExitCode::LimitHit);
-    copy.pipe_ = ends[0];
+    const auto failed = [](const char* what) {
+        return fail(fmt::format("cannot {}: {}", what, std::strerror(errno)), "", ExitCode::LimitHit);
+    };
     copy.file_ = memfd_create("answer", MFD_CLOEXEC);
+    if (copy.file_ < 0) return failed("make a file in memory");
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return failed("make a pipe");
+    copy.pipe_ = ends[0];
     std::fflush(nullptr);
     const pid_t parent = getpid();
     copy.process_ = fork();
     if (copy.process_ == 0) be_copy(work, signals, ends[1], copy.file_, parent);
     const int error = errno;
     close(ends[1]);
-    if (copy.process_ < 0) {
-        copy.process_ = 0;
-        return fail(fmt::format("cannot start a process: {}", std::strerror(error)), "", ExitCode::LimitHit);
-    }
+    errno = error;
+    if (copy.process_ < 0) return failed("start a process");
     // Whoever comes first: this process may want to end it before it has run at all.
     if (signals == Signals::Apart) setpgid(copy.process_, copy.process_);
     return copy;

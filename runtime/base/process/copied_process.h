@@ -32,7 +32,8 @@ class CopiedProcess {
     // What the copy does, with its end of the pipe and the file; it ends when this returns.
     using Work = std::function<void(int pipe, int file)>;
 
-    // Starts a copy. It reads nothing, and it ends with this process. Errors: there can be no further process.
+    // Starts a copy. It reads nothing, and it ends with this process. Errors: there can be no further process, pipe
+    // or file.
     static Result<CopiedProcess> start(const Work& work, Signals signals);
     CopiedProcess(CopiedProcess&& other) noexcept;
     CopiedProcess& operator=(CopiedProcess&& other) noexcept;
@@ -47,7 +48,7 @@ class CopiedProcess {
         int status = 0;  // As waitpid has it.
         rusage used{};   // With what its children have used.
     };
-    // How it has ended; nothing: it goes on.
+    // How it has ended; nothing: it goes on. Not to be called after it has ended.
     std::optional<End> ended() { return wait(false); }
     // Waits until it has ended; to be called once.
     End end() { return *wait(true); }

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace meld {
 namespace {
@@ -117,6 +118,22 @@ TEST(CopiedProcess, EndsWithTheOneThatWantsIt) {
     close(watched[1]);
     EXPECT_EQ(read_to_end(watched[0]), "");
     close(watched[0]);
+}
+
+TEST(CopiedProcess, SaysWhatThereIsNoneOf) {
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+    // The least descriptors that are free.
+    const int next = dup(STDIN_FILENO);
+    ASSERT_GE(next, 0);
+    close(next);
+    for (const auto& [left, what] : {std::pair(0, "cannot make a file in memory"), {1, "cannot make a pipe"}}) {
+        set_limit(RLIMIT_NOFILE, static_cast<std::uint64_t>(next + left));
+        const auto copy = CopiedProcess::start([](int, int) {}, Signals::Shared);
+        set_limit(RLIMIT_NOFILE, before.rlim_cur);
+        ASSERT_FALSE(copy);
+        EXPECT_EQ(copy.error().problem.find(what), 0u) << copy.error().problem;
+    }
 }
 
 TEST(CopiedProcess, IsMoved) {
