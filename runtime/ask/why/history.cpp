@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "compiler/syntax/aggregates.h"
 #include "runtime/ask/facts/all_facts.h"
+#include "runtime/ask/why/earlier_states.h"
 #include "runtime/ask/why/explainer.h"
 #include "runtime/ask/why/firings.h"
 #include "runtime/base/bytes.h"
@@ -191,21 +191,65 @@ Result<bool> look(sim::Subdomain& subdomain, const Program& program, std::vector
     return subdomain.comm.allgather({&mine, 1}).front() != std::byte{0};
 }
 
-// By this state and those before it.
-Result<std::vector<Change>> explain(std::span<sim::Subdomain* const> states, const Program& program) {
-    std::vector<Change> out;
+// What each change between this state and the one before it came from, and how many states before this one that asked for.
+struct Explained {
+    std::vector<Change> changes;
+    std::size_t wanted = 0;
+};
+
+// By this state and those before it. Every process gets the same number of states.
+Result<Explained> explain(std::span<sim::Subdomain* const> states, const Program& program, std::int64_t first_tick) {
+    Explained out;
     sim::Subdomain& now = *states.front();
     const Result<void> asked = ask(states, [&](std::span<Facts* const> facts) -> Result<void> {
         Terms terms(program, now.view());
-        Explainer e(program, {.facts = facts, .tick = now.tick(), .first_tick = states.back()->tick()}, terms);
+        Explainer e(program, {.facts = facts, .tick = now.tick(), .first_tick = first_tick}, terms);
         auto found = Causes(e).find();
         if (!found) return tl::unexpected<Error>(found.error());
-        out = std::move(*found);
+        out = {.changes = std::move(*found), .wanted = e.wanted()};
         return {};
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
+    out.wanted = wanted_by_first(now.comm, out.wanted);
     return out;
 }
+
+// Simulations that follow the one of a timeline: each a tick behind the one before it, from change to change.
+class Followers {
+  public:
+    Followers(timeline::Timeline& timeline, const Program& program) : timeline_(timeline), program_(program) {}
+
+    // What changed in the tick of `now`, which is not the first.
+    Result<std::vector<Change>> explain(sim::Simulation& now) {
+        const i64 tick = now.subdomain().tick(), first = timeline_.first_tick();
+        std::vector<sim::Subdomain*> states = {&now.subdomain()};
+        while (true) {
+            for (std::size_t behind = states.size(); behind <= wanted_ && tick - static_cast<i64>(behind) >= first; ++behind) {
+                if (followers_.size() < behind) {
+                    auto from = timeline_.beside(first);
+                    if (!from) return tl::unexpected<Error>(from.error());
+                    followers_.push_back(std::move(*from));
+                }
+                sim::Simulation& follower = *followers_[behind - 1];
+                if (auto done = timeline_.run_apart(follower, tick - static_cast<i64>(behind)); !done)
+                    return tl::unexpected<Error>(done.error());
+                states.push_back(&follower.subdomain());
+            }
+            Result<Explained> found = inspect::explain(states, program_, first);
+            if (!found) return tl::unexpected<Error>(found.error());
+            const auto before = static_cast<std::size_t>(tick - first);
+            if (std::min({found->wanted, kMostStates - 1, before}) < states.size()) return std::move(found->changes);
+            wanted_ = std::min(found->wanted, kMostStates - 1);
+        }
+    }
+
+  private:
+    timeline::Timeline& timeline_;
+    const Program& program_;
+    std::vector<std::unique_ptr<sim::Simulation>> followers_;
+    // What a fact rested on may have gone a tick before it; more where a rule reads facts over several links.
+    std::size_t wanted_ = 2;
+};
 
 }  // namespace
 
@@ -215,8 +259,7 @@ Result<Comings> history(timeline::Timeline& timeline, const std::string& fact) {
     if (auto can = program->can_ask(program->question().body); !can) return tl::unexpected<Error>(can.error());
     Comings out{.asked = fact, .first_tick = timeline.first_tick(), .last_tick = timeline.tick()};
     std::vector<std::string> facts;
-    // What a fact rested on may have gone a tick before it, so two more run behind, from change to change.
-    std::array<std::unique_ptr<sim::Simulation>, 2> behind;
+    Followers followers(timeline, *program);
     const Result<void> walked = timeline.walk(out.first_tick, out.last_tick, [&](sim::Simulation& now) -> Result<bool> {
         const Result<bool> changed = look(now.subdomain(), *program, facts);
         if (!changed) return tl::unexpected<Error>(changed.error());
@@ -226,18 +269,7 @@ Result<Comings> history(timeline::Timeline& timeline, const std::string& fact) {
             return true;
         }
         if (!*changed) return true;
-        std::vector<sim::Subdomain*> states = {&now.subdomain()};
-        for (std::size_t i = 0; i < behind.size() && tick - 1 - static_cast<i64>(i) >= out.first_tick; ++i) {
-            if (behind[i] == nullptr) {
-                auto from = timeline.beside(out.first_tick);
-                if (!from) return tl::unexpected<Error>(from.error());
-                behind[i] = std::move(*from);
-            }
-            if (auto done = timeline.run_apart(*behind[i], tick - 1 - static_cast<i64>(i)); !done)
-                return tl::unexpected<Error>(done.error());
-            states.push_back(&behind[i]->subdomain());
-        }
-        auto changes = explain(states, *program);
+        auto changes = followers.explain(now);
         if (!changes) return tl::unexpected<Error>(changes.error());
         out.ticks.push_back({.tick = tick, .changes = std::move(*changes)});
         return true;

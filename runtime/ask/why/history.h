@@ -41,7 +41,7 @@ struct Comings {
 
 // Of facts that match one with _ or variables, from the first tick to the present one; on process 0. Every process calls it. Errors:
 // mistakes in `fact`; those of the timeline; a signal has asked for the end. Cost: the run once more, and twice to the last change, which
-// are three states in memory; a search for each tick, and for each change.
+// are three states in memory; one more of both for each further link over which a rule reads; a search for each tick, and for each change.
 Result<Comings> history(timeline::Timeline& timeline, const std::string& fact);
 
 }  // namespace meld::inspect
