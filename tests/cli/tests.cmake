@@ -28,12 +28,15 @@ foreach(class Digests Facts Recordings Checkpoints)
 endforeach()
 # The memory that runs are expected to take. Sanitizers take their own.
 if(NOT CLAYMELD_SANITIZE)
-  foreach(class Estimates Examples Ranges)
-    string(TOLOWER ${class} name)
-    add_test(NAME cli_memory_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/memory_test.py
-      --meldsim $<TARGET_FILE:meldsim> ${class})
-    set_tests_properties(cli_memory_${name} PROPERTIES TIMEOUT 120)
+  set(memory_test ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/memory_test.py --meldsim $<TARGET_FILE:meldsim>)
+  add_test(NAME cli_memory_estimates COMMAND ${memory_test} Estimates)
+  add_test(NAME cli_memory_ranges COMMAND ${memory_test} Ranges)
+  # Each example is compiled as users compile it.
+  foreach(part 1 2 3 4)
+    add_test(NAME cli_memory_examples_${part} COMMAND ${memory_test} --part ${part}/4 Examples)
   endforeach()
+  set_tests_properties(cli_memory_estimates cli_memory_ranges cli_memory_examples_1 cli_memory_examples_2 cli_memory_examples_3
+    cli_memory_examples_4 PROPERTIES TIMEOUT 120)
 endif()
 # What a user may trust.
 foreach(class Cache Inputs Terminal Agreement)

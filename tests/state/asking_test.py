@@ -323,6 +323,29 @@ class History(Asking):
         self.assertEqual([(t["tick"], c["is"], c["how"]) for t in told["ticks"] for c in t["changes"]],
                          [(4, "went", "unknown")])
 
+    def test_of_facts_over_several_links(self):
+        """A fact that rests on one so many links away goes as many ticks after it."""
+        rules = {"not": "far(A, K) :- start(A, K), not (REACH, seen(Z, K), Z <> A).",
+                 "has": "far(A, K) :- REACH, seen(Z, K), Z <> A.",
+                 "count": "far(A, N) :- start(A, _), N = count : { REACH, seen(Z, _), Z <> A }, N < 2.",
+                 "linear": "type linear go(node, int).\ngo(A, K), REACH, seen(Z, K), Z <> A -o far(A, K)."}
+        catoms = "ABCDE"
+        for links in (1, 2, 3, 4):
+            reach = ", ".join(f"neighbor({a}, {b})" for a, b in zip(catoms[:links], catoms[1:links] + "Z"))
+            for kind, rule in rules.items():
+                with self.subTest(links=links, kind=kind):
+                    given = 'go = [{ where = "id == 0", args = [1] }]\n' if kind == "linear" else ""
+                    self.write("p.meld", "type start(node, int).\ntype seen(node, int).\ntype far(node, int).\n"
+                               + rule.replace("REACH", reach) + "\n")
+                    self.write("w.toml", f'lattice = "square"\n[[body]]\nshape = "box({links + 1}, 1, 1)"\n'
+                               f'[facts]\nstart = [{{ where = "id == 0", args = [1] }}]\n{given}[[event]]\ntick = 12\n'
+                               f'give = {{ seen = {{ where = "id == {links}", args = [1] }} }}\n[[event]]\ntick = 24\n'
+                               f'take = {{ seen = {{ where = "id == {links}", args = [1] }} }}\n')
+                    *_, told = self.answers(["to 36", "history far(@0, _)"], "p.meld", "--world", "w.toml", "-n", 1 + links % 3)
+                    changes = [(t["tick"], c["is"], c["how"], len(c["rules"])) for t in told["ticks"] for c in t["changes"]]
+                    self.assertEqual({c[1] for c in changes}, {"came"} if kind == "linear" else {"came", "went"}, changes)
+                    self.assertEqual([c for c in changes if c[2] not in ("derived", "lost", "made") or c[3] != 1], [])
+
     def test_of_a_head_that_computes_from_itself(self):
         """Nothing but the head says what A is."""
         self.write("p.meld", "type best(node, max int).\ntype pair(node, int, int).\nbest(A, node2int(A)).\n"
