@@ -497,6 +497,28 @@ src(@6, 1).
             (node,) = why["nodes"][:1]
             self.assertEqual((node["fact"], len(node["ways"]), node.get("note")), (f"n(@0, {catom_0})", catom_0, None))
 
+    def test_what_points_over_a_link_that_has_gone(self):
+        """A catom reads what others have pointed at it as long as they are its neighbours."""
+        bodies = {"head": "n(A, 1) :- up(B, A), ok(B).",
+                  "two": "n(A, 1) :- up(B, A), up(C, B), ok(C).",
+                  "own": "n(A, 1) :- down(A, B), ok(B).",
+                  "count": "n(A, N) :- id(A, _), N = count : { up(B, A), ok(B) }, N > 0.",
+                  "forall": "n(A, 1) :- forall up(B, A)[ok(B)].",
+                  "not": "n(A, 1) :- id(A, _), not (up(B, A), ok(B))."}
+        for name, body in bodies.items():
+            for cut in ([0, 1], [1, 2]):
+                self.write("p.meld", "type route up(node, min node).\ntype route down(node, max node).\ntype ok(node).\n"
+                           "type n(node, count int).\nok(A) :- id(A, I), I > 0.\nup(A, B) :- neighbor(A, B).\n"
+                           f"down(A, B) :- neighbor(A, B).\nn(A, 0).\n{body}\n")
+                self.write("p.toml", self.LINE + f"[[event]]\ntick = 6\ncut = [{cut}]\n")
+                asked = [(tick, catom) for tick in (5, 6, 7, 8) for catom in (0, 1)]
+                commands = [c for tick, catom in asked for c in (f"to {tick}", f"query n(@{catom}, N)", f"why n(@{catom}, _)")]
+                answers = self.ask("p.meld", "p.toml", commands, 1 + len(name) % 3)
+                for (tick, catom), facts, why in zip(asked, answers[1::3], answers[2::3]):
+                    with self.subTest(name, cut=cut, tick=tick, catom=catom):
+                        ((count,),) = facts["rows"]
+                        self.assertEqual(len(why["nodes"][0]["ways"]), count, why["nodes"][0])
+
     def test_a_group_that_may_only_hold_itself_up(self):
         """A value may be there while the run does not trust yet that there is one at all."""
         self.write("p.meld", "type given(node).\ntype least(node, min int).\ntype near(node, min int).\ntype some(node).\n"

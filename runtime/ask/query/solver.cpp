@@ -154,6 +154,7 @@ class Solver::Search {
             if (!use(step.arguments[0], {.catom = fact.catom})) return true;
             for (std::size_t i = 1; i < step.arguments.size(); ++i)
                 if (!use(step.arguments[i], fact.arguments[i - 1])) return true;
+            if (options_.readable && !options_.readable(*step.clause, fact)) return true;
             if (!top) return next();
             if (options_.allowed && !options_.allowed(*step.clause, fact)) return true;
             facts_[step.number] = &fact;

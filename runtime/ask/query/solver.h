@@ -45,6 +45,8 @@ struct SearchOptions {
     std::function<void(const Attempt&)> further = {};
     // The state in which an atom is looked up, also one within a part of the body; empty: that of the solver.
     std::function<Facts&(const check::Clause& clause)> from = {};
+    // Facts that could be read, also by atoms within a part of the body; empty: all.
+    std::function<bool(const check::Clause& clause, const Fact& fact)> readable = {};
 };
 
 class Solver {

@@ -308,13 +308,17 @@ Result<bool> Explainer::search(const PartialMatch& match, const Search& how, con
         wanted_ = std::max(wanted_, oldest);
         return false;
     }
-    const SearchOptions options{.allowed = how.allowed, .best = how.best, .further = how.further, .from = [&](const Clause& c) -> Facts& {
+    const SearchOptions options{.allowed = how.allowed,
+                                .best = how.best,
+                                .further = how.further,
+                                .from = [&](const Clause& c) -> Facts& {
                                     if (unread.contains(&c)) return nothing;
                                     const std::size_t age = ages.at(&c);
                                     if (asks_existence(match, c, how.recursion)) return *groups_[age];
                                     const bool front = how.recursion != nullptr && how.recursion->contains(c.atom.predicate);
                                     return front && !with_fronts_.empty() ? *with_fronts_[age] : facts(age);
-                                }};
+                                },
+                                .readable = readable(match, how)};
     const Solver::Found different = [&](const Solution& solution) {
         return !are_different(match, solution, [&](const Clause& c) -> Facts& { return facts(ages.at(&c)); }) || found(solution);
     };
@@ -322,6 +326,33 @@ Result<bool> Explainer::search(const PartialMatch& match, const Search& how, con
     if (auto done = solver_.search(match.rule, match.body, match.values, match.bound, each, options); !done)
         return tl::unexpected<Error>(done.error());
     return true;
+}
+
+std::function<bool(const Clause&, const Fact&)> Explainer::readable(const PartialMatch& match, const Search& how) {
+    const auto is_route = [&](const check::Atom& a) { return predicate(a.predicate).route && a.arguments[1].is_variable(); };
+    bool any = false;
+    check::each_atom(match.body, [&](const check::Atom& a, bool) { any = any || is_route(a); });
+    if (!any) return {};
+    Source links;
+    for (const PredicateId id : checked().predicates.ids())
+        if (predicate(id).world == WorldSource::Neighbor) links = program_.source(id);
+    return [this, all = distances(match), links, age_of_head = how.age, spread = how.spread, is_route](const Clause& c, const Fact& fact) {
+        if (!is_route(c.atom)) return true;
+        std::array<std::size_t, 2> away;
+        for (const std::size_t side : {0u, 1u}) {
+            const auto found = all.find(c.atom.arguments[side].variable);
+            if (found == all.end()) return true;
+            away[side] = found->second;
+        }
+        const std::size_t age = age_of_head + (spread ? std::min(away[0], away[1]) : 0);
+        if (away[0] == away[1] || age >= states_.facts.size()) return true;
+        bool linked = false;
+        facts(age).at(links, fact.catom, [&](const Fact& link) {
+            linked = link.arguments[0].catom == fact.arguments[0].catom;
+            return !linked;
+        });
+        return linked;
+    };
 }
 
 bool Explainer::are_different(const PartialMatch& match, const Solution& solution, const std::function<Facts&(const Clause&)>& from) {
@@ -361,11 +392,14 @@ bool Explainer::are_different(const PartialMatch& match, const Solution& solutio
 Result<void> Explainer::search_part(const PartialMatch& match, const std::vector<Clause>& part, Values values, Bound bound,
                                     const Search& how, const Solver::Found& found) {
     static NoFacts nothing;
-    const SearchOptions options{.best = how.best, .further = how.further, .from = [&](const Clause& c) -> Facts& {
+    const SearchOptions options{.best = how.best,
+                                .further = how.further,
+                                .from = [&](const Clause& c) -> Facts& {
                                     const std::size_t away = age_of(match, c, how.spread);
                                     if (away > 0 && told_nothing(how.age + away)) return nothing;
                                     return facts(std::min(how.age + age_of(match, c, how.spread), states_.facts.size() - 1));
-                                }};
+                                },
+                                .readable = readable(match, how)};
     bound.resize(match.rule.variables.count());
     values.resize(match.rule.variables.count());
     return solver_.search(match.rule, part, std::move(values), std::move(bound), found, options);

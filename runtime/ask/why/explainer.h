@@ -118,6 +118,9 @@ class Explainer {
     void find_fronts();
     // Whether it is before the first tick, so that no catom has told others anything.
     bool told_nothing(std::size_t age) const;
+    // Of facts that point from catom to catom: whether a link was between these two when the nearer one read what the other had told.
+    // Nothing: the body has none.
+    std::function<bool(const check::Clause&, const Fact&)> readable(const PartialMatch& match, const Search& how);
     // Whether there are as many facts as a linear rule must match: what it consumes, no other atom of its body does.
     bool are_different(const PartialMatch& match, const Solution& solution, const std::function<Facts&(const check::Clause&)>& from);
     std::map<check::VariableId, std::size_t> distances(const PartialMatch& match) const;

@@ -91,9 +91,13 @@ Bodies::Ages Bodies::ages(const check::Program& program, const Rule& rule, const
     const auto of = [&](const Term& t) { return t.is_variable() && away.contains(t.variable) ? away.at(t.variable) : 0; };
     Ages out;
     check::each_atom(clauses, [&](const Atom& a, bool) {
-        const bool link = is_link(program.predicates[a.predicate]) && a.arguments[1].is_variable();
+        const check::Predicate& p = program.predicates[a.predicate];
+        const bool link = is_link(p) && a.arguments[1].is_variable();
         // A link is sensed at both of its ends.
-        out[&a] = link ? std::min(of(a.arguments[0]), of(a.arguments[1])) : of(a.arguments[0]);
+        out.read[&a] = link ? std::min(of(a.arguments[0]), of(a.arguments[1])) : of(a.arguments[0]);
+        const auto known = [&](const Term& t) { return t.is_variable() && away.contains(t.variable); };
+        if (p.route && known(a.arguments[0]) && known(a.arguments[1]) && of(a.arguments[0]) != of(a.arguments[1]))
+            out.linked[&a] = std::min(of(a.arguments[0]), of(a.arguments[1]));
     });
     return out;
 }
@@ -132,6 +136,13 @@ bool Bodies::solve(const Search& s, const std::function<bool(const Environment&)
         const Moment& then = past_.at(tick);
         if (place && is_link(past_.program().predicates[atom.predicate])) return by_port(then, atom, place->integer());
         add(then.facts[atom.predicate.index()]);
+        if (const auto linked = s.ages.linked.find(&atom); linked != s.ages.linked.end()) {
+            const auto& links = past_.at(s.when.tick - (s.when.spread ? linked->second : 0)).scene.links;
+            std::erase_if(out, [&](const Row& row) {
+                const auto of = links.find(row[0].integer());
+                return of == links.end() || std::ranges::find(of->second, row[1].integer(), &Link::other) == of->second.end();
+            });
+        }
         return out;
     };
     Environment env = s.env;

@@ -40,7 +40,12 @@ class Bodies {
     explicit Bodies(const Past& past) : past_(past) {}
 
     // How many ticks before it runs a rule reads each atom of its body, also within its parts.
-    using Ages = std::map<const check::Atom*, std::int64_t>;
+    struct Ages {
+        std::map<const check::Atom*, std::int64_t> read;
+        // Of facts that point from a catom to the next: when a link had to be between the two.
+        std::map<const check::Atom*, std::int64_t> linked;
+        std::int64_t at(const check::Atom* atom) const { return read.at(atom); }
+    };
     static Ages ages(const check::Program& program, const check::Rule& rule, const Clauses& clauses);
 
     struct Search {
