@@ -22,7 +22,12 @@ void Evaluator::Thread::connect_memory(Host& host) {
         // The evaluation then ends at its next check; until then it gets what it asks for.
         t.new_chunk(size > kMaxChunk ? std::max<std::size_t>(kArena, bytes) : size);
     };
-    host.reserve = [](Eval* e, u64 bytes) { return of(e).reserved.take(e->catom, bytes); };
+    host.reserve = [](Eval* e, u64 bytes, u64 needed) -> void* {
+        Thread& t = of(e);
+        // Scratch memory is warm, and costs less while there is not much of it.
+        if (needed < kAlwaysReserved && t.arena - t.arena_start < kMuchScratch) return nullptr;
+        return t.reserved.take(e->catom, bytes);
+    };
     host.give_back = [](Eval* e, void* memory) { of(e).reserved.give_back(memory); };
     host.empty = [](Eval* e, void* memory) { of(e).reserved.empty(memory); };
 }

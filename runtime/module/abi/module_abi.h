@@ -45,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 27;
+inline constexpr u32 kAbiVersion = 28;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -361,8 +361,9 @@ struct Host {
     // For a checked module (kernel/check.h): something that its code takes for granted does not hold. Does not return.
     void (*broken)(Eval*, const char* condition, const char* file, i32 line);
     // Zeroed memory that takes none of the machine's until it is written to, so that what grows may ask for room that it may never need.
-    // Null: there is none. It lasts until it is given back, or until another catom asks for some, or the block of catoms ends.
-    void* (*reserve)(Eval*, u64 bytes);
+    // `needed` of these bytes will be written to in any case. Null: there is none, or scratch memory serves as well for so few. It lasts
+    // until it is given back, or until another catom asks for some, or the block of catoms ends.
+    void* (*reserve)(Eval*, u64 bytes, u64 needed);
     // The same of memory that was not reserved does nothing.
     void (*give_back)(Eval*, void* memory);
     // The same, but no other memory begins there until then: who has kept the place does not take other rows for those that were there.

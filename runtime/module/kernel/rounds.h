@@ -7,13 +7,13 @@
 
 namespace meld {
 
-// From so many bytes on, memory is reserved and given back: in scratch memory, what has grown would be there twice. From so many rows on,
-// those whose group is ints are sorted by counting.
+// From so many bytes on, memory is reserved and given back if the host finds that better: in scratch memory, what has grown would be there
+// twice. From so many rows on, those whose group is ints are sorted by counting.
 #ifdef MELD_CHECKED
 constexpr u64 kReserved_bytes = 1 << 12;
 constexpr u32 kCountedRows = 16;
 #else
-constexpr u64 kReserved_bytes = 1 << 20;
+constexpr u64 kReserved_bytes = 1 << 14;
 constexpr u32 kCountedRows = 1 << 12;
 #endif
 // Positions in a set, and twice as many slots of its table, are 32 bits.
@@ -102,7 +102,7 @@ struct Rounds {
                   room = most < least       ? least
                          : most > kMostRows ? kMostRows
                                             : most;
-        Row* const rows = static_cast<Row*>(e.host->reserve(&e, room * sizeof(Row)));
+        Row* const rows = static_cast<Row*>(e.host->reserve(&e, room * sizeof(Row), least * sizeof(Row)));
         if (rows == nullptr || room < least) return all.grow(e);
         for (u32 i = 0; i < all.count; ++i) rows[i] = all.rows[i];
         all.rows = rows;
@@ -111,7 +111,7 @@ struct Rounds {
     }
     // Memory that is given back; zeroed if it was reserved.
     static void* memory(Eval& e, u64 bytes, bool& zeroed) {
-        void* const reserved = bytes < kReserved_bytes ? nullptr : e.host->reserve(&e, bytes);
+        void* const reserved = bytes < kReserved_bytes ? nullptr : e.host->reserve(&e, bytes, bytes);
         zeroed = reserved != nullptr;
         return zeroed ? reserved : scratch(e, bytes);
     }

@@ -25,7 +25,7 @@ struct ScratchTest : testing::Test {
         reserved.clear();
         most_reserved_bytes = 0;
         none_left = false;
-        host.reserve = [](Eval*, u64 bytes) -> void* {
+        host.reserve = [](Eval*, u64 bytes, u64) -> void* {
             if (none_left) return nullptr;
             auto memory = std::make_unique<u8[]>(bytes);
             void* const at = memory.get();
