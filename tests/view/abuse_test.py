@@ -70,6 +70,28 @@ class Strangers(Viewing):
         self.assertEqual(get(self.at, self.query, Origin="http://example.org")[0], 403)
         Page(self.link, host=f"localhost:{self.at}").close()
 
+    def test_only_pages_of_this_machine_frame_it_and_only_if_they_may(self):
+        def policy(link):
+            status, headers, _ = get(self.port(link), "/" + link.split("/")[-1])
+            self.assertEqual(status, 200)
+            (frame,) = [part.strip() for part in headers["content-security-policy"].split(";") if "frame-ancestors" in part]
+            return frame, headers.get("x-frame-options")
+
+        self.assertEqual(policy(self.link), ("frame-ancestors 'none'", "DENY"))
+        mine = self.process
+        link = self.view("p.meld", "--framed")
+        frame, old = policy(link)
+        self.assertIsNone(old)
+        for ancestor in frame.split()[1:]:
+            self.assertRegex(ancestor, r"\Ahttps?://(localhost|127\.0\.0\.1):\*\Z")
+        # What is refused is not shown in a frame either, and the secret is as secret.
+        status, headers, _ = get(self.port(link), "/?token=" + "0" * 32)
+        self.assertEqual((status, headers["x-frame-options"]), (403, "DENY"))
+        with self.assertRaisesRegex(Closed, "403"):
+            Page(link, origin="http://localhost:8888")
+        self.interrupt()
+        self.process = mine
+
     def test_there_is_one_path(self):
         secret = self.write("secret.txt", "secret")
         for path in ("/secret.txt", "/../secret.txt", "/%2e%2e/secret.txt", f"/{secret}", "//etc/passwd", "/..", "/./", "/%2f",

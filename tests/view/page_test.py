@@ -4,102 +4,20 @@
 """
 import pathlib
 import sys
-import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "pictures"))
 
 import numpy as np  # noqa: E402
-from selenium import webdriver  # noqa: E402
-from selenium.webdriver.chrome.service import Service  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
 
 from frame import main  # noqa: E402
 from judge import judge  # noqa: E402
-from png import read_png  # noqa: E402
-from stairs import COLOURS, FILES as STAIRS, PLACES  # noqa: E402
-from viewing import CORNER, Viewing  # noqa: E402
-
-WIDTH, HEIGHT = 6, 4
-PLATE = f'lattice = "square"\n[[body]]\nshape = "box({WIDTH},{HEIGHT},1)"\n[facts]\nsource = "id == 0"\n'
-# The ends of viridis.
-PURPLE, YELLOW = (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)
-FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1100,720", "--hide-scrollbars",
-         "--force-color-profile=srgb", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-
-
-class Pages(Viewing):
-    FILES = Viewing.FILES | STAIRS | {"plate.meld": CORNER, "plate.toml": PLATE}
-
-    @classmethod
-    def setUpClass(cls):
-        options = webdriver.ChromeOptions()
-        for flag in FLAGS:
-            options.add_argument(flag)
-        cls.browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-        cls.addClassCleanup(cls.browser.quit)
-        super().setUpClass()
-
-    def open(self, link):
-        self.browser.get("about:blank")
-        self.browser.get(link)
-        self.wait(lambda: self.run_js("return document.body.dataset.ready"))
-
-    def share(self, *options, program="plate.meld", after=""):
-        self.call("meldsim", "view", program, "--share", "a.html", "--quiet", *options)
-        self.open((pathlib.Path(self.folder) / "a.html").as_uri() + after)
-
-    def run_js(self, text, *arguments):
-        return self.browser.execute_script(text, *arguments)
-
-    def wait(self, holds, seconds=15):
-        end = time.monotonic() + seconds
-        while not holds():
-            self.assertLess(time.monotonic(), end, self.text("message") or "it takes too long")
-            time.sleep(0.05)
-
-    def text(self, name):
-        found = self.browser.find_elements(By.ID, name)
-        return found[0].text if found else ""
-
-    def to(self, tick):
-        self.run_js("return viewer.refresh(arguments[0])", tick)
-        self.wait(lambda: self.run_js("return document.body.dataset.tick") == str(tick))
-
-    def pixels(self):
-        pictures = self.run_js("return Number(viewer.stage.element.dataset.pictures || 0)")
-        self.run_js("viewer.stage.draw()")
-        self.wait(lambda: self.run_js("return Number(viewer.stage.element.dataset.pictures || 0)") > pictures)
-        return read_png(self.browser.find_element(By.CSS_SELECTOR, "#stage").screenshot_as_png)[:, :, :3].astype(int)
-
-    def cell(self, pixels, x, y):
-        """The colour of the middle of a cell, counted from the lower left, whatever the page believes where it is."""
-        filled = (pixels < 235).any(axis=2)
-        # The legend in the lower left corner is none of it.
-        filled[-150:, :260] = False
-        rows, columns = np.nonzero(filled.sum(axis=1) > 30)[0], np.nonzero(filled.sum(axis=0) > 30)[0]
-        side = (columns[-1] - columns[0] + 1) / WIDTH
-        self.assertAlmostEqual((rows[-1] - rows[0] + 1) / HEIGHT, side, delta=2, msg="the plate is not six by four")
-        return pixels[int(rows[-1] - (y + 0.5) * side), int(columns[0] + (x + 0.5) * side)]
-
-    def click(self, catom):
-        x, y = self.run_js("""const s = viewer.stage, i = s.frame.ids.indexOf(arguments[0]), p = s.frame.positions;
-            const at = s.view.project(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
-            return [at.x - s.view.width / 2, at.y - s.view.pixels / 2];""",
-                           catom)
-        stage = self.browser.find_element(By.ID, "stage")
-        ActionChains(self.browser).move_to_element_with_offset(stage, round(x), round(y)).click().perform()
-        self.wait(lambda: self.text("catom"))
-
-    def enter(self, name, text):
-        field = self.browser.find_element(By.ID, name)
-        field.clear()
-        field.send_keys(text, Keys.ENTER)
-
-    def command(self, line):
-        self.assertIsNone(self.browser.execute_script("return viewer.command(arguments[0])", line))
+from pages import HEIGHT, PLATE, PURPLE, WIDTH, YELLOW, Pages  # noqa: E402
+from stairs import COLOURS, PLACES  # noqa: E402
+from viewing import CORNER  # noqa: E402
 
 
 class Seen(Pages):
@@ -120,6 +38,34 @@ class Seen(Pages):
         row = [self.cell(pixels, x, 0).sum() for x in range(WIDTH)]
         self.assertEqual(row, sorted(row))
         self.assertIn("0", self.text("legend"))
+
+    def test_the_first_picture_waits_for_nothing_else(self):
+        added = self.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
+            window.done = [];
+            const send = WebSocket.prototype.send;
+            WebSocket.prototype.send = function (text) {
+                if (!window.done.length) this.addEventListener("message", () => window.done.push("answer"));
+                window.done.push(JSON.parse(text).do);
+                return send.call(this, text);
+            };
+            for (const name of ["drawArrays", "drawElements"]) {
+                const draw = WebGL2RenderingContext.prototype[name];
+                WebGL2RenderingContext.prototype[name] = function (...all) {
+                    window.done.push("draw");
+                    return draw.apply(this, all);
+                };
+            }"""})
+        self.addCleanup(self.browser.execute_cdp_cmd, "Page.removeScriptToEvaluateOnNewDocument", added)
+        self.open(self.view("plate.meld"))
+        self.wait(lambda: self.run_js("return viewer.stage.element.dataset.first"))
+        done = self.run_js("return window.done")
+        # All is asked for before anything is answered, and nothing is drawn before there are catoms: two texts and bytes, or more.
+        self.assertEqual(sorted(done[:3]), ["frame", "hello", "hello"])
+        self.assertEqual(done[3], "answer")
+        self.assertIn("draw", done)
+        self.assertGreaterEqual(done[:done.index("draw")].count("answer"), 3)
+        self.assertEqual(done[:done.index("draw")].count("frame"), 1)
+        self.assertEqual(self.run_js("return viewer.stage.frame.count"), WIDTH * HEIGHT)
 
     def test_a_click_shows_the_facts_of_the_catom_at_that_tick(self):
         self.share("--colour", "dist(A, D)", "--facts", "dist")
@@ -320,7 +266,9 @@ class Steered(Pages):
         self.assertIn("forever.meld:3:", self.text("notice"))
         self.write("forever.meld", program + "type new(node).\n")
         self.wait(lambda: "was read again" in self.text("notice"))
-        self.wait(lambda: "new(A)" in self.run_js("return document.getElementById('bodies').innerHTML"))
+        # Fields know its predicates.
+        self.browser.find_element(By.ID, "look-only").send_keys("ne")
+        self.wait(lambda: "new(A)" in self.offered())
         self.browser.find_element(By.ID, "run").click()
         stop = self.browser.find_element(By.ID, "interrupt")
         self.wait(stop.is_displayed)

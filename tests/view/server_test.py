@@ -239,6 +239,108 @@ heights = [[0, 1, 0], [0, 0, 2]]
             page.ask("frame")
         self.assertEqual(page.event("stopped")["why"], "stop")
 
+    def test_frames_have_values(self):
+        page = self.page(self.view("corner.meld", "--tick", 4))
+        # Numbers; words; none; and numbers with more digits than a double has.
+        for colour, expected in (("dist(A, D)", {0: 0, 1: 1}), ("source(A)", {0: "holds"}), ("", {}),
+                                 ("id(A, I), N = I + 9007199254740992", {0: 2 ** 53, 1: str(2 ** 53 + 1)})):
+            said, block = page.ask("frame", look={"colour": colour}, values=True)
+            count, flags = struct.unpack_from("<16I", block)[4:6]
+            ids = np.frombuffer(block, "<u4", count, 64 + 16 * count).tolist()
+            at, found = 64 + 24 * count, {}
+            if flags & 4:
+                numbers = np.frombuffer(block, "<f8", count, at)
+                found = {id: value for id, value in zip(ids, numbers) if not np.isnan(value)}
+                at += 8 * count
+            if flags & 8:
+                words = np.frombuffer(block, "<u4", count, at)
+                found |= {id: said["names"][word - 1] for id, word in zip(ids, words) if word}
+            self.assertEqual({id: found.get(id) for id in expected}, expected)
+            if colour == "dist(A, D)":
+                rows = page.ask("command", line="query dist(A, D)")[0]["answer"]["rows"]
+                self.assertEqual(found, dict(rows))
+            # Who does not ask gets none.
+            self.assertEqual(struct.unpack_from("<16I", page.ask("frame", look={"colour": colour})[1])[5], 0)
+        # Those of catoms that are left out are left out too, and balls for several catoms have none.
+        self.write("cube.toml", '[[body]]\nshape = "box(8, 8, 8)"\n[facts]\nsource = "id == 0"\n')
+        page = self.page(self.view("corner.meld", "--world", "cube.toml", "--tick", 23))
+        rows = dict(page.ask("command", line="query dist(A, D)")[0]["answer"]["rows"])
+        for most, expected in ((500, rows), (300, {})):
+            _, block = page.ask("frame", look={"colour": "dist(A, D)"}, values=True, most=most)
+            count, flags = struct.unpack_from("<16I", block)[4:6]
+            self.assertLess(count, 512)
+            self.assertEqual(bool(flags & 4), bool(expected))
+            ids = np.frombuffer(block, "<u4", count, 64 + 16 * count).tolist()
+            for id, value in zip(ids, np.frombuffer(block, "<f8", count, 64 + 28 * count)) if expected else ():
+                self.assertEqual(value, expected[id])
+
+    def series(self, page, body, **more):
+        """All of it, however many answers it takes."""
+        while True:
+            said, _ = page.ask("series", body=body, **more)
+            if not said["ok"]:
+                return said["error"]
+            if said["done"]:
+                return dict(zip(said["ticks"], said["values"]))
+
+    def test_bodies_are_known_over_time(self):
+        bodies = {"dist(A, D)": "count : { dist(A, D) }", "max D : { dist(A, D) }": "max D : { dist(A, D) }", "dist(@7, D)": "dist(@7, N)",
+                  "token(A, _)": "count : { token(A, _) }"}
+        found = []
+        for options in ([], ["-n", "2"], ["-n", "3"], ["--history", "0"]):
+            page = self.page(self.view("corner.meld", *options, environment=OPEN_MPI))
+            page.ask("command", line="to 6")
+            known = {body: self.series(page, body) for body in bodies}
+            # Where the run is, does not change, and is the same from everywhere.
+            self.assertEqual(page.ask("command", line="where")[0]["tick"], 6)
+            page.ask("command", line="to 2")
+            self.assertEqual({body: self.series(page, body) for body in bodies}, known)
+            for tick in range(7):
+                page.ask("command", line=f"to {tick}")
+                for body, question in bodies.items():
+                    line = f"query {question}" if body == "dist(@7, D)" else f"query N = {question}"
+                    rows = page.ask("command", line=line)[0]["answer"]["rows"]
+                    self.assertEqual(known[body][tick], rows[0][0] if rows else None, f"{options}, {body}, tick {tick}")
+            # What is done by hand makes another future.
+            page.ask("command", line="to 3")
+            page.ask("command", line="give source(@35)")
+            self.assertEqual(list(self.series(page, "dist(A, D)")), [0, 1, 2, 3])
+            page.ask("command", line="to 6")
+            after = self.series(page, "dist(A, D)")
+            self.assertEqual([after[tick] for tick in range(4)], [known["dist(A, D)"][tick] for tick in range(4)])
+            self.assertGreater(after[6], known["dist(A, D)"][6])
+            found.append((known, after))
+            for body, says in (("dsit(A, D)", "did you mean `dist`?"), ("dist(_, D)", "Aggregate them"), (" ", "empty")):
+                error = self.series(page, body)
+                self.assertIn(says, error["message"] + error["hint"])
+            # Few points are every second, fourth or further tick, and the last.
+            self.assertEqual(list(self.series(page, "dist(A, D)", most=3)), [0, 4, 6])
+            self.interrupt()
+        self.assertEqual(found, found[:1] * len(found))
+
+    def test_long_runs_are_known_bit_by_bit_and_can_be_interrupted(self):
+        page = self.page(self.view("forever.meld"))
+        page.ask("command", line="to 600")
+        said, _ = page.ask("series", body="sum N : { p(A, N) }", most=10_000)
+        self.assertTrue(said["ok"], said)
+        if not said["done"]:
+            self.assertLess(len(said["ticks"]), 601)
+        known = self.series(page, "sum N : { p(A, N) }", most=10_000)
+        self.assertEqual(list(known), list(range(601)))
+        self.assertEqual([known[tick] for tick in (1, 2, 599, 600)], [1600 * tick for tick in (1, 2, 599, 600)])
+        self.assertEqual({known[tick + 1] - known[tick] for tick in range(1, 600)}, {1600})
+        # Another page's questions are answered meanwhile, and it ends when it is asked to.
+        number = page.send("series", body="max N : { p(A, N) }", most=100_000)
+        page.send("interrupt")
+        said, _ = page.answer(number)
+        self.assertTrue(said["ok"] or said["error"]["code"] == 130, said)
+        self.assertTrue(page.ask("command", line="step")[0]["ok"])
+
+    def test_a_recording_is_known_as_a_whole(self):
+        self.call("meldsim", "run", "corner.meld", "--record", "corner.vtkhdf", "--quiet", "--ticks", 8)
+        page = self.page(self.view("corner.vtkhdf"))
+        self.assertEqual(self.series(page, "dist(A, D)"), dict(enumerate([0, 1, 3, 6, 10, 15, 21, 26, 30])))
+
     def test_several_pages_see_one_run(self):
         link = self.view("corner.meld")
         one, other = self.page(link), self.page(link)

@@ -5,9 +5,11 @@ add_test(NAME view_abuse COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(view_server view_abuse PROPERTIES TIMEOUT 180 PROCESSORS 2)
 # The page of the viewer, in a browser, a class of tests an entry.
-foreach(class Seen Drawn Steered)
+foreach(class page/Seen page/Drawn page/Steered help/Helped read/Legible)
+  get_filename_component(file ${class} DIRECTORY)
+  get_filename_component(class ${class} NAME)
   string(TOLOWER ${class} name)
-  add_test(NAME view_page_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/page_test.py
+  add_test(NAME view_page_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${file}_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})
   set_tests_properties(view_page_${name} PROPERTIES TIMEOUT 180 PROCESSORS 2)
 endforeach()

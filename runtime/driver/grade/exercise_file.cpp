@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "runtime/ask/query/measure.h"
 #include "runtime/base/files/input_file.h"
 #include "runtime/base/hash.h"
 #include "runtime/driver/study/study_file.h"
@@ -126,7 +127,7 @@ class ExerciseReader {
             return reader_.wrong(node.source(), fmt::format("{} {}", what, type_mismatch(node, "a body, as a string")));
         }
         if (check.text.empty()) return reader_.wrong(node.source(), fmt::format("{} says nothing", what), "Write a body in Meld");
-        check.body = body_of(check.text);
+        check.body = inspect::body_of_measure(check.text);
         const auto same = [&](const ExerciseCheck& other) { return other.name == check.name; };
         if (std::ranges::any_of(checks, same))
             return reader_.wrong(node.source(), fmt::format("{}: another one has this name", what), "Give it another name");

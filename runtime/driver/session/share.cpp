@@ -48,7 +48,7 @@ void add_share(CLI::App& app, ShareOrder& order) {
         app.add_option("--share", order.file, "Serve nothing: write the run to this file, as a page that needs no server")
             ->type_name("FILE");
     // Nothing is served, and nobody waits.
-    for (const char* served : {"--port", "--no-open", "--for", "BESIDE"}) file->excludes(app.get_option(served));
+    for (const char* served : {"--port", "--no-open", "--framed", "--for", "BESIDE"}) file->excludes(app.get_option(served));
     for (const auto& [name, body, help] : kBodies) app.add_option(name, order.*body, help)->type_name("BODY")->needs(file);
     app.add_option("--map", order.map, "With --share: colours of numbers: viridis, cividis, magma, coolwarm, grey")
         ->type_name("NAME")

@@ -158,7 +158,7 @@ Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vecto
     const auto started = [&]() -> Result<void> {
         if (comm.process() != 0) return {};
         Result<std::unique_ptr<view::Server>> listening =
-            view::Server::start({.port = asked.port, .page = std::string(view::viewer_page())});
+            view::Server::start({.port = asked.port, .page = std::string(view::viewer_page()), .framed = asked.framed});
         if (!listening) return tl::unexpected<Error>(listening.error());
         server = std::move(*listening);
         if (auto said = announce(*server, options); !said) return said;
@@ -181,6 +181,7 @@ Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vecto
 std::vector<std::string> view_arguments(const ViewOptions& view) {
     std::vector<std::string> words = {"--port", std::to_string(view.port)};
     if (!view.opens) words.emplace_back("--no-open");
+    if (view.framed) words.emplace_back("--framed");
     if (view.tick >= 0) words.insert(words.end(), {"--tick", std::to_string(view.tick)});
     if (view.seconds) words.insert(words.end(), {"--for", fmt::format("{}", *view.seconds)});
     add_share_arguments(view.share, words);
@@ -202,6 +203,7 @@ void add_view(CLI::App& app, Asking& asking) {
         ->check(cli::whole_number(1, 65535))
         ->type_name("INT");
     v->add_flag("!--no-open", view.opens, "Do not open the link in a browser");
+    v->add_flag("--framed", view.framed, "Let pages of this machine, such as notebooks, show the page in a frame");
     v->add_option("--tick", view.tick, "Begin after this tick; otherwise before the first, or where the checkpoint is")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");

@@ -109,6 +109,7 @@ struct ViewOptions {
     std::shared_ptr<const RunOptions> beside = {};  // The run of that.
     int port = 0;                                   // 0: one that is free.
     bool opens = true;                              // In a browser, if there is a screen.
+    bool framed = false;                            // Pages of this machine, such as notebooks, may show it within them.
     std::int64_t tick = -1;                         // -1: before the first, or where a checkpoint is.
     std::optional<double> seconds = {};             // It ends by itself after so long.
 };

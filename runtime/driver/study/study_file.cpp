@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "runtime/ask/query/measure.h"
 #include "runtime/base/did_you_mean.h"
 #include "runtime/base/files/input_file.h"
 #include "runtime/driver/study/run_counts.h"
@@ -208,7 +209,7 @@ class StudyReader {
                                  not_a_count(measure.text) + " For facts, give a body in Meld: \"count : { leader(A) }\"");
         if (count && !measure.ticks.empty())
             return reader_.wrong(node.source(), fmt::format("[measure] {}: counts are those of the whole run", name), "Take ticks out");
-        if (!count) measure.body = body_of(measure.text);
+        if (!count) measure.body = inspect::body_of_measure(measure.text);
         study_.measures.push_back(std::move(measure));
     }
 
@@ -216,7 +217,7 @@ class StudyReader {
         if (!node.is_string())
             return reader_.wrong(node.source(), fmt::format("[{}] {} {}", section, name, type_mismatch(node, "a body, as a string")));
         const std::string text = **node.as_string();
-        study_.demands.push_back({name, text, body_of(text), section == "never", reader_.place(node.source())});
+        study_.demands.push_back({name, text, inspect::body_of_measure(text), section == "never", reader_.place(node.source())});
     }
 
     // Columns of the table.
@@ -248,34 +249,6 @@ std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::tabl
         return std::pair(x.line, x.column) < std::pair(y.line, y.column);
     });
     return all;
-}
-
-std::string body_of(const std::string& text) {
-    const std::size_t open = text.find('{');
-    const std::size_t colon = open == std::string::npos ? open : text.find_last_not_of(" \t\n", open == 0 ? 0 : open - 1);
-    if (colon == std::string::npos || open == 0 || text[colon] != ':') return text;
-    // What stands before the colon: an aggregate, and what it is of. A body with a comparison or a fact before it names its value itself.
-    const std::string before = text.substr(0, colon);
-    if (before.find_first_of("=<>!,\"") != std::string::npos || before.find(":-") != std::string::npos) return text;
-    int depth = 0;
-    bool quoted = false;
-    std::size_t end = open;
-    for (; end < text.size(); ++end) {
-        const char c = text[end];
-        if (c == '\\' && quoted) {
-            ++end;
-        } else if (c == '"') {
-            quoted = !quoted;
-        } else if (!quoted) {
-            depth += c == '{' ? 1 : c == '}' ? -1 : 0;
-            if (depth == 0) break;
-        }
-    }
-    if (end >= text.size()) return text;
-    const std::string aggregate = "Measured = " + text.substr(0, end + 1);
-    const std::size_t rest = text.find_first_not_of(" \t\n", end + 1);
-    if (rest == std::string::npos) return aggregate;
-    return text.find_first_of("=<>!", rest) == rest ? aggregate + ", Measured " + text.substr(rest) : text;
 }
 
 Result<Study> read_study(const std::string& path) {

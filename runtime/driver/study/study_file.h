@@ -82,7 +82,4 @@ std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::tabl
 // Reads and checks a study. Errors name file, line and column, and the nearest key.
 Result<Study> read_study(const std::string& path);
 
-// `count : { leader(A) } = 1` as a body of Meld, which gives the aggregate a name; any other text is one already.
-std::string body_of(const std::string& text);
-
 }  // namespace meld::driver

@@ -28,16 +28,22 @@ constexpr const char* kPatience_ms = "5000";
 constexpr const char* kPing_ms = "10000";
 constexpr const char* kWebSocket = "/ws";
 
-// Everything is in the page itself, and no other page may frame, read or link to it. {} is where WebSockets go.
+// Everything is in the page itself, and no other page may read or link to it. {} is where WebSockets go.
 constexpr std::string_view kHeaders =
     "Cache-Control: no-store\r\n"
     "X-Content-Type-Options: nosniff\r\n"
-    "X-Frame-Options: DENY\r\n"
     "Referrer-Policy: no-referrer\r\n"
     "Cross-Origin-Opener-Policy: same-origin\r\n"
     "Cross-Origin-Resource-Policy: same-origin\r\n"
     "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
-    "connect-src 'self' ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n";
+    "connect-src 'self' ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors ";
+// Who may show the page in a frame. X-Frame-Options is for browsers that do not know the other; it has no word for this machine.
+constexpr std::string_view kNobody = "'none'\r\nX-Frame-Options: DENY\r\n";
+constexpr std::string_view kThisMachine = "http://localhost:* http://127.0.0.1:* https://localhost:* https://127.0.0.1:*\r\n";
+
+std::string headers(std::string_view host, bool framed) {
+    return fmt::format(fmt::runtime(kHeaders), host).append(framed ? kThisMachine : kNobody);
+}
 
 std::string_view text_or_none(const char* text) { return text == nullptr ? std::string_view() : std::string_view(text); }
 
@@ -93,7 +99,7 @@ struct Server::Calls {
     static void refuse(mg_connection* connection, Server& server, int status, const char* reason, const std::string& cure = {}) {
         const std::string body = fmt::format("{} {}\n{}{}", status, reason, cure, cure.empty() ? "" : "\n");
         mg_printf(connection, "HTTP/1.1 %d %s\r\n%sContent-Type: text/plain\r\nContent-Length: %d\r\nConnection: close\r\n\r\n%s", status,
-                  reason, fmt::format(fmt::runtime(kHeaders), server.host_).c_str(), static_cast<int>(body.size()), body.c_str());
+                  reason, headers(server.host_, false).c_str(), static_cast<int>(body.size()), body.c_str());
     }
 
     // What is wrong with a request, before anything is looked for.
@@ -147,7 +153,7 @@ struct Server::Calls {
             }
             mg_printf(connection,
                       "HTTP/1.1 200 OK\r\n%sContent-Type: text/html; charset=utf-8\r\nContent-Length: %zu\r\nConnection: close\r\n\r\n",
-                      fmt::format(fmt::runtime(kHeaders), host_of(connection, it)).c_str(), it.options_.page.size());
+                      headers(host_of(connection, it), it.options_.framed).c_str(), it.options_.page.size());
             mg_write(connection, it.options_.page.data(), it.options_.page.size());
             return 200;
         } catch (const std::exception&) {

@@ -33,6 +33,7 @@ using PageId = std::uint64_t;
 struct ServerOptions {
     int port = 0;           // 0: one that is free.
     std::string page = {};  // What is served: HTML.
+    bool framed = false;    // Pages of other servers of this machine may show it in a frame, as notebooks do.
 };
 
 struct Arrived {

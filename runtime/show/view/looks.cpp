@@ -71,7 +71,8 @@ Result<picture::Look> look_of(const Json& json) {
 }
 
 Result<picture::SheetOptions> sheet_of(const Json& camera, const std::vector<double>& size, bool flat) {
-    picture::SheetOptions sheet{.words = false};
+    // The page has its own background, light or dark.
+    picture::SheetOptions sheet{.background = std::nullopt, .words = false};
     if (!size.empty()) {
         sheet.width = static_cast<std::size_t>(size[0]);
         sheet.height = static_cast<std::size_t>(size[1]);

@@ -31,7 +31,8 @@ constexpr double kLeastPixels = 16, kMostPixels = 2000;  // Along each side of a
 constexpr std::int64_t kMostPoints = 100'000;
 // Catoms in a frame, unless the page asks for more or fewer: what software draws in a second, and what memory holds.
 constexpr std::int64_t kMostSent = 300'000, kMostPerFrame = 20'000'000;
-constexpr const char* kVerbs = "There are hello, frame, image, command, play, pause, metrics, world, world-check, world-save and interrupt";
+constexpr const char* kVerbs =
+    "There are hello, frame, image, command, play, pause, metrics, series, world, world-check, world-save and interrupt";
 
 // What every request may have besides its own keys.
 Fields fields_of(const Json& request) {
@@ -52,6 +53,12 @@ Result<void> may_write(const debug::Command& command) {
     if (const auto* save = std::get_if<debug::Save>(&command)) return stays_in_folder(save->folder);
     if (const auto* save = std::get_if<debug::SaveEvents>(&command)) return stays_in_folder(save->path);
     return {};
+}
+
+// Whether later ticks may not be what they were.
+bool changes_what_comes(const debug::Command& command) {
+    return std::holds_alternative<debug::Change>(command) || std::holds_alternative<debug::Kill>(command) ||
+           std::holds_alternative<debug::StrikeLinks>(command) || std::holds_alternative<debug::Switch>(command);
 }
 
 // Messages about a look name the options of meldsim shot, which pages do not have.
@@ -78,6 +85,7 @@ Viewer::Viewer(timeline::Timeline& timeline, world::World& world, ViewerOptions 
       latest_(timeline.tick()) {
     timeline_.each_new([this](sim::Simulation& simulation) -> Result<void> {
         if (simulation.subdomain().comm.process() == 0) metrics_.note(simulation);
+        series_.forget_from(simulation.subdomain().tick());
         seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
         evaluations_ += simulation.subdomain().totals.tick.awake;
         return {};
@@ -99,6 +107,7 @@ Result<Reply> Viewer::answer(const Json& request) {
     if (verb == "image") return image(request);
     if (verb == "command") return command(request);
     if (verb == "metrics") return metrics(request);
+    if (verb == "series") return series(request);
     if (verb == "world" || verb == "world-check" || verb == "world-save") return about_world(request, verb);
     if (!verb.empty()) return fail(fmt::format("there is no request \"{}\"", visible(verb.substr(0, 40))), kVerbs);
     return fail("the request does not say what to do, in \"do\"", kVerbs);
@@ -108,6 +117,8 @@ Result<debug::Answer> Viewer::execute(const debug::Command& command) {
     const std::int64_t before = timeline_.tick();
     Result<debug::Answer> answer = session_.execute(command);
     const bool changed = answer && (std::holds_alternative<debug::Reloaded>(*answer) || std::holds_alternative<debug::Change>(command));
+    if (answer && std::holds_alternative<debug::Reloaded>(*answer)) series_.forget_from(timeline_.first_tick());
+    if (changes_what_comes(command)) series_.forget_from(timeline_.tick() + 1);
     latest_ = changed ? timeline_.tick() : std::max({latest_, before, timeline_.tick()});
     if (changed || timeline_.tick() != before) ++changes_;
     return answer;
@@ -197,6 +208,8 @@ Result<Reply> Viewer::frame(const Json& request) {
     std::int64_t most = kMostSent;
     fields.read("tick", tick, 0, kMostTick);
     fields.read("most", most, 1, kMostPerFrame);
+    bool with_values = false;
+    fields.read("values", with_values);
     Result<picture::Look> look = look_of(fields.object("look"));
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     if (!look) return tl::unexpected<Error>(look.error());
@@ -213,7 +226,9 @@ Result<Reply> Viewer::frame(const Json& request) {
     reply.words["mistakes"] = mistakes_of(*seen);
     reply.words["sent"] = seen->ids.size();
     reply.words["coarse"] = thinned.coarse;
-    reply.binary = frame_block(*seen, thinned.covers);
+    const Values values = with_values ? values_of(*seen) : Values{};
+    if (!values.names.empty()) reply.words["names"] = values.names;
+    reply.binary = frame_block(*seen, thinned.covers, values);
     return reply;
 }
 
@@ -274,6 +289,19 @@ Result<Reply> Viewer::metrics(const Json& request) {
     fields.read("most", most, 1, kMostPoints);
     if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
     return Reply{.words = metrics_.json(static_cast<std::size_t>(most))};
+}
+
+Result<Reply> Viewer::series(const Json& request) {
+    Fields fields = fields_of(request);
+    std::string body;
+    std::int64_t most = 1000;
+    fields.read("body", body);
+    fields.read("most", most, 2, kMostPoints);
+    if (auto right = fields.done(); !right) return tl::unexpected<Error>(right.error());
+    if (body.find_first_not_of(" \t") == std::string::npos) return fail("the body is empty", "Write what is to be counted, in Meld");
+    Result<Json> known = series_.ask(timeline_, body, options_.last_tick.value_or(std::max(latest_, timeline_.tick())), most);
+    if (!known) return tl::unexpected<Error>(known.error());
+    return Reply{.words = std::move(*known)};
 }
 
 Result<Reply> Viewer::about_world(const Json& request, const std::string& verb) {

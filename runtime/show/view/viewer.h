@@ -16,6 +16,7 @@
 #include "runtime/results/timeline/timeline.h"
 #include "runtime/show/view/fields.h"
 #include "runtime/show/view/metrics.h"
+#include "runtime/show/view/series.h"
 
 namespace meld::view {
 
@@ -44,8 +45,9 @@ class Viewer {
     Viewer(const Viewer&) = delete;
     Viewer& operator=(const Viewer&) = delete;
 
-    // Of hello, frame, image, command, metrics, world, world-check and world-save. Errors: what is wrong with the request, and those of
-    // what it asks for; then the run is where it was. Cost: that of the command of the debugger; for a picture, a look at all catoms.
+    // Of hello, frame, image, command, metrics, series, world, world-check and world-save. Errors: what is wrong with the request, and
+    // those of what it asks for; then the run is where it was. Cost: that of the command of the debugger; for a picture, a look at all
+    // catoms.
     Result<Reply> answer(const Json& request);
     // One tick forward, with breaks and watches.
     Result<debug::Moved> step();
@@ -71,6 +73,7 @@ class Viewer {
     Result<Reply> image(const Json& request);
     Result<Reply> command(const Json& request);
     Result<Reply> metrics(const Json& request);
+    Result<Reply> series(const Json& request);
     Result<Reply> about_world(const Json& request, const std::string& verb);
     Result<void> go_to(std::optional<std::int64_t> tick);
     Result<debug::Answer> execute(const debug::Command& command);
@@ -81,6 +84,7 @@ class Viewer {
     ViewerOptions options_;
     debug::Session session_;
     Metrics metrics_;
+    Series series_;
     std::int64_t latest_ = 0;
     std::uint64_t changes_ = 0;
     std::chrono::steady_clock::time_point began_ = {};

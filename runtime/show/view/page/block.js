@@ -4,7 +4,8 @@ const MAGIC = 0x46444c4d;
 
 export function emptyFrame() {
     return {tick: 0, count: 0, form: 0, positions: new Float32Array(0), diameters: new Float32Array(0), ids: new Float64Array(0),
-        colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: [], triangles: new Float32Array(0), covers: null};
+        colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: [], triangles: new Float32Array(0), covers: null,
+        valueOf: () => undefined};
 }
 
 export const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: new Uint8Array(0)});
@@ -12,6 +13,12 @@ export const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: n
 export function joinIds(low, high) {
     return Float64Array.from(low, (word, i) => word + (high ? high[i] * 4294967296 : 0));
 }
+
+// The value that the catom at a place is coloured by: a number, a word, or null. Each array may be null.
+const valuesIn = (numbers, words, names) => (place) => {
+    if (words && words[place] > 0) return names[words[place] - 1];
+    return numbers && !Number.isNaN(numbers[place]) ? numbers[place] : null;
+};
 
 // Reads arrays one after the other.
 export class Reader {
@@ -27,6 +34,12 @@ export class Reader {
     words(count) { return this.take(Uint32Array, count); }
     floats(count) { return this.take(Float32Array, count); }
     bytes(count) { return this.take(Uint8Array, count); }
+    // They begin at any word.
+    doubles(count) {
+        const out = new Float64Array(this.buffer.slice(this.at, this.at + 8 * count));
+        this.at += 8 * count;
+        return out;
+    }
     // Padded to whole words.
     text(size) {
         const out = new TextDecoder().decode(new Uint8Array(this.buffer, this.at, size));
@@ -51,7 +64,8 @@ export class Reader {
     }
 }
 
-export function parseBlock(buffer) {
+// `names` are the words that catoms may be coloured by.
+export function parseBlock(buffer, names = []) {
     const read = new Reader(buffer);
     const [magic, version, tickLow, tickHigh, count, flags, lines, arrows, labels, form, triangles] = read.words(16);
     if (magic !== MAGIC || version !== 2) throw {message: "The server speaks of frames in another way than this page",
@@ -64,6 +78,8 @@ export function parseBlock(buffer) {
     frame.colours = read.bytes(4 * count);
     // Of catoms that hide others, which are left out: how much of their sky their neighbours take.
     frame.covers = flags & 2 ? new Int8Array(read.bytes(4 * count)) : null;
+    const numbers = flags & 4 ? read.doubles(count) : null, words = flags & 8 ? read.words(count) : null;
+    frame.valueOf = valuesIn(numbers, words, names);
     frame.lines = read.strokes(lines);
     frame.arrows = read.strokes(arrows);
     frame.labels = read.labels(labels);

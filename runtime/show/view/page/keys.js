@@ -10,6 +10,7 @@ const KEYS = [["space", [" "], "play or pause", "toggle"], ["→", ["ArrowRight"
         "side"], ["7", ["7"], "from above", "top"],
     ["5", ["5"], "perspective or parallel rays", "projection"], ["+ −", ["+", "=", "-"], "nearer, farther", "zoom"], ["b", ["b"],
         "draw a box with the next drag", "box"],
+    ["m", ["m"], "bookmark this tick, or not", "bookmark"], ["[ ]", ["[", "]"], "the bookmark before, the next one", "mark"],
     ["l", ["l"], "labels on or off", "labels"], ["d", ["d"], "light or dark", "theme"], ["/", ["/"], "search", "search"], ["Esc",
         ["Escape"], "select nothing", "nothing"], ["?", ["?"], "this page", "help"]];
 const POINTER = [["drag", "turn"], ["Shift + drag", "move"], ["Ctrl + drag", "select what is in a box"], ["wheel", "zoom"], ["click",

@@ -1,39 +1,31 @@
 // The left panel: what is shown and how. Bodies are Meld; what is wrong with one stands at its field.
+import {Completer} from "./complete.js";
 import {h, mistakeOf} from "./dom.js";
 
-const BODIES = [["colour", "Colour by", "dist(A, D)"], ["only", "Show only", "leader(A)"], ["hide", "Hide", "dist(A, D), D > 9"],
-    ["links", "Links", "parent(A, B)"], ["arrows", "Arrows", "parent(A, B)"], ["labels", "Labels", "dist(A, D)"]];
+// Of each field its title, and which of the program's predicates are an example of it.
+const BODIES = [["colour", "Colour by", "value"], ["only", "Show only", "catoms"], ["hide", "Hide", "catoms"], ["links", "Links", "pair"],
+    ["arrows", "Arrows", "pair"], ["labels", "Labels", "value"]];
 const FORMS = [["", "as the lattice"], ["sphere", "sphere"], ["cube", "cube"], ["rounded", "rounded cube"], ["disc", "disc"], ["hexagon",
     "hexagon"]];
 const MAPS = ["viridis", "cividis", "magma", "coolwarm", "grey"];
 
-// "dist(A, B)": a body for each predicate, to choose from.
-function suggestions(predicates) {
-    return predicates.map(({name, arguments: words}) => {
-        // After the catom.
-        const count = 1 + Number(words);
-        return `${name}(${Array.from({length: count}, (_, i) => String.fromCharCode(65 + i)).join(", ")})`;
-    });
-}
-
 export class LookPanel {
     // `changed` is called when another frame is to be asked for, `arranged` when the same frame is to be shown in another way.
-    constructor(element, info, given, {changed, arranged}) {
+    // `vocabulary`: of the program; `two`: another run stands beside this one.
+    constructor(element, info, given, {vocabulary, two, changed, arranged}) {
+        this.vocabulary = vocabulary;
         this.element = element;
         this.changed = changed;
         this.arranged = arranged;
         this.fields = {};
         this.cut = {axis: -1, part: 1, above: false};
         this.size = 1;
-        this.bodies = h("datalist", {id: "bodies"});
-        this.suggest(info.predicates);
-        const parts = [this.bodies, h("h2", {}, "What is shown")];
+        const parts = [h("h2", {}, "What is shown")];
         if (given) parts.push(...this.fixed(given));
         else parts.push(...BODIES.map((body) => this.field(...body)), ...this.mapping(info.maps), this.exposed());
+        if (two) parts.push(this.comparing());
         element.replaceChildren(...parts, h("h2", {}, "View"), ...this.cutting(info.flat), this.sizing(), this.moving());
     }
-
-    suggest(predicates) { this.bodies.replaceChildren(...suggestions(predicates || []).map((body) => h("option", {value: body}))); }
 
     // Of a shared run: it was decided when it was shared.
     fixed(look) {
@@ -42,20 +34,31 @@ export class LookPanel {
         return [rows.length ? h("dl", {}, rows) : h("p", {class: "quiet"}, "All catoms, in their own colours.")];
     }
 
-    field(name, title, example) {
-        const input = h("input", {type: "text", id: `look-${name}`, list: "bodies", spellcheck: "false", autocomplete: "off",
-            placeholder: example, onchange: () => this.changed(name)});
+    field(name, title, kind) {
+        const input = h("input", {type: "text", id: `look-${name}`, "aria-label": title, onchange: () => this.changed(name)});
         const mistake = h("div", {id: `look-${name}-mistake`});
-        this.fields[name] = {input, mistake};
-        return h("label", {class: "field"}, h("span", {}, title), input, mistake);
+        this.fields[name] = {input, mistake, kind};
+        this.vocabulary.each(() => {
+            input.placeholder = this.vocabulary.example(kind);
+        });
+        return h("div", {class: "field"}, h("label", {for: input.id}, title), new Completer(input, this.vocabulary).element, mistake);
     }
+
+    comparing() {
+        this.onDifference = h("input", {type: "checkbox", id: "look-difference", onchange: () => this.changed()});
+        return h("label", {class: "check", title: "Colour catoms by how the second run differs from the first"}, this.onDifference,
+            "Difference of the runs");
+    }
+
+    // Whether catoms have the colours of how two runs differ.
+    get difference() { return Boolean(this.onDifference && this.onDifference.checked); }
 
     mapping(maps) {
         this.map = h("select", {id: "look-map", "aria-label": "Colour map", onchange: () => this.changed()},
             (maps && maps.length ? maps : MAPS).map((map) => h("option", {}, map)));
         this.low = h("input", {type: "text", id: "look-low", placeholder: "least", "aria-label": "Least value",
             onchange: () => this.changed()});
-        this.high = h("input", {type: "text", id: "look-high", placeholder: "greatest", "aria-label": "Greatest value",
+        this.high = h("input", {type: "text", id: "look-high", placeholder: "most", "aria-label": "Greatest value",
             onchange: () => this.changed()});
         this.form = h("select", {id: "look-form", "aria-label": "Form", onchange: () => this.changed()},
             FORMS.map(([value, text]) => h("option", {value}, text)));
@@ -132,12 +135,20 @@ export class LookPanel {
     // Errors stand at the field that their message names, or at that which was changed last. Returns those that have no place here.
     mistaken(errors, name) {
         const fieldOf = ({message}) => BODIES.map(([body]) => body).find((body) => message.startsWith(`${body}: `)) || name;
-        for (const [body, {input, mistake}] of Object.entries(this.fields)) {
+        for (const [body, {input, mistake, kind}] of Object.entries(this.fields)) {
             const mine = errors.find((error) => fieldOf(error) === body);
             input.classList.toggle("wrong", Boolean(mine));
-            mistake.replaceChildren(...(mine ? [mistakeOf({...mine, message: mine.message.replace(`${body}: `, "")})] : []));
+            mistake.replaceChildren(...(mine ? [mistakeOf({...mine, message: mine.message.replace(`${body}: `, ""),
+                hint: this.hintOf(mine, kind)})] : []));
         }
         return errors.filter((error) => !this.fields[fieldOf(error)]);
+    }
+
+    // Examples are of this program, and have no options.
+    hintOf({hint}, kind) {
+        if (!/^Write it as in --/.test(hint || "")) return hint;
+        const example = this.vocabulary.example(kind);
+        return example && `Write it as in ${example}`;
     }
 
     // Where the cut is in these bounds; null: nowhere.

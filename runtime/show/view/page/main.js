@@ -1,6 +1,8 @@
 // The viewer: shows a run that a server holds, or one that is in the page.
 import {briefly, byId, grouped, h, mistakeOf, seldom} from "./dom.js";
 import {boundsOf, placeOf} from "./block.js";
+import {Completer} from "./complete.js";
+import {difference} from "./difference.js";
 import {listenToKeys} from "./keys.js";
 import {showLegend} from "./legend.js";
 import {LookPanel} from "./look.js";
@@ -9,7 +11,9 @@ import {listen} from "./pointer.js";
 import {ServerSource} from "./source_server.js";
 import {ShareSource, isShared} from "./source_share.js";
 import {Side} from "./side.js";
+import {Stage} from "./stage.js";
 import {Transport} from "./transport.js";
+import {Vocabulary} from "./vocabulary.js";
 import {WorldTab} from "./world.js";
 
 class Viewer {
@@ -30,20 +34,28 @@ class Viewer {
     async start() {
         const source = this.first;
         if (source.open) await source.open();
-        const info = this.info = await source.hello(), look = () => this.look ? this.look.look() : {};
-        this.active = new Side(byId("stage"), source, info, look, null);
+        const look = () => this.look ? this.look.look() : {};
+        // All that is needed for the first picture is asked for at once, and the graphics are made while the server is at work.
+        const hello = source.hello(), beside = source.beside && source.beside(), ahead = source.frame({});
+        ahead.catch(() => {});
+        const stage = new Stage(byId("stage"), source.image && ((camera, size) => source.image(look(), camera, size)));
+        const info = this.info = await hello;
+        this.active = new Side(stage, source, info, null);
+        this.active.ahead = ahead;
         this.sides.push(this.active);
-        const other = source.beside && await source.beside();
+        const other = await beside;
         if (other) this.sides.push(Side.beside(this.active, other, other.info, look));
         const title = this.sides.map((side) => side.title).filter(Boolean).join(" beside ") || "Claymeld";
         byId("title").textContent = title;
         byId("title").title = this.sides.map((side) => side.info.program).join(" beside ");
         document.title = title === "Claymeld" ? title : `${title} - Claymeld`;
-        this.look = new LookPanel(byId("look"), info, source.asks ? null : info.look, {changed: (field) => this.refresh(undefined,
-            field), arranged: () => this.arrange()});
-        this.panel = new Panel(byId("panel"), source, info, {choose: (id) => this.choose(id), did: () => this.refresh()});
+        this.vocabulary = new Vocabulary(info.predicates);
+        this.look = new LookPanel(byId("look"), info, source.asks ? null : info.look, {vocabulary: this.vocabulary,
+            two: this.sides.length > 1, changed: (field) => this.refresh(undefined, field), arranged: () => this.arrange()});
+        this.panel = new Panel(byId("panel"), source, info, this.vocabulary, {choose: (id) => this.choose(id), did: () => this.refresh()});
         const last = Math.max(...this.sides.map((side) => side.info.last ?? side.info.tick ?? 0));
-        this.transport = new Transport(byId("transport"), {...info, last, live: source.live}, this.moves());
+        this.transport = new Transport(byId("transport"), {...info, last, live: source.live, asks: source.asks, key: title},
+            this.vocabulary, this.moves());
         for (const side of this.sides) side.stage.changed = () => this.refresh();
         for (const side of this.sides)
             listen(side.stage, side.box, {picked: (id, more, at) => this.editing ? this.world.picked(side.stage, id, more, at)
@@ -61,7 +73,13 @@ class Viewer {
         for (const [id, action] of [["view-top", "top"], ["view-front", "front"], ["view-side", "side"], ["fit", "fit"], ["projection",
             "projection"], ["theme", "theme"], ["help", "help"]])
             byId(id).addEventListener("click", () => keys[action]());
-        byId("find").placeholder = this.source.asks ? "42, or a body: dist(A, 3)" : "42, or part of a fact";
+        if (this.source.asks) {
+            const find = byId("find");
+            byId("search").append(new Completer(find, this.vocabulary).element);
+            this.vocabulary.each(() => {
+                find.placeholder = `42, or ${this.vocabulary.example("catoms") || "a body"}`;
+            });
+        } else byId("find").placeholder = "42, or part of a fact";
         byId("search").addEventListener("submit", (event) => {
             event.preventDefault();
             this.search(byId("find").value.trim());
@@ -109,21 +127,25 @@ class Viewer {
         const mistakes = [];
         for (const side of this.sides) {
             try {
-                const {words, frame} = await side.source.frame(this.look.look(), tick);
+                const {words, frame} = await (side.ahead || side.source.frame(this.look.look(), tick));
+                side.ahead = null;
                 side.complain(null);
                 // Bodies that were left out: the frame is there without them.
                 mistakes.push(...words.mistakes || []);
-                side.show(words, frame, this.look.moves);
+                side.take(words, frame);
+                if (!this.look.difference) side.draw(frame, words.legend, this.look.moves);
                 if (side === this.active) {
                     const bounds = boundsOf(frame), away = side.stage.drawnAway;
                     this.look.seen({thinned: frame.covers !== null, away, bounds});
                 }
             } catch (error) {
                 if (!error.message || error instanceof Error) console.error(error);
+                side.ahead = null;
                 if (this.look.mistaken([error], field).length) side.complain(error);
                 else mistakes.push(error);
             }
         }
+        if (this.look.difference) this.compare();
         this.look.mistaken(mistakes, field);
         if (this.words) this.showWords();
         this.busy = false;
@@ -132,6 +154,17 @@ class Viewer {
             this.asked = null;
             await this.refresh(next, of);
         }
+    }
+
+    // Both runs in the colours of how they differ.
+    compare() {
+        const {sides} = this;
+        if (!sides.every(({frame}) => frame)) return;
+        const away = sides.some(({stage}) => stage.drawnAway);
+        const said = away ? null : difference(sides.map(({frame}) => frame), sides.map(({words}) => words));
+        sides.forEach((side, i) => side.draw(said ? said.frames[i] : side.frame, said ? said.legend : side.words.legend, this.look.moves));
+        if (!said) this.active.complain({message: away ? "The server's pictures do not show differences"
+            : "So many catoms cannot be compared", hint: away ? "Use a browser with WebGL" : "Cut, or show fewer"});
     }
 
     showWords() {
@@ -156,15 +189,36 @@ class Viewer {
         }
     }
 
+    // What was counted, and what bodies say after each tick: of those, ticks that nobody has asked for come a few at a time.
     async plot() {
-        if (!this.source.metrics) {
-            this.transport.metrics({ticks: [], series: {}});
-            return;
-        }
+        const {source, transport: {plot}} = this;
+        if (!source.metrics) return;
+        this.plotsAgain = true;
+        if (this.plotting) return;
+        this.plotting = true;
         try {
-            this.transport.metrics(await this.source.metrics());
+            while (this.plotsAgain) {
+                this.plotsAgain = false;
+                plot.learn(await this.source.metrics());
+                for (const body of plot.bodies) await this.plotBody(body);
+            }
         } catch (error) {
             this.transport.says(error.message);
+        } finally {
+            this.plotting = false;
+        }
+    }
+
+    async plotBody(body) {
+        const {plot} = this.transport;
+        try {
+            for (let done = false; !done && plot.bodies.includes(body);) {
+                const said = await this.source.series(body);
+                plot.learnBody(body, said);
+                done = said.done;
+            }
+        } catch (error) {
+            plot.wrong(body, error);
         }
     }
 
@@ -179,9 +233,10 @@ class Viewer {
             step,
             run: () => this.command("run"),
             until: async (body) => this.transport.mistaken(body ? await this.command(`until ${body}`,
-                true) : {message: "Write what it is to wait for", hint: "As in leader(A)"}),
+                true) : {message: "Write what it is to wait for", hint: this.example("As in ")}),
             play: (speed) => source.asks ? each((one) => one.play(speed)).catch((error) => this.complain(error)) : this.playShared(speed),
             interrupt: () => source.interrupt(),
+            wanted: () => this.plot(),
             pause: () => source.asks ? each((one) => one.pause()).catch((error) => this.complain(error)) : clearTimeout(this.timer),
         };
     }
@@ -248,7 +303,7 @@ class Viewer {
         this.notice(ok ? "The program was read again" : "The program has a mistake; the run goes on under its old rules", ok ? text
             : `${error.message}\n${error.hint || ""}`, !ok);
         if (!ok) return;
-        this.look.suggest((await this.first.hello()).predicates);
+        this.vocabulary.learn((await this.first.hello()).predicates);
         await this.refresh();
     }
 
@@ -267,6 +322,7 @@ class Viewer {
         if (!stays) this.stage.select(new Set());
         this.active = side;
         this.panel.source = side.source;
+        if (!stays) this.refreshMetrics();
         this.select(ids, more && stays);
     }
 
@@ -313,8 +369,14 @@ class Viewer {
     async ask(body) {
         const {answer: {columns, rows}} = await this.source.command(`query ${body}`);
         const column = columns.findIndex(({type}) => type === "node" || type === "catom");
-        if (column < 0) throw {message: "No variable is a catom", hint: "Write it as in dist(A, 3)"};
+        if (column < 0) throw {message: "No variable is a catom", hint: this.example("Write it as in ")};
         return [...new Set(rows.map((row) => row[column]))].sort((a, b) => a - b);
+    }
+
+    // A body of this program behind these words; nothing if it has none.
+    example(words) {
+        const body = this.vocabulary.example("catoms");
+        return body && words + body;
     }
 
     complain(error) {
@@ -327,7 +389,7 @@ class Viewer {
         document.documentElement.classList.toggle("dark", dark);
         byId("theme").textContent = dark ? "Light" : "Dark";
         this.arrange();
-        this.transport.plot();
+        this.transport.plot.draw();
     }
 
     keys() {
@@ -357,6 +419,11 @@ class Viewer {
             labels: () => {
                 for (const side of this.sides) side.stage.labels.shown = !side.stage.labels.shown;
                 stage.draw();
+            },
+            bookmark: () => this.transport.bookmarks.toggle(this.words.tick),
+            mark: (key) => {
+                const tick = this.transport.bookmarks.beside(key === "[" ? -1 : 1);
+                if (tick !== undefined) moves.go(tick);
             },
             theme: () => this.darken(!stage.dark), search: () => byId("find").focus(), nothing: () => this.select([]),
                 help: () => byId("keys").showModal(),

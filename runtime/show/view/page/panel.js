@@ -1,10 +1,12 @@
 // The right panel: everything about the selected catom at this tick, and why it is so.
+import {Completer} from "./complete.js";
 import {h, grouped, mistakeOf, withCatoms} from "./dom.js";
 import {whyTree} from "./why.js";
 
 export class Panel {
     // `choose` selects a catom; `did` is called when something has been changed by hand.
-    constructor(element, source, info, {choose, did}) {
+    constructor(element, source, info, vocabulary, {choose, did}) {
+        this.vocabulary = vocabulary;
         this.element = element;
         this.source = source;
         this.info = info;
@@ -48,7 +50,7 @@ export class Panel {
         }}, h("summary", {}, "Messages of this tick"));
         // What is being written stays.
         if (!this.byHand) this.byHand = this.hands();
-        this.field.placeholder = `dist(@${id}, 0)`;
+        this.field.placeholder = this.vocabulary.example("fact", id);
         this.selected = selected;
         if (this.byHand.parentNode !== this.element)
             this.element.replaceChildren(h("h2"), this.facts, h("details"), this.byHand, this.more);
@@ -100,7 +102,8 @@ export class Panel {
             const name = fact.value.trim() || "events.toml";
             this.do("save-events", /\.toml$/.test(name) ? name : "events.toml");
         }}, "save events");
-        return h("div", {}, h("h2", {}, "By hand"), h("div", {class: "row"}, fact),
+        return h("div", {}, h("h2", {}, "By hand"), h("div", {class: "row"},
+            new Completer(fact, this.vocabulary, () => this.id).element),
             h("div", {class: "row"}, button("give", "Give it this fact"), button("take", "Take this fact"), button("why",
                 "Why does it hold?"),
                 button("why-not", "Why does it not hold?"), tap),

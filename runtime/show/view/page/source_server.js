@@ -78,12 +78,14 @@ export class ServerSource {
     }
 
     async frame(look, tick) {
-        const words = await this.request("frame", tick === undefined ? {look} : {look, tick});
-        return {words, frame: parseBlock(words.bytes)};
+        const words = await this.request("frame", {look, values: true, ...(tick === undefined ? {} : {tick})});
+        return {words, frame: parseBlock(words.bytes, words.names)};
     }
 
     command(line) { return this.request("command", {line}); }
     metrics() { return this.request("metrics"); }
+    // What a body says after each tick, as far as it is known; unless `done`, the next answer has more.
+    series(body) { return this.request("series", {body}); }
     play(speed) { return this.request("play", {speed}); }
     world() { return this.worldOf(this.request("world")); }
     checkWorld(toml) { return this.worldOf(this.request("world-check", {toml})); }

@@ -24,6 +24,17 @@ function numberPainter(head, grey, ofFloat) {
     };
 }
 
+// What a record says of a catom's value: a number, a word, null if it has none, or undefined if nobody knows.
+function valueIn(head) {
+    if (head.colours === "words") return (word) => word === 0 || word > head.words.length ? null : head.words[word - 1];
+    if (head.colours === null) return () => undefined;
+    return (value) => {
+        bits[0] = value;
+        if (!Number.isNaN(floats[0])) return floats[0];
+        return (value & 0x3fffff) === 0 ? null : undefined;
+    };
+}
+
 // What a record says of a catom's colour, as red, green and blue.
 function painter(head) {
     const grey = [176, 176, 176];
@@ -98,6 +109,7 @@ export class ShareSource {
     constructor() {
         this.head = JSON.parse(document.getElementById("share").textContent);
         this.colour = painter(this.head);
+        this.value = valueIn(this.head);
         this.pieces = new Map();  // Those that were looked at last, with their states.
         this.shown = null;
         this.index = 0;  // Of its frame.
@@ -135,7 +147,7 @@ export class ShareSource {
         const state = states[within];
         this.shown = state;
         const colours = state.colours || (state.colours = this.painted(state));
-        const frame = {...state, form: this.head.form, colours};
+        const frame = {...state, form: this.head.form, colours, valueOf: (place) => this.value(state.values[place])};
         const bounds = boundsOf(frame);
         return {words: {tick: state.tick, catoms: state.catoms, shown: state.count, legend: this.head.legend,
             bounds: bounds && [...bounds.low, ...bounds.high]}, frame};

@@ -40,6 +40,7 @@ export class Stage {
         this.scale = 1;  // Of the canvas's own pixels while it moves.
         this.well = 0;  // How long the last good picture took.
         this.wanted = false;
+        this.ready = false;  // Nothing has been shown yet.
         this.changed = () => {};  // Called when something else draws from now on, which wants other frames.
         this.start();
         new ResizeObserver(() => this.resize()).observe(element);
@@ -118,6 +119,7 @@ export class Stage {
     }
 
     show(frame, info) {
+        this.ready = true;
         const first = this.frame.count === 0;
         this.frame = frame;
         this.lattice = info.lattice;
@@ -187,13 +189,16 @@ export class Stage {
     }
 
     drawOwn() {
-        if (this.wanted) return;
+        // Before there is anything to draw, nothing is: software that draws takes as long for nothing.
+        if (this.wanted || !this.ready) return;
         this.wanted = true;
         requestAnimationFrame(() => {
             this.wanted = false;
             if (this.drawsItself) this.drawFast();
             else if (this.sketch) this.sketch.draw(this);
             else this.drawByServer();
+            // When the first picture was there, in milliseconds since the page was asked for.
+            this.element.dataset.first ||= Math.round(performance.now());
             this.labels.place(this, this.drawnAway);
             clearTimeout(this.later);
             this.later = setTimeout(() => this.drawWell(), 160);

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <ranges>
 #include <span>
@@ -59,6 +60,29 @@ std::string css(render::Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, 
 
 }  // namespace
 
+Values values_of(const picture::Frame& frame) {
+    Values out;
+    const std::size_t count = frame.scene.places.size();
+    std::map<std::string, std::uint32_t> known;
+    const auto put_word = [&](std::size_t at, const std::string& word) {
+        out.words.resize(count);
+        const auto [found, fresh] = known.try_emplace(word, static_cast<std::uint32_t>(known.size() + 1));
+        if (fresh) out.names.push_back(word);
+        out.words[at] = found->second;
+    };
+    for (const auto& [at, number] : frame.numbers) {
+        const auto near = static_cast<double>(number);
+        if (static_cast<render::Number>(near) != number) {
+            put_word(at, render::text_of(number, frame.whole_numbers));
+            continue;
+        }
+        out.numbers.resize(count, std::numeric_limits<double>::quiet_NaN());
+        out.numbers[at] = near;
+    }
+    for (const auto& [at, word] : frame.words) put_word(at, word);
+    return out;
+}
+
 // Notes are at places; the page wants to know whose they are. They come in the order of catoms, mostly.
 std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene) {
     std::vector<std::uint32_t> out;
@@ -73,21 +97,23 @@ std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene) {
     return out;
 }
 
-std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers) {
+std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers, const Values& values) {
     const render::Scene& scene = frame.scene;
     const bool wide = std::ranges::any_of(frame.ids, [](std::uint64_t id) { return high_word(id) != 0; });
     const auto arrows = static_cast<std::size_t>(std::ranges::count_if(scene.strokes, &render::Stroke::arrow));
     const std::size_t catoms = scene.places.size();
+    const std::uint32_t flags = (wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered) | (values.numbers.empty() ? 0 : kNumbers) |
+                                (values.words.empty() ? 0 : kWords);
     std::vector<render::Triangle> triangles = picture::floor_of(scene);
     triangles.insert(triangles.end(), scene.obstacles.begin(), scene.obstacles.end());
     Block out;
-    out.reserve(64 + 32 * catoms + 28 * scene.strokes.size() + 40 * scene.notes.size() + 36 * triangles.size());
+    out.reserve(64 + 44 * catoms + 28 * scene.strokes.size() + 40 * scene.notes.size() + 36 * triangles.size());
     const auto tick = static_cast<std::uint64_t>(frame.tick);
     for (const std::uint64_t number :
-         {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms},
-          std::uint64_t{(wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered)}, std::uint64_t{scene.strokes.size() - arrows},
-          std::uint64_t{arrows}, std::uint64_t{scene.notes.size()}, static_cast<std::uint64_t>(scene.form), std::uint64_t{triangles.size()},
-          std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}})
+         {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms}, std::uint64_t{flags},
+          std::uint64_t{scene.strokes.size() - arrows}, std::uint64_t{arrows}, std::uint64_t{scene.notes.size()},
+          static_cast<std::uint64_t>(scene.form), std::uint64_t{triangles.size()}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0},
+          std::uint64_t{0}, std::uint64_t{0}})
         out.put(low_word(number));
     for (const render::Vec& place : scene.places) out.put(place);
     for (std::size_t i = 0; i < catoms; ++i) out.put(scene.diameter(i));
@@ -96,6 +122,8 @@ std::string frame_block(const picture::Frame& frame, std::span<const Cover> cove
         for (const std::uint64_t id : frame.ids) out.put(high_word(id));
     for (const render::Rgb colour : scene.colours) out.put(colour);
     for (const Cover& cover : covers) out.put(cover);
+    for (const double number : values.numbers) out.put(number);
+    for (const std::uint32_t word : values.words) out.put(word);
     for (const bool arrow : {false, true})
         for (const render::Stroke& stroke : scene.strokes) {
             if (stroke.arrow != arrow) continue;

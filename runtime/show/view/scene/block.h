@@ -2,9 +2,10 @@
 //
 // The block, in little endian: 16 numbers of 32 bits: kBlockMagic, kBlockVersion, tick (low, high), catoms, flags, lines, arrows, labels,
 // form, triangles of obstacles, and zeros. Then of all catoms the places (3 floats), the diameters (a float), the ids (32 bits; with
-// kWideIds, their high words behind them) and the colours (red, green, blue, 255; with kCovered, then the covers, 4 signed bytes each);
-// then lines and arrows, each with both ends (6 floats) and its colour; then labels: the catom's place in the block, the length in bytes,
-// and the text in UTF-8, padded with zeros to 4 bytes; then triangles (9 floats).
+// kWideIds, their high words behind them), the colours (red, green, blue, 255), with kCovered the covers (4 signed bytes each), with
+// kNumbers the numbers that they are coloured by (a double; NaN: none), and with kWords the words (32 bits: which of Values::names,
+// counted from 1; 0: none); then lines and arrows, each with both ends (6 floats) and its colour; then labels: the catom's place in the
+// block, the length in bytes, and the text in UTF-8, padded with zeros to 4 bytes; then triangles (9 floats).
 #pragma once
 
 #include <cstdint>
@@ -24,9 +25,19 @@ inline constexpr std::uint32_t kBlockMagic = 0x46444c4d;  // MLDF
 inline constexpr std::uint32_t kBlockVersion = 2;
 // Flags: some id has more than 32 bits; catoms that nobody sees are left out, and of the others it is known what covers them.
 inline constexpr std::uint32_t kWideIds = 1, kCovered = 2;
+// Of catoms the values that they are coloured by.
+inline constexpr std::uint32_t kNumbers = 4, kWords = 8;
 
-// `covers`: of each catom, as of Thinned; or none. Cost: 28 bytes a catom.
-std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers = {});
+// What catoms are coloured by, by their places. Numbers that a double does not hold are words.
+struct Values {
+    std::vector<double> numbers = {};       // NaN: none.
+    std::vector<std::uint32_t> words = {};  // Which name, counted from 1; 0: none.
+    std::vector<std::string> names = {};
+};
+Values values_of(const picture::Frame& frame);
+
+// `covers`: of each catom, as of Thinned; or none. Cost: 28 bytes a catom, and those of the values.
+std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers = {}, const Values& values = {});
 
 // Of each note the place in the scene of the catom that it is about.
 std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene);

@@ -34,6 +34,13 @@ Cover cover_of(const render::Cells& cells, std::span<const Vec> ways, std::size_
     return {part(0.5F * sum.x()), part(0.5F * sum.y()), part(0.5F * sum.z()), part(0.25F * neighbours)};
 }
 
+// Values of the catoms that stay, at their new places.
+template <class T>
+void keep_values(std::vector<std::pair<std::size_t, T>>& values, std::span<const std::size_t> kept) {
+    std::erase_if(values, [&](const auto& value) { return !std::ranges::binary_search(kept, value.first); });
+    for (auto& [place, value] : values) place = static_cast<std::size_t>(std::ranges::lower_bound(kept, place) - kept.begin());
+}
+
 // Only these catoms stay, given in order.
 void keep(picture::Frame& frame, std::span<const std::size_t> kept) {
     Scene& scene = frame.scene;
@@ -52,6 +59,8 @@ void keep(picture::Frame& frame, std::span<const std::size_t> kept) {
     scene.colours.resize(kept.size());
     frame.ids.resize(kept.size());
     if (!scene.diameters.empty()) scene.diameters.resize(kept.size());
+    keep_values(frame.numbers, kept);
+    keep_values(frame.words, kept);
 }
 
 std::vector<Cover> leave_out_hidden(picture::Frame& frame) {
@@ -119,6 +128,9 @@ Thinned thin(picture::Frame& frame, std::size_t most) {
     std::vector<std::size_t> first;
     for (const Ball& ball : balls) first.push_back(ball.first);
     keep(frame, first);
+    // Those of one of many say nothing about a ball.
+    frame.numbers.clear();
+    frame.words.clear();
     scene.diameters.assign(balls.size(), static_cast<float>(out.coarse));
     out.covers.resize(balls.size());
     for (std::size_t i = 0; i < balls.size(); ++i) {

@@ -20,8 +20,8 @@ struct Thinned {
 };
 
 // Of a frame whose catoms have their colours and are more than `most`: leaves out those on a lattice that nobody can see, and if they are
-// still more, puts one ball, in their mean colour and with the number of the first, in the place of several. Labels go with their catoms.
-// Cost: some 30 ns a catom.
+// still more, puts one ball, in their mean colour and with the number of the first, in the place of several. Labels and values go with
+// their catoms; balls have no values. Cost: some 30 ns a catom.
 Thinned thin(picture::Frame& frame, std::size_t most);
 
 }  // namespace meld::view
