@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .data.sources import Literal
     from .data.tables import facts
     from .data.values import value
+    from .live import Live, view
     from .pictures import Movie, Page, Picture
     from .recording import Recording, Recording as open
     from .running import Run, run
@@ -34,15 +35,15 @@ if TYPE_CHECKING:
                               PropertyFailed, RecordingError, ToolNotFound, WorldError)
 
 _HOMES = {"Why": "answers", "facts": "data.tables", "Movie": "pictures", "Page": "pictures", "Picture": "pictures",
-          "Recording": "recording", "Run": "running", "run": "running", "Literal": "data.sources", "sweep": "sweeps",
-          "value": "data.values",
+          "Recording": "recording", "Run": "running", "run": "running", "Live": "live", "view": "live", "Literal": "data.sources",
+          "sweep": "sweeps", "value": "data.values",
           **dict.fromkeys(("Interrupted", "InternalError", "LimitReached", "MeldsimError", "MeldWarning", "ModuleRefused", "ProgramError",
                            "PropertyFailed", "RecordingError", "ToolNotFound", "WorldError"), "tool.errors")}
 _RENAMED = {"open": ("recording", "Recording"), "find_meldsim": ("tool.calls", "find")}
 
-__all__ = ["Interrupted", "InternalError", "Literal", "LimitReached", "MeldWarning", "MeldsimError", "ModuleRefused", "Movie", "Page",
-           "Picture", "ProgramError", "PropertyFailed", "Recording", "RecordingError", "Run", "ToolNotFound", "Why", "WorldError",
-           "facts", "find_meldsim", "open", "run", "sweep", "value"]
+__all__ = ["Interrupted", "InternalError", "Literal", "LimitReached", "Live", "MeldWarning", "MeldsimError", "ModuleRefused", "Movie",
+           "Page", "Picture", "ProgramError", "PropertyFailed", "Recording", "RecordingError", "Run", "ToolNotFound", "Why", "WorldError",
+           "facts", "find_meldsim", "open", "run", "sweep", "value", "view"]
 
 
 def __getattr__(name: str) -> Any:

@@ -130,7 +130,7 @@ def view(target: str, height: int, options: Mapping[str, Any], meldsim: Optional
 
 def inline(page: str, height: int) -> str:
     """A page within a page."""
-    return (f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" style="width: 100%; height: {height}px; border: 0" '
+    return (f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts allow-forms" style="width: 100%; height: {height}px; border: 0" '
             'title="A run of Claymeld"></iframe>')
 
 

@@ -19,6 +19,7 @@ from .data.layout import Steps
 from .data.scratch import Scratch
 from .data.tables import NUMBERS, facts as read_facts
 from .data.values import value
+from .live import Live
 from .tool.calls import Path, call
 from .tool.packages import needed_for
 
@@ -385,7 +386,7 @@ class Recording:
         """
         return pictures.share(self._target(), path, options, self._meldsim)
 
-    def view(self, *, height: int = 520, **options: Any) -> pictures.Page:
+    def view(self, *, height: int = 520, live: bool = False, **options: Any) -> Union[pictures.Page, Live]:
         """The run as an interactive page in a notebook's cell: turned, zoomed, played, and asked for a catom's facts by a click. Of a
         recording that is still being written it shows what is there by now; view it again for more.
 
@@ -393,8 +394,12 @@ class Recording:
         ----------
         height : int
             Of the cell, in pixels.
+        live : bool
+            Whether a server stands behind it, as `meldsim view` has: then everything can be asked, at any tick, while this kernel runs
+            and on this machine. Otherwise the page is in the notebook.
         **options
-            Those of `meldsim view --share`, such as colour="dist(A, D)", facts="all", every=10.
+            Those of `meldsim view --share`, such as colour="dist(A, D)", facts="all", every=10; of a live page what is shown at first
+            (colour, only, hide, links, arrows, labels, map, form) and the options of `meldsim view`, such as tick=10.
 
         Raises
         ------
@@ -405,6 +410,8 @@ class Recording:
         ToolNotFound
             This meldsim writes no pages.
         """
+        if live:
+            return Live([self._target()], height, options, self._meldsim, self)
         return pictures.view(self._target(), height, options, self._meldsim)
 
     def plot(self, tick: Optional[int] = None, colour: Any = None, **options: Any) -> Any:

@@ -18,6 +18,7 @@ from .tool.packages import needed_for
 if TYPE_CHECKING:
     import pandas
 
+    from .live import Live
     from .pictures import Page
     from .recording import Recording
 
@@ -88,8 +89,9 @@ class Run:
             return facts(path, predicate)
         return self.recording.facts(predicate) if predicate is not None else self.recording.all_facts()
 
-    def view(self, **options: Any) -> Page:
-        """The run as an interactive page in a notebook's cell; arguments and errors are those of `Recording.view`.
+    def view(self, **options: Any) -> Union[Page, Live]:
+        """The run as an interactive page in a notebook's cell; arguments and errors are those of `Recording.view`. With live=True a server
+        stands behind the page.
 
         Raises
         ------

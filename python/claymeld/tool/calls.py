@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
 
 from .errors import Interrupted, ToolNotFound, error
@@ -107,6 +108,15 @@ class Child:
             timer.daemon = True
             timer.start()
             self._timers.append(timer)
+
+    def first_line(self) -> Optional[bytes]:
+        """Waits for the first line that it prints; None if it ends without one."""
+        while b"\n" not in (out := b"".join(self._pieces["out"])):
+            # It may have printed it and ended.
+            if self.process.poll() is not None and not self._readers[0].is_alive():
+                return None
+            time.sleep(0.01)
+        return out.partition(b"\n")[0]
 
     def wait(self) -> Done:
         """Waits for its end. A KeyboardInterrupt ends it, and is not raised again."""

@@ -1,4 +1,5 @@
 // The left panel: what is shown and how. Bodies are Meld; what is wrong with one stands at its field.
+import {firstLook} from "./address.js";
 import {Completer} from "./complete.js";
 import {h, mistakeOf} from "./dom.js";
 
@@ -24,6 +25,7 @@ export class LookPanel {
         if (given) parts.push(...this.fixed(given));
         else parts.push(...BODIES.map((body) => this.field(...body)), ...this.mapping(info.maps), this.exposed());
         if (two) parts.push(this.comparing());
+        for (const [name, value] of Object.entries(given ? {} : firstLook())) this.set(name, value);
         element.replaceChildren(...parts, h("h2", {}, "View"), ...this.cutting(info.flat), this.sizing(), this.moving());
     }
 
@@ -48,6 +50,14 @@ export class LookPanel {
         this.onDifference = h("input", {type: "checkbox", id: "look-difference", onchange: () => this.changed()});
         return h("label", {class: "check", title: "Colour catoms by how the second run differs from the first"}, this.onDifference,
             "Difference of the runs");
+    }
+
+    // A body, or one of the maps or forms that there are.
+    set(name, value) {
+        const input = this.fields[name] ? this.fields[name].input : this[name];
+        input.value = value;
+        // What no menu has is left as it was.
+        if (input.selectedIndex === -1) input.selectedIndex = 0;
     }
 
     // Whether catoms have the colours of how two runs differ.

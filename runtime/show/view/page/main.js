@@ -1,5 +1,6 @@
 // The viewer: shows a run that a server holds, or one that is in the page.
 import {briefly, byId, grouped, h, mistakeOf, seldom} from "./dom.js";
+import {firstLook} from "./address.js";
 import {boundsOf, placeOf} from "./block.js";
 import {Completer} from "./complete.js";
 import {difference} from "./difference.js";
@@ -36,7 +37,7 @@ class Viewer {
         if (source.open) await source.open();
         const look = () => this.look ? this.look.look() : {};
         // All that is needed for the first picture is asked for at once, and the graphics are made while the server is at work.
-        const hello = source.hello(), beside = source.beside && source.beside(), ahead = source.frame({});
+        const hello = source.hello(), beside = source.beside && source.beside(), ahead = source.frame(firstLook());
         ahead.catch(() => {});
         const stage = new Stage(byId("stage"), source.image && ((camera, size) => source.image(look(), camera, size)));
         const info = this.info = await hello;

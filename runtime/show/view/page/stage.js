@@ -1,6 +1,7 @@
 // The picture: draws the frame when something has changed, first fast, then well; finds what is under the pointer.
 import {Scene, WebGLRenderer} from "three";
 
+import {wantsImages} from "./address.js";
 import {boundsOf, emptyFrame, placeOf} from "./block.js";
 import {View} from "./camera.js";
 import {Catoms, met} from "./catoms.js";
@@ -48,7 +49,7 @@ export class Stage {
     }
 
     start() {
-        const context = location.hash === "#images" ? null
+        const context = wantsImages() ? null
             : this.canvas.getContext("webgl2", {antialias: false, alpha: false, preserveDrawingBuffer: true});
         if (!context) {
             this.drawOtherwise(this.canvas);
