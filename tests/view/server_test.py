@@ -321,6 +321,7 @@ heights = [[0, 1, 0], [0, 0, 2]]
     def test_long_runs_are_known_bit_by_bit_and_can_be_interrupted(self):
         page = self.page(self.view("forever.meld"))
         page.ask("command", line="to 600")
+        page.news.clear()
         said, _ = page.ask("series", body="sum N : { p(A, N) }", most=10_000)
         self.assertTrue(said["ok"], said)
         if not said["done"]:
@@ -329,6 +330,8 @@ heights = [[0, 1, 0], [0, 0, 2]]
         self.assertEqual(list(known), list(range(601)))
         self.assertEqual([known[tick] for tick in (1, 2, 599, 600)], [1600 * tick for tick in (1, 2, 599, 600)])
         self.assertEqual({known[tick + 1] - known[tick] for tick in range(1, 600)}, {1600})
+        # Nobody is told that the run is elsewhere.
+        self.assertNotIn("progress", [said["event"] for said in page.news if said.get("tick", 600) < 600])
         # Another page's questions are answered meanwhile, and it ends when it is asked to.
         number = page.send("series", body="max N : { p(A, N) }", most=100_000)
         page.send("interrupt")

@@ -54,7 +54,7 @@ void Service::on_the_way(sim::Simulation* simulation, std::uint32_t run) {
     }
     if (simulation == nullptr) return;
     if (interrupt::received() != 0) simulation->subdomain().request_stop();
-    if (server_ == nullptr || !options_.progress || Clock::now() < next_progress_) return;
+    if (server_ == nullptr || !options_.progress || beside_ || Clock::now() < next_progress_) return;
     next_progress_ = Clock::now() + kBetweenProgress;
     server_->push(
         "progress",
@@ -169,7 +169,10 @@ void Service::answer(const Action& action) {
 Result<Reply> Service::answer(const Json& request, std::uint32_t run, const Arrived& from) {
     const auto verb = request.find("do");
     if (verb != request.end() && (*verb == "play" || *verb == "pause")) return play(request, run, from);
+    // The run stays where it is while ticks of it are run again for a plot.
+    beside_ = verb != request.end() && *verb == "series";
     Result<Reply> reply = runs_[run]->answer(request);
+    beside_ = false;
     if (plays_[run] && plays_[run]->page == from.page && verb != request.end() && (*verb == "frame" || *verb == "image"))
         plays_[run]->seen = true;
     return reply;

@@ -78,6 +78,7 @@ class Service {
     Clock::time_point next_look_ = {}, next_progress_ = {};
     std::uint64_t doing_ = 0;  // The request that is being carried out.
     bool raised_ = false;      // A page has asked for its end, and a signal says so to all who look.
+    bool beside_ = false;      // What is being done moves no run.
 };
 
 }  // namespace meld::view
