@@ -27,6 +27,8 @@ void turn_freely(const Composite& composite, CompositeMotion& motion, double ste
     motion.spin_rad_s = seen_from_world(composite.inverse_inertia, motion.turn, angular);
 }
 
+bool rests(const Composite& composite) { return composite.rests(); }
+
 }  // namespace
 
 template <class F>
@@ -38,12 +40,12 @@ void Composites::each_composite(Workers& workers, const F& f) {
     });
 }
 
-template <class F>
-void Composites::each_range(Workers& workers, const F& f) const {
+template <class LeftOut, class F>
+void Composites::each_range(Workers& workers, const LeftOut& left_out, const F& f) const {
     workers.run(jobs_.empty() ? 0 : jobs_.size() - 1, [&](int, std::size_t job) {
         for (std::size_t r = jobs_[job]; r < jobs_[job + 1]; ++r) {
             const Composite& composite = composites_[ranges_[r].composite];
-            if (composite.rests()) continue;
+            if (left_out(composite)) continue;
             f(composite, std::span(members_).subspan(ranges_[r].first, ranges_[r].end - ranges_[r].first));
         }
     });
@@ -83,7 +85,7 @@ void Composites::move(Bodies& bodies, double step_s, Workers& workers) {
             turn_freely(composite, motion, step_s);
     });
     // The pass over bodies moves them and measures how fast and how far.
-    each_range(workers, [&](const Composite& composite, std::span<const Member> some) {
+    each_range(workers, rests, [&](const Composite& composite, std::span<const Member> some) {
         const CompositeMotion& motion = composite.motion;
         for (const Member& member : some) {
             BodyVelocity& velocity = bodies.velocity[member.slot];
@@ -96,7 +98,7 @@ void Composites::move(Bodies& bodies, double step_s, Workers& workers) {
 }
 
 void Composites::place_members(Bodies& bodies, Workers& workers) const {
-    each_range(workers, [&](const Composite& composite, std::span<const Member> some) {
+    each_range(workers, rests, [&](const Composite& composite, std::span<const Member> some) {
         const CompositeMotion& motion = composite.motion;
         for (const Member& member : some) {
             const Vec3 arm = rotate(motion.turn, member.offset_m), where = motion.centre_m + arm;
@@ -109,14 +111,21 @@ void Composites::place_members(Bodies& bodies, Workers& workers) const {
     });
 }
 
+void Composites::set_velocities(Bodies& bodies, const Composite& composite, std::span<const Member> some) {
+    for (const Member& member : some) {
+        const Place& place = bodies.place[member.slot];
+        set_single(bodies.velocity[member.slot].linear, composite.velocity_at(centre_of(place) - composite.motion.centre_m));
+        set_single(bodies.velocity[member.slot].surface, place.radius * composite.motion.spin_rad_s);
+    }
+}
+
 void Composites::set_velocities(Bodies& bodies, Workers& workers) const {
-    each_range(workers, [&](const Composite& composite, std::span<const Member> some) {
-        for (const Member& member : some) {
-            const Place& place = bodies.place[member.slot];
-            set_single(bodies.velocity[member.slot].linear, composite.velocity_at(centre_of(place) - composite.motion.centre_m));
-            set_single(bodies.velocity[member.slot].surface, place.radius * composite.motion.spin_rad_s);
-        }
-    });
+    each_range(workers, rests, [&](const Composite& composite, std::span<const Member> some) { set_velocities(bodies, composite, some); });
+}
+
+void Composites::set_all_velocities(Bodies& bodies, Workers& workers) const {
+    const auto sleeps = [](const Composite& composite) { return composite.asleep != 0; };
+    each_range(workers, sleeps, [&](const Composite& composite, std::span<const Member> some) { set_velocities(bodies, composite, some); });
 }
 
 }  // namespace meld::physics

@@ -111,6 +111,8 @@ class Composites {
     void move(Bodies& bodies, double step_s, Workers& workers);
     void place_members(Bodies& bodies, Workers& workers) const;
     void set_velocities(Bodies& bodies, Workers& workers) const;
+    // The same after settle() too, for composites that rest from now on: their members have moved until then.
+    void set_all_velocities(Bodies& bodies, Workers& workers) const;
 
     // Before a step that may fail, and after it.
     void keep();
@@ -134,8 +136,10 @@ class Composites {
     // Calls f(composite) for each, and f(composite, its members of a range).
     template <class F>
     void each_composite(Workers& workers, const F& f);
-    template <class F>
-    void each_range(Workers& workers, const F& f) const;
+    // Leaves out those for which `left_out` says so.
+    template <class LeftOut, class F>
+    void each_range(Workers& workers, const LeftOut& left_out, const F& f) const;
+    static void set_velocities(Bodies& bodies, const Composite& composite, std::span<const Member> some);
 
     Connections connections_;
     std::vector<Composite> composites_;

@@ -15,6 +15,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "physics/bodies/actuation.h"
@@ -125,6 +126,12 @@ class Scene {
     bool connected(BodyId body, BodyId other) const;
     // The bodies connected to it directly; valid until the next call that connects or releases.
     std::span<const BodyId> connected_to(BodyId body) const;
+    std::size_t connection_count() const;
+    // All connections, the lower number first; sorted.
+    std::vector<std::pair<BodyId, BodyId>> connections() const;
+    // Whether a touch that the bodies' connections have ended goes on as far as anybody can see: both are parts of one composite, or fixed
+    // bodies at rest carry both. Such a touch has no forces and no events. The bodies exist; as of the last step.
+    bool lasts(const Touch& touch) const;
     // The composite that a body was part of in the last step.
     std::optional<CompositeState> composite(BodyId body) const;
 

@@ -51,6 +51,26 @@ bool Scene::connected(BodyId body, BodyId other) const { return world_->composit
 
 std::span<const BodyId> Scene::connected_to(BodyId body) const { return world_->composites.connections().neighbours(body); }
 
+std::size_t Scene::connection_count() const { return world_->composites.connections().count(); }
+
+std::vector<std::pair<BodyId, BodyId>> Scene::connections() const { return world_->composites.connections().all(); }
+
+bool Scene::lasts(const Touch& touch) const {
+    const Composites& composites = world_->composites;
+    const auto stands = [&](BodyId body) {
+        if (const std::uint32_t index = composites.composite_of(body); index != kNoComposite) {
+            const Composite& composite = composites.all()[index];
+            return composite.carried() && composite.motion.velocity_m_s == Vec3{} && composite.motion.spin_rad_s == Vec3{};
+        }
+        const std::uint32_t slot = world_->bodies.slot(body);
+        return (world_->bodies.properties[slot].flags & kFixed) != 0 && velocity_of(world_->bodies.velocity[slot]) == Vec3{};
+    };
+    if (touch.other_is_obstacle) return composites.composite_of(touch.body) != kNoComposite && stands(touch.body);
+    const std::uint32_t one = composites.composite_of(touch.body);
+    if (one != kNoComposite && one == composites.composite_of(touch.other)) return true;
+    return stands(touch.body) && stands(touch.other);
+}
+
 std::optional<CompositeState> Scene::composite(BodyId body) const {
     const Composites& composites = world_->composites;
     const std::uint32_t index = composites.composite_of(body);

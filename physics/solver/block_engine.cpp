@@ -207,7 +207,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     rows_.forget_velocities();
     count_still_ticks(times.dt_s);
     if (world_.composites.settle(world_.bodies)) {
-        world_.composites.set_velocities(world_.bodies, workers);
+        world_.composites.set_all_velocities(world_.bodies, workers);
         rebuild_ = true;
     }
     if (rebuild_ || list_is_old(times))
