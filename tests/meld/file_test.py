@@ -3,6 +3,7 @@
     // RUN: meldc check %s           The command; %s is the program. One line.
     // WORLD: lattice = "square"     Lines of the world, for `meldsim run`.
     // EXIT: 4                      How it ends, where that is neither 0 nor, for a file fail_..., 1.
+    // PROCESSES: 1                  The world runs on one process only; what is repeated has other numbers of threads.
     // KEEP: text                    Only output lines that hold one of these texts are compared.
     // CHECK: ...                    The exact output, together at the end of the file.
 
@@ -86,8 +87,10 @@ def prepare(test, folder):
         (folder / "parts").symlink_to(parts.resolve())
 
 
-def modes_of(name):
-    return MODES if CAMPAIGN else [MODES[0], MODES[2 + zlib.crc32(name.encode()) % 2]]
+def modes_of(test):
+    if test.values("PROCESSES") == ["1"]:
+        return [mode for mode in MODES if mode[0] == 1]
+    return MODES if CAMPAIGN else [MODES[0], MODES[2 + zlib.crc32(test.path.name.encode()) % 2]]
 
 
 def run_modes(command, folder, modes):
@@ -119,7 +122,7 @@ def run(test, tools):
         if words[0] not in tools:
             raise Failure(f"RUN starts with meldc or meldsim, not {words[0]}")
         command = [tools[words[0]]] + words[1:]
-        code, output = run_modes(command, folder, modes_of(test.path.name)) if words[:2] == ["meldsim", "run"] else call(command, folder)
+        code, output = run_modes(command, folder, modes_of(test)) if words[:2] == ["meldsim", "run"] else call(command, folder)
         output = output.replace(str(folder) + "/", "")
     refused = test.path.name.startswith("fail_")
     wanted = int((test.values("EXIT") or [refused])[0])

@@ -36,7 +36,8 @@ def main():
         runner = Runner(meldsim, examples / f"{name}.meld", folder, TELLING)
         world = examples / f"{name}.toml"
         options = getattr(moving, name).options if hasattr(getattr(moving, name), "options") else ()
-        outcome = runner.run_sizes(world, options, SIZES, SAME_ON_THE_WAY)
+        sizes = getattr(getattr(moving, name), "sizes", SIZES)
+        outcome = runner.run_sizes(world, options, sizes, SAME_ON_THE_WAY)
         recording = pathlib.Path(folder) / "out.vtkhdf"
 
         def in_world(path, processes):
@@ -54,7 +55,7 @@ def main():
             return in_world(path, 1)
 
         try:
-            _, recorded = in_world(world, 2)
+            _, recorded = in_world(world, 2 if sizes == SIZES else 1)
             getattr(moving, name)(outcome, recorded, in_other_world)
         except AssertionError as error:
             sys.exit(f"{name}: {error}")

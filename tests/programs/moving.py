@@ -117,6 +117,32 @@ def bridge(outcome, recorded, in_other_world):
 bridge.options = ("--ticks", "300")
 
 
+def cantilever(outcome, recorded, in_other_world):
+    """The deck does not sag while a pier holds it, whatever lies on it; then it falls as it is, one rigid piece, onto the ground."""
+    deck, load = list(range(45)), list(range(45, 51))
+    places = numpy.array(recorded.positions)
+    ends = numpy.abs(places[0, :, 0]) == 7
+    inner = [c for c in deck if not ends[c]]
+    spanning, standing = (numpy.flatnonzero(numpy.array(recorded.values(name))[:, inner].all(axis=1)) for name in ("spans", "stands"))
+    expect(50 < len(spanning) and len(spanning) + 60 < len(standing), "it does not span, and then stand out from one pier, long enough")
+    expect(numpy.max(numpy.abs(places[standing][:, inner] - places[standing[0], inner])) < 1e-9, "it sags or moves while it is held")
+    expect(numpy.min(places[standing[-1], load, 2]) > 5.6, "the load has not stayed on it")
+    expect(numpy.array_equal(places[:, ends], numpy.broadcast_to(places[0, ends], places[:, ends].shape)), "a pier has moved")
+    # Distances within the piece, from its first catom to all others, as they were when it was made.
+    apart = numpy.linalg.norm(places[:, inner] - places[:, inner[:1]], axis=2)
+    expect(numpy.max(numpy.abs(apart[standing[0]:] - apart[standing[0]])) < 1e-6, "it has bent")
+    expect(numpy.max(places[-1, inner, 2]) < 4, "it has not fallen")
+    expect({a for a, in outcome.facts["stands"]} == set(numpy.flatnonzero(ends)), "the fallen piece is held")
+    (said,) = [line for line in outcome.summary["outcomes"] if "bodies" in line]
+    inside = len(pairs_within(places[-1, inner], 1.01))
+    expect(f"; {inside} connections" in said, f"{said}, not {inside} connections")
+
+
+cantilever.options = ("--ticks", "400")
+# Connected catoms move on one process only.
+cantilever.sizes = [(1, 1), (1, 2)]
+
+
 def ring(outcome, recorded, in_other_world):
     """Twelve catoms in a line are in the end the corners of a regular twelve-sided polygon with sides of one diameter: its radius,
     angles of 150 degrees, and everybody with two neighbours, those in the line and at the ends each other."""

@@ -46,7 +46,7 @@ add_test(NAME program_recording
 set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
 meld_sizes_test(program_shape_change ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 # Examples whose catoms are bodies.
-foreach(program swarm rolling row bridge ring climber)
+foreach(program swarm rolling row bridge ring climber cantilever)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
            ${program})
@@ -70,6 +70,7 @@ meld_seeds_test(motion_wishes wishes_test.py 0 8 16)
 meld_seeds_test(motion_amoebots amoebots_test.py 0 4 16)
 meld_seeds_test(motion_connected connected_test.py 0 5 19)
 meld_seeds_test(motion_storm storm_test.py 0 2 2)
+meld_seeds_test(motion_grips grips_test.py 0 4 24)
 add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
                  $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
@@ -86,5 +87,7 @@ foreach(paper luby ghs compression election ensembles healing kilobots localizat
   add_test(NAME papers_${paper} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/papers_test.py $<TARGET_FILE:meldsim> ${paper})
   set_tests_properties(papers_${paper} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
+add_test(NAME motion_connections COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/connections_test.py $<TARGET_FILE:meldsim>)
+set_tests_properties(motion_connections PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_bodies PROPERTIES TIMEOUT 300 PROCESSORS 2)

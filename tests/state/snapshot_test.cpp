@@ -19,6 +19,7 @@
 #include "memory_shares.h"
 #include "run_fixture.h"
 #include "runtime/comm/transport/communicator.h"
+#include "runtime/engine/tuple/program_actions.h"
 #include "runtime/module/abi/actions.h"
 #include "runtime/results/record/digest_file.h"
 #include "runtime/results/record/state_digest.h"
@@ -65,7 +66,9 @@ class TickNotes : public sim::SimModule {
 class Snapshot : public ProgramTest {
   protected:
     // Engines for comparison run on one process, and one of them is exact with one thread only.
-    bool only_alone() const { return world_.is_free() && world_.physics.engine != "blocks"; }
+    bool only_alone() const { return connects() || (world_.is_free() && world_.physics.engine != "blocks"); }
+    // Connected catoms move on one process only, with any number of threads.
+    bool connects() const { return tuple::ProgramActions(*static_cast<const ModuleInfo*>(module_->table())).uses(ActionKind::Connect); }
 
     // Where bodies go from one process to another, some catoms are evaluated once more, and the run says so.
     bool counts_crossings(int processes) const { return world_.is_free() && processes > 1; }
@@ -122,6 +125,7 @@ TEST_P(Snapshot, GoesOnAsIfNothingHadHappened) {
     std::vector<std::pair<int, int>> settings = {{2, 1}, {1, 1}, {4, 2}, {3, 1}};
     std::vector<int> saved_by = {1, 3};
     if (only_alone()) settings = {{1, 1}}, saved_by = {1};
+    if (connects()) settings.emplace_back(1, 2);
     std::size_t setting = 0;
     for (const int processes : saved_by) {
         std::map<std::int64_t, sim::MemoryShares> snapshots;
@@ -152,23 +156,22 @@ TEST_P(Snapshot, GoesOnAsIfNothingHadHappened) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Programs, Snapshot,
-                         testing::Values(Program{"gradient"}, Program{"flood"}, Program{"leader"}, Program{"heat", 30}, Program{"walk"},
-                                         Program{"thermometer"}, Program{"thermometer", 30, "thermometer", "drift"},
-                                         Program{"thermometer", 30, "thermometer", "weather"}, Program{"life", 30},
-                                         Program{"shortest_paths"}, Program{"mutual_exclusion"}, Program{"belief_propagation", 20},
-                                         Program{"shape_change", 80}, Program{kOwn + "waiting"}, Program{kOwn + "storm", 40},
-                                         Program{.name = kOwn + "late", .program = kGradient},
-                                         Program{.name = kOwn + "lost", .program = kGradient},
-                                         Program{.name = kOwn + "web", .program = kGradient}, Program{"bridge", 10}, Program{"swarm", 30},
-                                         Program{kOwn + "doze", 36}, Program{.name = kOwn + "heap", .ticks = 28, .program = kCrowd},
-                                         Program{.name = kOwn + "heap", .ticks = 8, .program = kCrowd, .solver = "pgs20"},
-                                         Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "hash"},
-                                         Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "ode"},
-                                         Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd},
-                                         Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "hash"},
-                                         Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "ode"}),
-                         program_name);
+INSTANTIATE_TEST_SUITE_P(
+    Programs, Snapshot,
+    testing::Values(Program{"gradient"}, Program{"flood"}, Program{"leader"}, Program{"heat", 30}, Program{"walk"}, Program{"thermometer"},
+                    Program{"thermometer", 30, "thermometer", "drift"}, Program{"thermometer", 30, "thermometer", "weather"},
+                    Program{"life", 30}, Program{"shortest_paths"}, Program{"mutual_exclusion"}, Program{"belief_propagation", 20},
+                    Program{"shape_change", 80}, Program{kOwn + "waiting"}, Program{kOwn + "storm", 40},
+                    Program{.name = kOwn + "late", .program = kGradient}, Program{.name = kOwn + "lost", .program = kGradient},
+                    Program{.name = kOwn + "web", .program = kGradient}, Program{"bridge", 10}, Program{"swarm", 30},
+                    Program{kOwn + "doze", 36}, Program{.name = kOwn + "heap", .ticks = 28, .program = kCrowd},
+                    Program{.name = kOwn + "heap", .ticks = 8, .program = kCrowd, .solver = "pgs20"},
+                    Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "hash"},
+                    Program{.name = kOwn + "heap", .ticks = 40, .program = kCrowd, .engine = "ode"},
+                    Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd},
+                    Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "hash"},
+                    Program{.name = kOwn + "pair", .ticks = 8, .program = kCrowd, .engine = "ode"}, Program{"cantilever", 220}),
+    program_name);
 
 // What a run has written stays as it is if the run cannot go on.
 class Refused : public ProgramTest {

@@ -35,6 +35,7 @@ BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
 
 Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided) {
     acting_ = subdomain.totals.actions > 0;
+    asked_.clear();
     if (!acting_) return {};
     switched_.clear();
     refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Bodies);
@@ -45,7 +46,11 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
         switch (kind) {
             case ActionKind::Magnet:
             case ActionKind::Latch:
-                if (!switch_feature(subdomain, physics, action)) report_failed(subdomain, action.catom, kind);
+                if (!switch_feature(subdomain, physics, action)) report_failed(subdomain, action.catom, kind, Refusal::NoSuchFeature);
+                break;
+            case ActionKind::Connect:
+            case ActionKind::Release:
+                asked_.push_back({kind, action.catom, action.arguments[0].catom});
                 break;
             case ActionKind::Force:
             case ActionKind::ForceVector: {
@@ -162,8 +167,8 @@ Result<void> BodyActions::release(physics::Scene& scene) {
     return done;
 }
 
-void BodyActions::report_failed(Subdomain& subdomain, Catom catom, ActionKind action) {
-    subdomain.refuse(action, Refusal::NoSuchFeature);
+void BodyActions::report_failed(Subdomain& subdomain, Catom catom, ActionKind action, Refusal why) {
+    subdomain.refuse(action, why);
     if (!failed_) return;
     Value value{};
     value.integer = info(action).failure;

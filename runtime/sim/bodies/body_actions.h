@@ -1,10 +1,13 @@
-// The actions of programs on their bodies: magnet, latch, force, torque, roll.
+// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them, which
+// runtime/sim/bodies/body_connections.h carries out.
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "runtime/module/abi/actions.h"
+#include "runtime/sim/bodies/body_connections.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"
@@ -17,6 +20,10 @@ class BodyActions {
     // Switches features and collects the wrenches of this tick. Notifies processes that hold a ghost of the body. Every process calls it;
     // `divided` if there are several.
     Result<void> take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
+    // The connections that this tick's actions are about, in the order of the catoms.
+    std::span<const AskedConnection> asked() const { return asked_; }
+    // Counts an action that was not carried out, and tells the catom if its program wants to know.
+    void report_failed(Subdomain& subdomain, Catom catom, ActionKind action, Refusal why);
     // Call it after bodies have migrated within the tick: wrenches follow them. Every process calls it.
     void follow(Subdomain& subdomain, const DividedBodies& divided);
     // Before each step of the tick: sets the wrenches, and the torques that bring rolling catoms to their angular velocities. Errors: a
@@ -43,7 +50,6 @@ class BodyActions {
     void notify_holders(Subdomain& subdomain, const DividedBodies& divided, bool switches);
     template <class Act>
     Result<void> each_applied(const physics::Scene& scene, const Act& act);
-    void report_failed(Subdomain& subdomain, Catom catom, ActionKind action);
 
     const world::World* world_ = nullptr;
     std::optional<u32> failed_;  // If the program uses it.
@@ -51,6 +57,7 @@ class BodyActions {
     // Of our bodies and of ghosts.
     std::vector<AppliedWrench> applied_, received_;
     std::vector<Switched> switched_;
+    std::vector<AskedConnection> asked_;
 };
 
 }  // namespace meld::sim

@@ -40,6 +40,7 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
             return sense.energy;
         case BodyQuantity::Obstacle:
         case BodyQuantity::Contact:
+        case BodyQuantity::Connected:
             break;
     }
     MELD_CHECK(false, "touches have no threshold");
@@ -76,6 +77,8 @@ void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense)
         touches_obstacle_ = base;
     else if (sense.quantity == BodyQuantity::Contact)
         touches_at_ = base;
+    else if (sense.quantity == BodyQuantity::Connected)
+        connected_ = base;
     else
         sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
                             threshold_of(sense.quantity, world_->physics.sense)});
@@ -111,6 +114,20 @@ void BodySenses::note_obstacles(Subdomain& subdomain, std::span<const physics::T
             subdomain.give(*touches_obstacle_, catom, &obstacle);
         else
             subdomain.take(*touches_obstacle_, catom, &obstacle);
+    }
+}
+
+void BodySenses::note_connection(Subdomain& subdomain, physics::BodyId one, physics::BodyId other, bool holds) const {
+    if (!connected_) return;
+    for (const auto& [at, to] : {std::pair{one, other}, std::pair{other, one}}) {
+        const std::optional<Catom> catom = subdomain.ensemble.find(at);
+        MELD_CHECK(catom && subdomain.owned(*catom), "catom @{} is connected elsewhere", at);
+        Value value{};
+        value.catom = to;
+        if (holds)
+            subdomain.give(*connected_, *catom, &value);
+        else
+            subdomain.take(*connected_, *catom, &value);
     }
 }
 
@@ -178,6 +195,7 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity qua
             return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
         case BodyQuantity::Obstacle:
         case BodyQuantity::Contact:
+        case BodyQuantity::Connected:
             break;
     }
     MELD_CHECK(false, "touches are not measured");

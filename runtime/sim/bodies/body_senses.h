@@ -22,6 +22,9 @@ class BodySenses {
     Result<void> start(Subdomain& subdomain, const world::World& world);
     // Touches of obstacles that began and ended; call it after each step.
     void note_obstacles(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    bool senses_connections() const { return connected_.has_value(); }
+    // Two catoms of this process are connected from now on, or no longer.
+    void note_connection(Subdomain& subdomain, physics::BodyId one, physics::BodyId other, bool holds) const;
     // After the last step of a tick: positions, and all other quantities that the program reads. Cost: one pass over the contacts if
     // pressure is read, and one over the catoms of the process, both on all workers; a few more instructions for catoms whose facts change.
     void sense(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
@@ -48,6 +51,7 @@ class BodySenses {
     std::vector<Sensor> sensors_;
     std::vector<ExactSum> normal_force_n_;              // By slot of the scene.
     std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
+    std::optional<u32> connected_;                      // connected(A, Other).
 };
 
 }  // namespace meld::sim

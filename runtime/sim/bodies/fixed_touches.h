@@ -1,4 +1,5 @@
-// Which immovable catoms touch each other: the physics does not search for such pairs, because they have no effect on motion.
+// Which immovable or connected catoms touch each other at the start: the physics does not search for such pairs, because they have no
+// effect on motion.
 #pragma once
 
 #include <cstdint>

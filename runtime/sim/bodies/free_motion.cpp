@@ -23,6 +23,7 @@ Result<void> FreeMotion::start(Subdomain& subdomain) {
     if (auto fine = check(subdomain); !fine) return fine;
     if (auto done = agree_on_error(subdomain, make_scene(subdomain)); !done) return done;
     if (auto found = look_up(subdomain); !found) return found;
+    connections_.sense_all(subdomain, *physics_.scene, senses_);
     if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene);
     bodies_ = awake_ = subdomain.ensemble.owned_count();
     subdomain.set_moving(true);
@@ -36,7 +37,7 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
-    return {};
+    return connections_.check(subdomain);
 }
 
 Result<void> FreeMotion::look_up(Subdomain& subdomain) {
@@ -99,7 +100,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     }
     warn_of_coarse_steps(subdomain, radii, heights, surfaces);
     const double touch_m = physics::Settings{}.touch_share * 2 * radii.min;
-    fixed_touches_ = touches_among(subdomain, bodies.at_rest(), radii.max, touch_m);
+    fixed_touches_ = touches_among(subdomain, bodies.unwatched(), radii.max, touch_m);
     auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
@@ -109,6 +110,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     for (Catom c = 0; done && c < subdomain.ensemble.index_count(); ++c)
         if (subdomain.owned(c))
             done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
+    if (done) done = connections_.connect_groups(subdomain, *physics_.scene, bodies, fixed_touches_);
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     tell_diameters(subdomain);
@@ -125,6 +127,7 @@ void FreeMotion::tell_diameters(Subdomain& subdomain) {
 Result<void> FreeMotion::step(Subdomain& subdomain) {
     MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !subdomain.alone());
     if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
+    connect_bodies(subdomain);
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(subdomain); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
@@ -138,6 +141,11 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     subdomain.set_moving(awake_ > 0);
     subdomain.set_motion_bytes(physics_.scene->bytes());
     return {};
+}
+
+void FreeMotion::connect_bodies(Subdomain& subdomain) {
+    for (const RefusedConnection& each : connections_.carry_out(subdomain, physics_, senses_, actions_.asked()))
+        actions_.report_failed(subdomain, each.catom, each.action, each.why);
 }
 
 void FreeMotion::find_in_range(Subdomain& subdomain) {
@@ -169,12 +177,13 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
         return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
-    note_fixed_touches(subdomain);
+    const auto touches = connections_.follow(*physics_.scene, events(), report->rebuilt);
+    note_fixed_touches(subdomain, touches);
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
-    senses_.note_obstacles(subdomain, events());
+    senses_.note_obstacles(subdomain, touches);
     if (!in_range_)
-        links_.note(subdomain, fixed_touches_.empty() ? events() : std::span<const physics::TouchEvent>(fixed_touches_), divided);
+        links_.note(subdomain, fixed_touches_.empty() ? touches : std::span<const physics::TouchEvent>(fixed_touches_), divided);
     release_memory(fixed_touches_);
     lost_.clear();
     physics_.scene->forget_events();
@@ -182,13 +191,13 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
     return {};
 }
 
-void FreeMotion::note_fixed_touches(const Subdomain& subdomain) {
+void FreeMotion::note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
     if (fixed_touches_.empty()) return;
     // All processes know all of them; the owner of the first reports it.
     std::erase_if(fixed_touches_, [&](const physics::TouchEvent& e) {
         return !physics_.scene->has(e.touch.body) || (divided_ && divided_->owner_of(e.touch.body) != subdomain.comm.process());
     });
-    const auto events = physics_.scene->events();
+    if (physics_.scene->connection_count() > 0) connections_.adopt(*physics_.scene, fixed_touches_);
     fixed_touches_.insert(fixed_touches_.end(), events.begin(), events.end());
     std::sort(fixed_touches_.begin(), fixed_touches_.end());
 }
@@ -238,6 +247,7 @@ Result<void> FreeMotion::lose(Subdomain& subdomain, std::span<const Killed> kill
 Result<void> FreeMotion::take_out_all(Subdomain& subdomain, std::vector<physics::BodyId> ids) {
     MELD_EXPECT(std::is_sorted(ids.begin(), ids.end()), "{} bodies are not in order", ids.size());
     physics::Scene& scene = *physics_.scene;
+    connections_.lose(subdomain, scene, senses_, ids);
     for (const physics::BodyId id : ids) {
         // The next step drops the body on all processes that hold it.
         if (scene.has(id))
@@ -283,6 +293,7 @@ void FreeMotion::finish(Subdomain& subdomain) {
     mine.write(crossed_);
     mine.write(physics_.scene->kinetic_energy_j());
     bodies_ = awake_ = crossed_ = 0;
+    connected_ = physics_.scene->connection_count();
     energy_j_ = 0;
     for (const auto& from : gather_bytes(subdomain, mine)) {
         ByteReader in(from, "counts of bodies");
@@ -308,6 +319,7 @@ SimModule::Stages FreeMotion::stages() const {
 
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
+    if (connected_ > 0) text += fmt::format("; {} connection{}", connected_, connected_ == 1 ? "" : "s");
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} migrations of catoms between processes", crossed_);
     if (divided_ && divided_->divisions() > 0)

@@ -12,6 +12,7 @@
 
 #include "physics/bodies/buffer.h"
 #include "runtime/sim/bodies/body_actions.h"
+#include "runtime/sim/bodies/body_connections.h"
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
@@ -26,7 +27,7 @@ namespace meld::sim {
 
 class FreeMotion : public SimModule {
   public:
-    explicit FreeMotion(const world::World& world) : world_(world) {
+    explicit FreeMotion(const world::World& world) : world_(world), connections_(world) {
         if (world.links) in_range_.emplace(*world.links);
     }
     Result<void> start(Subdomain& subdomain) override;
@@ -71,8 +72,9 @@ class FreeMotion : public SimModule {
     Result<void> step_once(Subdomain& subdomain);
     // Of a world whose neighbours are those within a range: places catoms where their bodies are, and links them.
     void find_in_range(Subdomain& subdomain);
-    // After the first step: adds the touches that began in it to those of immovable catoms.
-    void note_fixed_touches(const Subdomain& subdomain);
+    // After the first step: adds the touches that began in it to those of immovable and connected catoms.
+    void note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    void connect_bodies(Subdomain& subdomain);
     Result<physics::StepReport> move(Subdomain& subdomain);
     // Catoms below the lowest height that the world allows end the run, or are removed.
     Result<void> lose_catoms(Subdomain& subdomain);
@@ -88,6 +90,7 @@ class FreeMotion : public SimModule {
     Kinds kinds_;
     BodyActions actions_;
     BodySenses senses_;
+    BodyConnections connections_;
     ContactLinks links_;
     // If neighbours are those within a range, instead of those that touch.
     struct InRange {
@@ -99,7 +102,7 @@ class FreeMotion : public SimModule {
     std::optional<InRange> in_range_;
     std::optional<DividedBodies> divided_;
     std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they become links.
-    std::uint64_t bodies_ = 0, awake_ = 0;
+    std::uint64_t bodies_ = 0, awake_ = 0, connected_ = 0;
     std::uint64_t crossed_ = 0;                // Catoms that have migrated, not counting those that did before anything moved.
     std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
     std::vector<physics::TouchEvent> events_;  // If some catoms are lost.

@@ -169,12 +169,15 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
     spec.radius_m = world_.radius;
     spec.mass_kg = p.mass;
     spec.inertia_factor = p.inertia;
+    std::optional<std::size_t> connected_in;
     for (const world::CatomGroup& group : p.groups) {
         if (!group.where.contains(id, cell, position)) continue;
         spec.radius_m = group.radius.value_or(spec.radius_m);
         spec.mass_kg = group.mass.value_or(spec.mass_kg);
         spec.inertia_factor = group.inertia.value_or(spec.inertia_factor);
         spec.fixed = group.fixed.value_or(spec.fixed);
+        if (group.connected)
+            connected_in = *group.connected ? std::optional(static_cast<std::size_t>(&group - p.groups.data())) : std::nullopt;
         if (group.velocity) spec.linear_velocity_m_s = vector_of(*group.velocity);
         if (group.spin) spec.angular_velocity_rad_s = vector_of(*group.spin);
         surface.friction = group.friction.value_or(surface.friction);
@@ -185,11 +188,11 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         spec.radius_m = placed.radius.value_or(spec.radius_m);
         spec.mass_kg = placed.mass.value_or(spec.mass_kg);
     }
-    return {spec, surface};
+    return {spec, surface, connected_in};
 }
 
 void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
-    const auto [spec, surface] = describe(id, cell, position);
+    const auto [spec, surface, connected_in] = describe(id, cell, position);
     for (std::size_t i = 0; i < groups_met_.size(); ++i)
         if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
     const double r = spec.radius_m;
@@ -197,7 +200,9 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     surfaces_.insert(surface);
     const double height = height_of(world_, spec.position_m);
     heights_ = {std::min(heights_.low, height), std::max(heights_.high, height)};
-    if (spec.fixed && spec.linear_velocity_m_s == physics::Vec3{}) at_rest_.push_back({spec.id, spec.position_m, r});
+    if (connected_in) connected_in_.emplace(id, *connected_in);
+    const bool at_rest = spec.fixed && spec.linear_velocity_m_s == physics::Vec3{};
+    if (at_rest || connected_in) unwatched_.push_back({spec.id, spec.position_m, r});
 }
 
 Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
@@ -219,7 +224,7 @@ Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surfac
 }
 
 Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
-    auto [spec, surface] = describe(id, cell, position);
+    auto [spec, surface, connected_in] = describe(id, cell, position);
     MELD_EXPECT(materials_.contains(surface), "catom {} was not looked at", id);
     spec.material = materials_.at(surface);
     if (auto added = scene.scene->add_body(spec); !added || scene.features.empty()) return added;

@@ -5,7 +5,9 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
+#include <unordered_map>
 #include <vector>
 
 #include "physics/scene/scene.h"
@@ -56,8 +58,13 @@ class BodyMaker {
     HeightRange heights() const { return heights_; }
     // By group of the world: whether any examined catom is in its region.
     const std::vector<bool>& groups_met() const { return groups_met_; }
-    // Examined catoms that are fixed and do not move.
-    const std::vector<FixedBody>& at_rest() const { return at_rest_; }
+    // Examined catoms among which the physics may find no touches: those that are fixed and do not move, and connected ones.
+    const std::vector<FixedBody>& unwatched() const { return unwatched_; }
+    // The group of the world in which an examined catom is connected to those that it touches.
+    std::optional<std::size_t> connected_in(std::uint64_t id) const {
+        const auto found = connected_in_.find(id);
+        return found == connected_in_.end() ? std::nullopt : std::optional(found->second);
+    }
     // `surfaces`: of all processes.
     Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
     Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
@@ -66,6 +73,7 @@ class BodyMaker {
     struct Described {
         physics::BodySpec spec;
         Surface surface;
+        std::optional<std::size_t> connected_in;
     };
     Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
     const world::World& world_;
@@ -75,7 +83,8 @@ class BodyMaker {
     std::map<Surface, std::uint8_t> materials_;
     RadiusRange radii_;
     HeightRange heights_;
-    std::vector<FixedBody> at_rest_;
+    std::vector<FixedBody> unwatched_;
+    std::unordered_map<std::uint64_t, std::size_t> connected_in_;
 };
 
 // An error of the physics in the words of worlds and programs: bodies are catoms, and settings have their names in the world file.

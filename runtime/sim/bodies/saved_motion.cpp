@@ -100,6 +100,7 @@ void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
     for (const ContactLinks::Pair& pair : links_.waiting()) out.write(pair);
     out.write_count(fixed_touches_.size());
     for (const physics::TouchEvent& e : fixed_touches_) out.write(ContactLinks::Pair{e.touch.body, e.touch.other});
+    connections_.save(out);
     out.write(crossed_);
     out.write(lost_count_);
 }
@@ -118,6 +119,7 @@ Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
         const auto pair = in.read<ContactLinks::Pair>();
         fixed_touches_.push_back({{pair.first, pair.second, false}, true});
     }
+    connections_.load(in);
     // Of the whole run, which process 0 remembers.
     const auto crossed = in.read<std::uint64_t>();
     if (subdomain.comm.process() == 0) crossed_ += crossed;
@@ -135,6 +137,8 @@ Result<void> FreeMotion::resumed(Subdomain& subdomain) {
     if (placed && divided_) divided_->loaded();
     if (placed) placed = place_catoms(subdomain);
     if (auto done = agree_on_error(subdomain, placed); !done) return done;
+    // A program that goes on with the state of another may be the first that reads it.
+    connections_.sense_all(subdomain, *physics_.scene, senses_);
     loading_ = {};
     if (in_range_) in_range_->seen = subdomain.ensemble.links().version();
     moved_ = begun;

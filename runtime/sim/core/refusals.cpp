@@ -36,6 +36,7 @@ constexpr Words kWords[] = {
     {Refusal::Repeated, "repeated", "the catom had asked for it before in that tick"},
     {Refusal::Conflict, "conflict", "another request had priority"},
     {Refusal::NoSuchFeature, "no_such_feature", "the catom had no such feature"},
+    {Refusal::NotConnected, "not_connected", "the two catoms were not connected"},
 };
 constexpr std::size_t kRefusals = std::size(kWords);
 

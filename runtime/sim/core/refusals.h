@@ -38,6 +38,7 @@ enum class Refusal : std::uint8_t {
     Repeated,
     Conflict,
     NoSuchFeature,
+    NotConnected,
 };
 // A name that stays the same, for programs: "not_a_neighbour".
 std::string_view name_of(Refusal why);

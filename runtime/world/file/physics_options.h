@@ -32,8 +32,9 @@ struct CatomGroup {
     std::optional<double> radius;  // Metres
     std::optional<double> mass, inertia, friction, restitution;
     std::optional<bool> fixed;
-    std::optional<Vec3> velocity;  // At the start, m/s.
-    std::optional<Vec3> spin;      // At the start, rad/s.
+    std::optional<bool> connected;  // At the start, those of this group that touch are connected.
+    std::optional<Vec3> velocity;   // At the start, m/s.
+    std::optional<Vec3> spin;       // At the start, rad/s.
     std::string place;
 };
 

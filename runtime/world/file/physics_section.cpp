@@ -146,7 +146,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
 
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
     const Section section(reader, table, "[[motion.catoms]]",
-                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "velocity", "spin"});
+                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "velocity", "spin"});
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
@@ -158,6 +158,8 @@ void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group)
     read_surface(section, group.friction, group.restitution);
     bool fixed = false;
     if (section.has("fixed")) section.read("fixed", fixed), group.fixed = fixed;
+    bool connected = false;
+    if (section.has("connected")) section.read("connected", connected), group.connected = connected;
     Vec3 vector{};
     if (section.has("velocity")) section.read("velocity", vector), group.velocity = vector;
     vector = {};

@@ -109,6 +109,7 @@ where = "id < 2"
 radius = 0.125
 mass = 9
 fixed = true
+connected = true
 velocity = [1, 0, 0]
 )toml");
     const PhysicsOptions& p = world.physics;
@@ -150,6 +151,7 @@ velocity = [1, 0, 0]
     EXPECT_EQ(p.groups[0].radius, 0.125);
     EXPECT_EQ(p.groups[0].mass, 9);
     EXPECT_EQ(p.groups[0].fixed, true);
+    EXPECT_EQ(p.groups[0].connected, true);
     EXPECT_FALSE(p.groups[0].friction);
 }
 

@@ -1,0 +1,68 @@
+// Rigid connections between catoms: those of the world file, and the actions `connect` and `release`.
+//
+// Catoms that touch stay neighbours when they are connected. The physics ends the touches within a composite, since nothing can happen
+// there; here they go on until the two no longer keep their places to each other.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "runtime/base/bytes.h"
+#include "runtime/module/abi/actions.h"
+#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/core/refusals.h"
+#include "runtime/sim/core/subdomain.h"
+
+namespace meld::sim {
+
+// An action `connect` or `release` of this tick.
+struct AskedConnection {
+    ActionKind action = ActionKind::None;
+    Catom catom = 0;
+    std::uint64_t other = 0;
+};
+struct RefusedConnection {
+    ActionKind action = ActionKind::None;
+    Catom catom = 0;
+    Refusal why = Refusal::NotConnected;
+};
+
+class BodyConnections {
+  public:
+    explicit BodyConnections(const world::World& world) : world_(world) {}
+
+    // Errors: the world or the program connects catoms, and this run cannot: it has several processes, or another engine.
+    Result<void> check(const Subdomain& subdomain) const;
+    // At the start: connects the catoms of each group of the world that is connected, where they touch.
+    Result<void> connect_groups(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies,
+                                std::span<const physics::TouchEvent> touches) const;
+    // Tells programs of all connections: at the start, and in a run that goes on from a snapshot of another program.
+    void sense_all(Subdomain& subdomain, const physics::Scene& scene, BodySenses& senses) const;
+
+    // Carries out the actions of a tick, in any order with the same result: whether catoms are connected, and touch, is judged as the tick
+    // found them, and a release goes before a wish to connect. Returns what was refused.
+    std::vector<RefusedConnection> carry_out(Subdomain& subdomain, PhysicsScene& physics, BodySenses& senses,
+                                             std::span<const AskedConnection> asked) const;
+    // Before bodies are removed, sorted by number: they let go of those that stay.
+    void lose(Subdomain& subdomain, const physics::Scene& scene, BodySenses& senses, std::span<const physics::BodyId> lost);
+
+    // After each step: the touches that begin and end for programs, sorted; valid until the next call. `events`: those of the physics, and
+    // `rebuilt`: what the step's report says.
+    std::span<const physics::TouchEvent> follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events, bool rebuilt);
+    // After the first step: of the touches among connected and fixed catoms at the start, leaves those of which the physics has no event.
+    void adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
+
+    void save(ByteWriter& out) const;
+    void load(ByteReader& in);
+
+  private:
+    static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);
+
+    const world::World& world_;
+    // Touches that last although the physics has ended them; sorted.
+    std::vector<physics::Touch> lasting_;
+    std::vector<physics::TouchEvent> followed_;
+};
+
+}  // namespace meld::sim
