@@ -48,6 +48,8 @@ struct StepReport {
     std::size_t blocks = 0;
     std::size_t candidates = 0;
     bool rebuilt = false;
+    // The members of some composite have changed.
+    bool recomposed = false;
 };
 
 // Wall-clock seconds that a stage has taken since the scene was made.

@@ -206,7 +206,8 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     rebuilt_in_step_ = false;
     rows_.forget_velocities();
     count_still_ticks(times.dt_s);
-    if (world_.composites.settle(world_.bodies)) {
+    recomposed_in_step_ = world_.composites.settle(world_.bodies);
+    if (recomposed_in_step_) {
         world_.composites.set_all_velocities(world_.bodies, workers);
         rebuild_ = true;
     }

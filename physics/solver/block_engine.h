@@ -212,7 +212,7 @@ class BlockEngine final : public Engine {
     Loading loading_;
     bool composites_fine_ = true;
     bool cached_ = false;
-    bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false;
+    bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;
 };
 
 // Several blocks make a job, so that small blocks are not all overhead, but few enough that all workers have some.

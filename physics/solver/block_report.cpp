@@ -137,7 +137,8 @@ StepReport BlockEngine::report() const {
     StepReport report{.bodies = world_.bodies.count(),
                       .blocks = grid_.blocks().size(),
                       .candidates = contacts_.candidate_count(),
-                      .rebuilt = rebuilt_in_step_};
+                      .rebuilt = rebuilt_in_step_,
+                      .recomposed = recomposed_in_step_};
     for (const std::uint32_t block : awake_)
         if (states_[block].owned) report.awake_bodies += grid_.blocks()[block].count;
     return report;

@@ -85,6 +85,9 @@ class Estimates(Runs):
         for n in ("1", "2"):
             self.expect_estimate(NOTHING, bodies(30, 1), "--ticks", "2", "-n", n)
 
+    def test_connected_bodies(self):
+        self.expect_estimate(NOTHING, bodies(30, 1) + "[[motion.catoms]]\nconnected = true\n", "--ticks", "2")
+
     def test_nodes_and_links_of_graphs(self):
         for graph in ("scale_free(60k, 8)", "ring(150k)", "complete(900)"):
             self.expect_estimate(NOTHING, f'lattice = "graph"\ngraph = "{graph}"\n')
@@ -117,6 +120,9 @@ class Ranges(Runs):
         self.assertLess(quiet, least * NEAR)
         least, most, busy = self.expect_range(ALL_AT_ONCE, cube(60))
         self.assertGreater(busy, most / NEAR)
+
+    def test_bodies_that_connect(self):
+        self.expect_range("connect(A, B) :- neighbor(A, B).\n", bodies(30, 1), "--ticks", "4")
 
     def test_routes_to_nodes_that_no_link_leads_to(self):
         program = ("type linear go(node).\ntype goal(node, node).\ntype linear letter(node).\ntype got(node).\ngo(A).\n"

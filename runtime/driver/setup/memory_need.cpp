@@ -9,6 +9,7 @@
 #include "runtime/engine/eval/agenda.h"
 #include "runtime/engine/eval/requests.h"
 #include "runtime/engine/tuple/columns.h"
+#include "runtime/engine/tuple/program_actions.h"
 #include "runtime/results/facts/facts_file.h"
 #include "runtime/sim/core/setup/expected_share.h"
 #include "runtime/sim/core/setup/setup.h"
@@ -48,6 +49,9 @@ constexpr double kScratchBlock = 256;
 constexpr double kBody = 289;
 // Two bodies that touch: their contact, its impulses, and the place in the list of candidates.
 constexpr double kContact = 52;
+// A body that is connected, as those of a cube are, more than its contacts take; and what its wishes take in the tick of the connection.
+constexpr double kHeld = 90;
+constexpr double kAsks = 500;
 // On several processes: what a body leaves behind where it was placed or packed, for memory that is freed stays with the process (see
 // runtime/comm/transport/mpi.cpp); and what its contacts leave.
 constexpr double kHandedOver = 90;
@@ -115,7 +119,12 @@ class Counting {
         const double at_start = touch ? lattice_contacts() : 0, most = std::max(at_start, kContactsInHeap * here_);
         const double each = (kBody + (processes_ > 1 ? kHandedOver : 0)) * here_;
         const double contact = kContact + (processes_ > 1 ? kHandedOverContact : 0);
-        return {"bodies and contacts", {each + contact * at_start, each + contact * most}};
+        // Whom a program connects is not known; at most all at once.
+        const bool asks = processes_ == 1 && tuple::ProgramActions(module_).uses(ActionKind::Connect);
+        const bool holds =
+            std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
+        const double held = holds ? kHeld * here_ : 0, asked = asks ? (kHeld + kAsks) * here_ : 0;
+        return {"bodies and contacts", {each + contact * at_start + held, each + contact * most + held + asked}};
     }
 
     // Where neighbours are listed: the table of links, which a graph has counted. Where messages take time also a mailbox for each link and

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -86,7 +85,11 @@ std::vector<RefusedConnection> BodyConnections::carry_out(Subdomain& subdomain, 
     std::vector<RefusedConnection> refused;
     if (asked.empty()) return refused;
     physics::Scene& scene = *physics.scene;
-    std::set<Pair> released, connected;
+    std::vector<Pair> released, connected;
+    const auto order = [](std::vector<Pair>& pairs) {
+        std::ranges::sort(pairs);
+        pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    };
     const auto each = [&](ActionKind action, const auto& decide) {
         for (const AskedConnection& ask : asked) {
             if (ask.action != action) continue;
@@ -99,16 +102,18 @@ std::vector<RefusedConnection> BodyConnections::carry_out(Subdomain& subdomain, 
     };
     each(ActionKind::Release, [&](Catom, physics::BodyId body, physics::BodyId other) -> std::optional<Refusal> {
         if (body == other || !scene.connected(body, other)) return Refusal::NotConnected;
-        released.insert(pair_of(body, other));
+        released.push_back(pair_of(body, other));
         return std::nullopt;
     });
+    order(released);
     each(ActionKind::Connect, [&](Catom catom, physics::BodyId body, physics::BodyId other) -> std::optional<Refusal> {
-        if (released.contains(pair_of(body, other))) return Refusal::Conflict;
+        if (std::ranges::binary_search(released, pair_of(body, other))) return Refusal::Conflict;
         if (body != other && scene.connected(body, other)) return std::nullopt;
         if (!touch(subdomain, physics, catom, body, other)) return Refusal::NotANeighbour;
-        connected.insert(pair_of(body, other));
+        connected.push_back(pair_of(body, other));
         return std::nullopt;
     });
+    order(connected);
     const auto change = [&](const Pair& pair, bool holds) {
         const auto done = holds ? scene.connect(pair.first, pair.second) : scene.release(pair.first, pair.second);
         MELD_CHECK(done.has_value(), "catoms @{} and @{} cannot be connected or released", pair.first, pair.second);
@@ -131,9 +136,8 @@ void BodyConnections::lose(Subdomain& subdomain, const physics::Scene& scene, Bo
 }
 
 std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events,
-                                                             bool rebuilt) {
-    // Composites change only in a step that makes a new candidate list.
-    if (!rebuilt || (lasting_.empty() && scene.connection_count() == 0)) return events;
+                                                             bool recomposed) {
+    if (!recomposed) return events;
     followed_.clear();
     std::vector<physics::Touch> begun;
     const std::size_t before = lasting_.size();
@@ -178,6 +182,12 @@ void BodyConnections::load(ByteReader& in) {
                               (key & 1) != 0);
     }
     std::ranges::sort(lasting_);
+}
+
+bool BodyConnections::fits(const physics::Scene& scene) const {
+    return std::ranges::all_of(lasting_, [&](const physics::Touch& touch) {
+        return scene.has(touch.body) && (touch.other_is_obstacle || scene.has(touch.other));
+    });
 }
 
 }  // namespace meld::sim

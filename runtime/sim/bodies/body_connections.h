@@ -48,13 +48,15 @@ class BodyConnections {
     void lose(Subdomain& subdomain, const physics::Scene& scene, BodySenses& senses, std::span<const physics::BodyId> lost);
 
     // After each step: the touches that begin and end for programs, sorted; valid until the next call. `events`: those of the physics, and
-    // `rebuilt`: what the step's report says.
-    std::span<const physics::TouchEvent> follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events, bool rebuilt);
+    // `recomposed`: what the step's report says.
+    std::span<const physics::TouchEvent> follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events, bool recomposed);
     // After the first step: of the touches among connected and fixed catoms at the start, leaves those of which the physics has no event.
     void adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
 
     void save(ByteWriter& out) const;
     void load(ByteReader& in);
+    // Whether there are the bodies of what was loaded.
+    bool fits(const physics::Scene& scene) const;
 
   private:
     static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);

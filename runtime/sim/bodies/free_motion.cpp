@@ -177,7 +177,7 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
         return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
-    const auto touches = connections_.follow(*physics_.scene, events(), report->rebuilt);
+    const auto touches = connections_.follow(*physics_.scene, events(), report->recomposed);
     note_fixed_touches(subdomain, touches);
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
