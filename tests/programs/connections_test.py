@@ -1,11 +1,13 @@
 """What connected bodies do, against statics and mechanics, and what ends a connection or forbids it: connections_test.py MELDSIM."""
 
 import math
+import subprocess
 import sys
 import tempfile
 
 from bodies_test import FINE, PLACE, SPEED, Bodies, close, same
 from recorded import Recorded
+from runner import Outcome
 
 TELLING = "type joined(node, node).\njoined(A, B) :- connected(A, B).\ntype beside(node, node).\nbeside(A, B) :- neighbor(A, B).\n"
 GRIP = "connect(A, B) :- neighbor(A, B).\n"
@@ -149,6 +151,26 @@ def refuses(bodies):
     same(summary["refused_actions"], [{"action": "connect", "reason": "not_in_this_world", "count": 4}], "refusals on a lattice")
 
 
+def goes_on(bodies):
+    """Another program goes on with what is connected: it senses it, and can release it; on several processes it cannot go on."""
+    fixed = '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n'
+    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
+    bodies.run(GRIP, row(4, "steps = 4") + fixed, 9, "--checkpoint", kept)
+    releases = "type go(node).\ngo(A) :- tick(A, 13).\nrelease(A, B) :- go(A), connected(A, B), id(A, 1).\n"
+    (bodies.folder / "q.meld").write_text(TELLING + releases)
+
+    def fork(*options):
+        command = [bodies.meldsim, "fork", kept, "--program", bodies.folder / "q.meld", "--facts-out", out, "--quiet", *options]
+        return subprocess.run(command, env=bodies.environment, capture_output=True, text=True, check=False)
+
+    for ticks, joined in (("12", chain(4)), ("15", both_ways([(2, 3)]))):
+        done = fork("--ticks", ticks)
+        same((done.returncode, sorted(Outcome(out.read_text(), {}).facts["joined"])), (0, joined), f"tick {ticks}: {done.stderr}")
+    done = fork("--ticks", "12", "-n", "2")
+    said = "the run that goes on has connected catoms, and there are 2 processes now (they move on one process only). Use one process"
+    same((done.returncode, said in done.stderr), (6, True), done.stderr)
+
+
 def is_recorded(bodies):
     """A connected pair is one body in a recording too: its distance stays the same to the last bit of what is recorded."""
     world = row(2, "steps = 4", "ground = -3") + "[[motion.catoms]]\nconnected = true\nspin = [0, 0, 1]\n"
@@ -160,7 +182,7 @@ def is_recorded(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (hangs, flies, lets_go, dies, rests, groups_by_the_world, within_a_range, refuses, is_recorded):
+        for check in (hangs, flies, lets_go, dies, rests, groups_by_the_world, within_a_range, refuses, goes_on, is_recorded):
             check(bodies)
             print(f"{check.__name__}: fine")
 

@@ -184,6 +184,13 @@ void BodyConnections::load(ByteReader& in) {
     std::ranges::sort(lasting_);
 }
 
+Result<void> BodyConnections::check_loaded(const Subdomain& subdomain, const physics::Scene& scene) const {
+    if (subdomain.alone() || scene.connection_count() == 0) return {};
+    return fail(fmt::format("the run that goes on has connected catoms, and there are {} processes now (they move on one process only)",
+                            subdomain.comm.processes()),
+                "Use one process, without -n", ExitCode::RecordingRefused);
+}
+
 bool BodyConnections::fits(const physics::Scene& scene) const {
     return std::ranges::all_of(lasting_, [&](const physics::Touch& touch) {
         return scene.has(touch.body) && (touch.other_is_obstacle || scene.has(touch.other));

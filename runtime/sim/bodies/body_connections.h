@@ -55,6 +55,8 @@ class BodyConnections {
 
     void save(ByteWriter& out) const;
     void load(ByteReader& in);
+    // When the scene has its connections again. Errors: there are some, and this run has several processes.
+    Result<void> check_loaded(const Subdomain& subdomain, const physics::Scene& scene) const;
     // Whether there are the bodies of what was loaded.
     bool fits(const physics::Scene& scene) const;
 

@@ -165,6 +165,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
         physics_.scene->load_rest(in);
         if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
+    if (auto done = connections_.check_loaded(subdomain, *physics_.scene); !done) return done;
     // In the order in which the engine wants them.
     std::ranges::sort(loading_.homes, {}, &physics::SavedHome::home);
     for (const physics::SavedHome& home : loading_.homes)
