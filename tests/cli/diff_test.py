@@ -356,7 +356,7 @@ class Recordings(Case):
                 ("pairs of ticks", replaced(steps + "/Values", numpy.zeros((7, 16)))),
                 ("ticks that are none", replaced(steps + "/Values", numpy.full(7, numpy.nan))),
                 ("a text for a number", attribute(steps, "NSteps", "x")), ("no number", attribute(steps, "NSteps", numpy.nan)),
-                ("another version", attribute("meld", "version", 2)), ("facts that cannot be read", unreadable("meld/facts")),
+                ("another version", attribute("meld", "version", 3)), ("facts that cannot be read", unreadable("meld/facts")),
                 ("arrays that cannot be read", unreadable("VTKHDF/PointData")), ("strings that cannot be read", unreadable("meld/texts")),
                 ("no digests", lambda file: file.__delitem__(steps + "/StateDigestLow")),
                 ("no predicates", lambda file: file.__delitem__("meld/predicates")), ("no JSON", predicates("[{")),
@@ -367,7 +367,7 @@ class Recordings(Case):
                 with h5py.File(self.folder / "b", "r+") as file:
                     change(file)
                 for one, other in (("b", "b"), ("a", "b")):
-                    self.assertRegex(self.diff(one, other, DAMAGED), "cannot read b: |b is a recording of version 2, ")
+                    self.assertRegex(self.diff(one, other, DAMAGED), "cannot read b: |b is a recording of version 3, ")
 
     def test_kinds(self):
         self.run_program("p.meld", "--digest", "d")

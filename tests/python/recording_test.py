@@ -445,7 +445,7 @@ class Hostile(Recorded):
             return claymeld.open(self.folder / "changed.vtkhdf")
 
         def version(file):
-            file["meld"].attrs["version"] = 2
+            file["meld"].attrs["version"] = 3
 
         def no_colours(file):
             del file["VTKHDF/PointData/colour"]
@@ -460,7 +460,7 @@ class Hostile(Recorded):
         def too_many(file):
             file["VTKHDF/NumberOfPoints"][:] = 1 << 40
 
-        self.assertRaisesRegex(claymeld.RecordingError, "of version 2, and this package reads version 1", changed, version)
+        self.assertRaisesRegex(claymeld.RecordingError, "of version 3, and this package reads versions 1 and 2", changed, version)
         self.assertRaisesRegex(claymeld.RecordingError, "is damaged", changed, no_json)
         for change in (no_colours, far_away, too_many):
             with self.subTest(change=change.__name__), changed(change) as recording:

@@ -15,11 +15,12 @@ list(TRANSFORM like_others PREPEND Programs/*/)
 meld_slow_cases(test_state ${like_others})
 
 add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/members_test.py ${CMAKE_SOURCE_DIR})
-foreach(name bisect replay)
+foreach(name bisect replay changes)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/${name}_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
   set_tests_properties(state_${name} PROPERTIES TIMEOUT 300)
 endforeach()
+set_tests_properties(state_changes PROPERTIES ENVIRONMENT PYTHONPATH=${CMAKE_SOURCE_DIR}/python)
 foreach(class Bodies Targets)
   string(TOLOWER ${class} name)
   add_test(NAME query_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/query_test.py

@@ -16,7 +16,9 @@ from ..tool.calls import Path
 from ..tool.errors import RecordingError
 from .hdf5 import LOCK
 
-FORMAT, VERSION = "claymeld recording", 1
+FORMAT, VERSION = "claymeld recording", 2
+# One in which no step holds changes alone says that it is of the first.
+READ = (1, VERSION)
 # A write takes some microseconds, in which a reader can find a part of the old and a part of the new: waits before what did not fit is read
 # again, and how long ago a file that is being written was written at most, in seconds.
 WAITS = (0.001, 0.002, 0.004, 0.008, 0.016)
@@ -75,7 +77,7 @@ class Steps:
         self.path = os.fspath(path)
         self._texts: dict[str, list[str]] = {}
         self._columns: dict[str, NDArray[numpy.int64]] = {}
-        self._counts: dict[str, tuple[tuple[int, int], int]] = {}
+        self._counts: dict[str, tuple[tuple[int, int, int, int], int]] = {}
         try:
             self._file = _read(self.path, lambda: h5py.File(self.path, "r"))
         except FileNotFoundError:
@@ -98,18 +100,37 @@ class Steps:
         meld = self._file["meld"].attrs if "meld" in self._file else {}
         if _text(meld.get("format", "")) != FORMAT:
             raise RecordingError(f"{self.path} is no recording that meldsim run --record has written", 6)
-        if int(meld["version"]) != VERSION:
-            raise RecordingError(f"{self.path} is a recording of version {int(meld['version'])}, and this package reads version "
-                                 f"{VERSION}: use the package that came with the meldsim that wrote it", 6)
+        if int(meld["version"]) not in READ:
+            raise RecordingError(f"{self.path} is a recording of version {int(meld['version'])}, and this package reads versions "
+                                 f"{READ[0]} and {READ[1]}: use the package that came with the meldsim that wrote it", 6)
         self._data = self._file["VTKHDF"]
         # The name Steps means another table after each step that is written, so it is looked up once.
-        self._steps = self._data["Steps"]
-        self.ticks: NDArray[numpy.int64] = numpy.asarray(self._steps["Values"][: self._steps.attrs["NSteps"]]).astype("int64")
+        self._tables = [self._data["Steps"]]
+        self._changes = self._file.get("meld/changes")
+        if self._changes is not None:
+            self._tables.append(self._changes["Steps"])
+        self._sizes = [int(table.attrs["NSteps"]) for table in self._tables]
+        self._places = self._place_steps()
+        self.ticks: NDArray[numpy.int64] = self._column("Values").astype("int64")
         self.lattice: str = _text(meld["lattice"])
         self.seed: int = int(meld["seed"]) & (1 << 64) - 1
         self.radius: float = float(meld["radius_metres"])
         self.predicates: dict[str, dict[str, Any]] = {predicate["name"]: predicate for predicate in self.json("predicates", [])}
         self.arrays: list[str] = list(self._data["PointData"])
+
+    def _place_steps(self) -> list[tuple[int, int]]:
+        """Of each step its table, 0 for whole ones and 1 for changes, and its row there. What the second table has after a step that the
+        first one lacks has been written in the meantime, and is left out."""
+        whole = self._sizes[0]
+        numbers = self._tables[1]["StepNumber"][: self._sizes[1]].tolist() if len(self._tables) > 1 else []
+        places: list[tuple[int, int]] = []
+        for row, number in enumerate(numbers):
+            missing = number - len(places)
+            begin = len(places) - row
+            if missing < 0 or begin + missing > whole:
+                return places
+            places += [(0, begin + more) for more in range(missing)] + [(1, row)]
+        return places + [(0, row) for row in range(len(places) - len(numbers), whole)]
 
     # ---- what is there once
 
@@ -139,18 +160,21 @@ class Steps:
     @_reads
     def positions(self, step: int) -> NDArray[numpy.float32]:
         """In diameters, (catoms, 3)."""
-        return self._rows(self._data["Points"], self._column("PointOffsets")[step], self.count(step))
+        rows = self._rows(self._data["Points"], self._column("PointOffsets")[step], self.count(step))
+        return self._changed(rows, "Points", "PointChanges", step)
 
     @_reads
     def array(self, name: str, step: int) -> NDArray[Any]:
         """A value for each catom, (catoms,) or (catoms, parts)."""
-        return self._rows(self._data["PointData"][name], self._column(f"PointDataOffsets/{name}")[step], self.count(step))
+        rows = self._rows(self._data["PointData"][name], self._column(f"PointDataOffsets/{name}")[step], self.count(step))
+        return self._changed(rows, f"PointData/{name}", f"PointDataChanges/{name}", step)
 
     @_reads
     def same_positions(self, step: int, other: int) -> bool:
         """Whether the catoms and their places are stored once for both; they may be the same if they are not."""
         offsets = [self._column("PointOffsets"), self._column("PointDataOffsets/id")]
-        return self.count(step) == self.count(other) and all(offset[step] == offset[other] for offset in offsets)
+        moved = self._range("PointChanges", step) == self._range("PointChanges", other)
+        return moved and self.count(step) == self.count(other) and all(offset[step] == offset[other] for offset in offsets)
 
     @_reads
     def fact_count(self, predicate: str, step: int) -> int:
@@ -159,7 +183,7 @@ class Steps:
             return int(self._column(f"FactCounts/{predicate}")[step])
         name = f"{predicate}.facts" if info["arguments"] else predicate
         # What has not changed since the step before is stored once, and counted once.
-        rows = (int(self._column(f"PointDataOffsets/{name}")[step]), self.count(step))
+        rows = (int(self._column(f"PointDataOffsets/{name}")[step]), self.count(step), *self._range(f"PointDataChanges/{name}", step))
         if self._counts.get(name, (None, 0))[0] != rows:
             self._counts[name] = rows, int((self.array(name, step) > 0).sum())
         return self._counts[name][1]
@@ -196,10 +220,36 @@ class Steps:
         return [known[number] if number >= 0 else None for number in numbers]
 
     def _column(self, name: str) -> NDArray[numpy.int64]:
-        """A column of the table of steps, (steps,), which is read once."""
+        """A column of the tables of steps, (steps,), which is read once."""
         if name not in self._columns:
-            self._columns[name] = self._steps[name][: len(self.ticks)]
+            tables = [table[name][:size] for table, size in zip(self._tables, self._sizes)]
+            self._columns[name] = tables[0][: len(self._places)] if len(tables) == 1 else numpy.array(
+                [tables[table][row] for table, row in self._places], dtype=tables[0].dtype)
         return self._columns[name]
+
+    def _range(self, name: str, step: int) -> tuple[int, int]:
+        """Which changes of a column count in a step; of a whole step none."""
+        table, row = self._places[step]
+        if table == 0 or name not in self._tables[1]:
+            return 0, 0
+        if name not in self._columns:
+            self._columns[name] = self._tables[1][name][: self._sizes[1]]
+        begin, end = self._columns[name][row].tolist()
+        if not 0 <= begin <= end:
+            raise ValueError(f"changes {begin} to {end} of {name} cannot be")
+        return begin, end
+
+    def _changed(self, rows: NDArray[Any], place: str, name: str, step: int) -> NDArray[Any]:
+        """The rows of a step, made of those of the whole step before it and of the changes since; of one row the last counts."""
+        begin, end = self._range(name, step)
+        if begin < end:
+            at, values = (self._rows(self._changes[place][part], begin, end - begin) for part in ("row", "value"))
+            if at.min() < 0 or at.max() >= len(rows):
+                raise ValueError(f"{place} changes where no row is")
+            # From the last on, each row once: numpy does not promise an order of what is assigned twice.
+            at, last = numpy.unique(at[::-1], return_index=True)
+            rows[at] = values[::-1][last]
+        return rows
 
     @staticmethod
     def _rows(column: Any, begin: Any, count: int) -> NDArray[Any]:

@@ -133,12 +133,14 @@ void add_movie(CLI::App& app, Asking& asking) {
 void add_export(CLI::App& app, Asking& asking) {
     CLI::App& c =
         *add_command(app, asking, "export",
-                     "Write what is shown of a run for other programs: points (.ply), solids (.glb), tables (.csv) or atoms (.xyz). A "
+                     "Write what is shown of a run for other programs: points (.ply), solids (.glb), tables (.csv) or atoms (.xyz); "
+                     "or a recording in which every step is whole (.vtkhdf). A "
                      "BODY is in Meld, and about its first variable that is a catom.\nExample: meldsim export "
                      "examples/meld/gradient.meld -o gradient.ply --colour 'dist(A, D)'",
                      ExportOptions{});
     PictureOptions& picture = *asking.run.debug->picture;
-    add(c, "-o,--output", picture.file, "FILE", "What is written: .ply, .glb, .csv or .xyz; TICK in the name makes a file of each tick")
+    add(c, "-o,--output", picture.file, "FILE",
+        "What is written: .ply, .glb, .csv, .xyz or, of a recording, .vtkhdf; TICK in the name makes a file of each tick")
         ->required();
     add(c, "--tick", std::get<ExportOptions>(picture.of).ticks, "T[,T...]",
         "Write the run after these ticks, as in 0,20,end; several in .csv and .xyz files, or with TICK in the name. Otherwise where it "

@@ -27,6 +27,7 @@
 #include "runtime/driver/pictures/picture_options.h"
 #include "runtime/driver/pictures/recorded_steps.h"
 #include "runtime/driver/pictures/shot.h"
+#include "runtime/driver/pictures/whole_recording.h"
 #include "runtime/driver/questions/bisect.h"
 #include "runtime/driver/run/checkpoints.h"
 #include "runtime/driver/run/replay.h"
@@ -236,10 +237,13 @@ class Conversation {
 
 int debug_command(RunOptions options, std::string scratch, const ParseRun& parse) {
     if (options.debug->picture) {
-        if (const auto right = last_tick_of(*options.debug->picture); !right) return print_error(right.error());
+        const bool copies =
+            std::holds_alternative<ExportOptions>(options.debug->picture->of) && is_recording_name(options.debug->picture->file);
+        if (const auto right = last_tick_of(*options.debug->picture); !copies && !right) return print_error(right.error());
         if (const auto distinct = check_output(options, world_path(options), "--output", options.debug->picture->file); !distinct)
             return print_error(distinct.error());
         if (options.debug->picture->steps) return paint_steps(options);
+        if (copies) return export_recording(options);
     }
     if (options.debug->view && !options.debug->view->share.file.empty()) {
         if (const auto distinct = check_output(options, world_path(options), "--share", options.debug->view->share.file); !distinct)

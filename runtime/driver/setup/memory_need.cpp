@@ -259,13 +259,15 @@ double arguments_of(const ModuleInfo& module, std::string_view predicate) {
 }
 
 // A step of a recording, which the first process packs, sorts and writes.
-MemoryPart recording(const world::World& world, const ModuleInfo& module, double catoms) {
-    double packed = 40, sorted = 24, columns = 43;  // See Recorder::pack(), read_rows() and Step.
+MemoryPart recording(const world::World& world, const ModuleInfo& module, double catoms, int processes) {
+    double packed = 40, sorted = 24, columns = 43;  // See Recorder::pack(), catoms_by_id() and Step.
     for (const std::string& name : world.record.predicates) {
         packed += 8 * arguments_of(module, name);
         columns += 8 * arguments_of(module, name);
     }
-    const double bytes = kRecording + std::min(kChunkCaches, kChunkCachesCatom * catoms) + catoms * (packed + sorted + columns);
+    // A process that is alone packs one catom after the other; then it has the positions twice.
+    const double at_once = processes > 1 ? packed : 12;
+    const double bytes = kRecording + std::min(kChunkCaches, kChunkCachesCatom * catoms) + catoms * (at_once + sorted + columns);
     // Facts of which a catom has several are there once more, each with the catom.
     return {"a step of the recording", {bytes, bytes + (world.record.predicates.empty() ? 0 : catoms * 2 * packed)}, true};
 }
@@ -319,7 +321,7 @@ MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, cons
                                     : counting.ensemble(),
                   counting.records(), counting.rows(), counting.lists(options.threads), counting.tick()};
     if (module.by_links && (!world.is_free() || world.links)) need.parts.push_back(counting.links());
-    if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms));
+    if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms, processes));
     if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares.catoms));
     if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares.largest.catoms));
     return need;

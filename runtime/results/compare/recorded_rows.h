@@ -54,7 +54,7 @@ class RowWindow {
             first_ = row;
             here_ = std::min(kRowsAtOnce, rows_.count - row);
             bytes_.resize(here_ * row_bytes_);
-            if (auto done = reader_->read(series_, rows_.first + first_, here_, bytes_.data()); !done) return tl::unexpected(done.error());
+            if (auto done = reader_->read(series_, rows_, first_, here_, bytes_.data()); !done) return tl::unexpected(done.error());
             if (renumbering_ != nullptr) renumbering_->apply(bytes_);
         }
         return bytes_.data() + (row - first_) * row_bytes_;

@@ -356,8 +356,12 @@ void Hdf5File::write_rows_of_step(ColumnIndex index, std::uint64_t first_row, st
         const std::size_t chunk = hashes.size() - 1;
         const bool same = chunk < column.step_hashes.size() && count == std::min(chunk_rows, column.step_rows - at) &&
                           XXH128_isEqual(hashes.back(), column.step_hashes[chunk]) != 0;
+        // A column in which all is alike is packed once.
+        const bool repeats = chunk > 0 && count == chunk_rows && XXH128_isEqual(hashes[chunk], hashes[chunk - 1]) != 0;
         if (same)
             copy_chunk(index, column.step_first + at, first_row + at);
+        else if (repeats)
+            copy_chunk(index, first_row + at - chunk_rows, first_row + at);
         else
             write_rows(index, first_row + at, count, from);
     }

@@ -31,6 +31,8 @@ std::string text_from(hid_t file, hid_t type, const auto& read) {
     return out.c_str();
 }
 
+constexpr hssize_t kMostTexts = 1 << 20;
+
 // An attribute that is one value.
 struct Attribute {
     Handle id, type;
@@ -90,6 +92,20 @@ std::string text_at(hid_t file, const std::string& path) {
     const Handle type(H5Dget_type(id), H5Tclose), space(H5Dget_space(id), H5Sclose);
     if (H5Sget_simple_extent_npoints(space) != 1) return "";
     return text_from(file, type, [&](void* to) { return H5Dread(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
+}
+
+std::vector<std::string> texts_at(hid_t file, const std::string& path) {
+    std::vector<std::string> out;
+    if (exists(file, path) <= 0) return out;
+    const Handle id(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const Handle type(H5Dget_type(id), H5Tclose), space(H5Dget_space(id), H5Sclose);
+    const hssize_t count = H5Sget_simple_extent_npoints(space);
+    if (H5Tis_variable_str(type) <= 0 || count <= 0 || count > kMostTexts) return out;
+    std::vector<char*> texts(static_cast<std::size_t>(count));
+    if (H5Dread(id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, static_cast<void*>(texts.data())) < 0) return out;
+    for (const char* text : texts) out.emplace_back(text == nullptr ? "" : text);
+    H5Dvlen_reclaim(type, space, H5P_DEFAULT, static_cast<void*>(texts.data()));
+    return out;
 }
 
 Hdf5Kind kind_of_hdf5(const std::string& path) {

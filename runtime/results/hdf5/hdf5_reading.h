@@ -22,5 +22,7 @@ std::optional<std::uint64_t> number_attribute(hid_t file, const std::string& gro
 
 // A dataset that is one text; empty if there is none.
 std::string text_at(hid_t file, const std::string& path);
+// A dataset of texts of any length; none if there is none, or it is anything else.
+std::vector<std::string> texts_at(hid_t file, const std::string& path);
 
 }  // namespace meld::record

@@ -13,27 +13,26 @@ namespace meld::record {
 namespace {
 
 constexpr std::uint64_t kStepsPerChunk = 256;
-constexpr const char* kGroup = "/VTKHDF";
 constexpr const char* kLink = "Steps";
 
-std::string table(std::size_t number) { return fmt::format("/meld/steps/{}", number); }
-
 // The table to which the step is written; readers see the other one in the meantime.
-std::size_t turn(std::int64_t step) { return static_cast<std::size_t>(step % 2); }
+std::size_t turn(std::int64_t step) { return step % 2 == 0 ? 0 : 1; }
 
 }  // namespace
 
-StepTable::StepTable(Hdf5File& file) : file_(file) {
-    file_.make_group("/meld/steps");
+std::string StepTable::table(std::size_t number) const { return fmt::format("{}/{}", place_.group, number); }
+
+StepTable::StepTable(Hdf5File& file, const StepTablePlace& place) : file_(file), place_(place) {
+    file_.make_group(place_.group);
     for (const std::size_t number : {0u, 1u}) {
         file_.make_group(table(number));
         file_.set_attribute(table(number), "NSteps", std::int64_t{0});
     }
     for (const char* group : {"PointDataOffsets", "FactOffsets", "FactCounts"}) make_group(group);
-    file_.link(kGroup, kLink, table(turn(1)));
+    file_.link(place_.seen_in, kLink, table(turn(1)));
 }
 
-StepTable::StepTable(Hdf5File& file, ByteReader& saved) : file_(file) {
+StepTable::StepTable(Hdf5File& file, const StepTablePlace& place, ByteReader& saved) : file_(file), place_(place) {
     steps_ = saved.read<std::int64_t>();
     for (auto left = saved.read_count(sizeof(Column)); left > 0; --left) columns_.push_back(saved.read<Column>());
 }
@@ -45,9 +44,10 @@ void StepTable::save(ByteWriter& out) const {
 }
 
 bool StepTable::matches() const {
-    const std::string shown = file_.linked(kGroup, kLink);
+    const std::string shown = file_.linked(place_.seen_in, kLink);
     for (const std::size_t number : {0u, 1u}) {
         if (shown != table(number)) continue;
+        if (steps_ == 0) return true;
         if (file_.attribute(shown, "NSteps").value_or(0) < steps_) return false;
         return std::ranges::all_of(columns_, [&](const Column& column) {
             std::vector<std::int64_t> row(column.components);
@@ -66,14 +66,14 @@ void StepTable::shorten(std::size_t number, std::int64_t rows) {
 
 void StepTable::show(std::size_t number) {
     file_.flush();
-    file_.link(kGroup, kLink, table(number));
+    file_.link(place_.seen_in, kLink, table(number));
     file_.flush();
 }
 
 // The table that readers see is never shortened: if it is the one that is to have all steps, they see the other one for a while.
 void StepTable::cut() {
     const std::size_t last = turn(steps_ - 1), other = turn(steps_);
-    const std::string shown = file_.linked(kGroup, kLink);
+    const std::string shown = file_.linked(place_.seen_in, kLink);
     const bool has_more = file_.attribute(shown, "NSteps") != steps_;
     if (shown == table(last) && has_more) {
         shorten(other, steps_);
@@ -96,7 +96,8 @@ StepColumn StepTable::add_column(const std::string& name, ElementType type, int 
     Column column;
     column.components = static_cast<std::size_t>(components);
     for (const std::size_t number : {0u, 1u}) {
-        const ColumnShape shape = {.type = type, .components = components, .chunk_rows = kStepsPerChunk, .readable_at_once = steps_ > 0};
+        const ColumnShape shape = {
+            .type = type, .components = components, .chunk_rows = kStepsPerChunk, .readable_at_once = place_.seen_early || steps_ > 0};
         // The table to be written lacks the last step, which is written together with the next.
         const std::int64_t rows = number == turn(steps_) ? std::max<std::int64_t>(steps_ - 1, 0) : steps_;
         column.in[number] = file_.make_column(table(number) + "/" + name, shape, static_cast<std::uint64_t>(rows));

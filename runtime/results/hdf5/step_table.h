@@ -1,7 +1,7 @@
-// The part of a recording with one row per step: the group /VTKHDF/Steps. Private to runtime/results.
+// A table of a recording with one row per step, such as the group /VTKHDF/Steps. Private to runtime/results.
 //
-// There are two copies, /meld/steps/0 and /meld/steps/1, written in turn; /VTKHDF/Steps is a link to the one that is complete. So a reader,
-// even of a file whose writer was killed, never sees a table that is being written: all columns and NSteps agree.
+// There are two copies, such as /meld/steps/0 and /meld/steps/1, written in turn; /VTKHDF/Steps is a link to the one that is complete. So a
+// reader, even of a file whose writer was killed, never sees a table that is being written: all columns and NSteps agree.
 #pragma once
 
 #include <array>
@@ -15,12 +15,18 @@ namespace meld::record {
 
 using StepColumn = std::size_t;
 
+struct StepTablePlace {
+    const char* group;        // With both copies.
+    const char* seen_in;      // With the link, "Steps".
+    bool seen_early = false;  // Readers may open it while it has no steps.
+};
+
 class StepTable {
   public:
     // The file must outlive the table. Makes the groups, and the link to a table without steps.
-    explicit StepTable(Hdf5File& file);
+    StepTable(Hdf5File& file, const StepTablePlace& place);
     // Of a file that is opened again, in the state that save() wrote. Readers see the steps that there are until cut().
-    StepTable(Hdf5File& file, ByteReader& saved);
+    StepTable(Hdf5File& file, const StepTablePlace& place, ByteReader& saved);
     void save(ByteWriter& out) const;
     // Whether the file has the steps of the saved state and the last of them is the same.
     bool matches() const;
@@ -53,10 +59,12 @@ class StepTable {
         std::array<std::int64_t, 4> next{};
         std::size_t components = 1;
     };
+    std::string table(std::size_t number) const;
     void shorten(std::size_t number, std::int64_t rows);
     void show(std::size_t number);
 
     Hdf5File& file_;
+    StepTablePlace place_;
     std::vector<Column> columns_;
     std::int64_t steps_ = 0;
 };

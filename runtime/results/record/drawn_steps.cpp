@@ -59,7 +59,7 @@ Result<void> DrawnSteps::each(SeriesIndex series, std::size_t step, std::optiona
     for (std::uint64_t done = 0; done < rows->count; done += some.size()) {
         liveness::beat();
         some.resize(std::min(kRowsAtOnce, rows->count - done));
-        if (auto read = recording_.read(series, rows->first + done, some.size(), some.data()); !read) return read;
+        if (auto read = recording_.read(series, *rows, done, some.size(), some.data()); !read) return read;
         if (auto taken = take(std::span<const Row>(some)); !taken) return taken;
     }
     return {};

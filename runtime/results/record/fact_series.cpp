@@ -18,7 +18,7 @@ std::uint64_t row_bytes(const RecordedArray& column) { return static_cast<std::u
 
 }  // namespace
 
-FactSeries::FactSeries(Hdf5File& file, StepTable& steps, const RecordedTable& table, std::uint64_t chunk_rows) : chunk_rows_(chunk_rows) {
+FactSeries::FactSeries(Hdf5File& file, StepTables& steps, const RecordedTable& table, std::uint64_t chunk_rows) : chunk_rows_(chunk_rows) {
     MELD_CHECK(steps.steps() == 0, "table '{}' comes late", table.name);
     const std::string group = "/meld/facts/" + table.name;
     file.make_group(group);
@@ -64,7 +64,7 @@ std::uint64_t FactSeries::most_growth(const RecordedTable& table, std::uint64_t 
     return bytes + kIndexBytes;
 }
 
-void FactSeries::write(Hdf5File& file, StepTable& steps, const RecordedTable& table) {
+void FactSeries::write(Hdf5File& file, StepTables& steps, const RecordedTable& table) {
     MELD_CHECK(table.columns.size() == columns_.size(), "table '{}' changes its columns", table.name);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
         Column& column = columns_[i];

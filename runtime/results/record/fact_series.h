@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "runtime/results/hdf5/hdf5_file.h"
-#include "runtime/results/hdf5/step_table.h"
+#include "runtime/results/hdf5/step_tables.h"
 #include "runtime/results/record/recording.h"
 
 namespace meld::record {
@@ -19,7 +19,7 @@ namespace meld::record {
 class FactSeries {
   public:
     // Before the first step. Columns of texts hold numbers.
-    FactSeries(Hdf5File& file, StepTable& steps, const RecordedTable& table, std::uint64_t chunk_rows);
+    FactSeries(Hdf5File& file, StepTables& steps, const RecordedTable& table, std::uint64_t chunk_rows);
 
     // Of a file that is opened again, in the state that save() wrote.
     explicit FactSeries(ByteReader& saved);
@@ -30,7 +30,7 @@ class FactSeries {
     // What a step with this table can add to the file at most, as bytes, if chunks have at most so many rows.
     static std::uint64_t most_growth(const RecordedTable& table, std::uint64_t chunk_rows);
     // The rows of the step that is being made.
-    void write(Hdf5File& file, StepTable& steps, const RecordedTable& table);
+    void write(Hdf5File& file, StepTables& steps, const RecordedTable& table);
 
   private:
     struct Column {

@@ -77,15 +77,18 @@ void RecordedPredicate::skip(ByteReader& in) const {
         }
 }
 
-void RecordedPredicate::begin_step() {
+void RecordedPredicate::begin_step(std::size_t rows) {
     counts_.clear();
+    counts_.reserve(rows);
     catoms_.clear();
-    counts_same_ = table_same_ = false;
+    updated_ = counts_same_ = table_same_ = false;
     for (Argument& argument : arguments_)
         for (Cells* cells : {&argument.first, &argument.all}) {
             cells->clear();
             cells->same = false;
         }
+    for (Argument& argument : arguments_)
+        if (argument.stored != RecordedArray::Text) argument.first.words.reserve(rows * static_cast<std::size_t>(argument.components));
 }
 
 void RecordedPredicate::take(const Argument& argument, ByteReader& in, Cells& cells) {
@@ -117,8 +120,10 @@ void RecordedPredicate::unpack(u64 id, ByteReader& in) {
 }
 
 void RecordedPredicate::begin_update() {
-    counts_same_ = table_same_ = true;
+    updated_ = counts_same_ = table_same_ = true;
+    changed_counts_.clear();
     for (Argument& argument : arguments_) argument.first.same = argument.all.same = true;
+    for (Argument& argument : arguments_) argument.first.changed.clear();
     MELD_EXPECT(fresh_.empty(), "{} catoms are left of an update", fresh_.size());
 }
 
@@ -129,6 +134,7 @@ void RecordedPredicate::Argument::put(std::size_t row) {
         if (with.empty() || std::equal(with.begin(), with.end(), at)) return;
         std::move(with.begin(), with.end(), at);
         first.same = false;
+        first.changed.push_back(row);
     };
     replace(first.words, room.words);
     replace(first.texts, room.texts);
@@ -138,7 +144,8 @@ void RecordedPredicate::Argument::put(std::size_t row) {
 void RecordedPredicate::update(std::size_t row, u64 id, ByteReader& in) {
     const auto count = in.read<std::uint32_t>();
     const u64 before = std::exchange(counts_[row], count);
-    counts_same_ = counts_same_ && before == count;
+    if (before != count) changed_counts_.push_back(row);
+    counts_same_ = changed_counts_.empty();
     for (Argument& argument : arguments_) {
         take_first(argument, count, in, argument.room);
         argument.put(row);
@@ -189,25 +196,26 @@ void RecordedPredicate::end_update() {
     fresh_.clear();
 }
 
-RecordedArray RecordedPredicate::Argument::cells(const std::string& shown, const Cells& cells) const {
+RecordedArray RecordedPredicate::Argument::cells(const std::string& shown, const Cells& cells, bool updated) const {
     const bool texts = stored == RecordedArray::Text;
     return {.name = shown,
             .type = stored,
             .data = texts ? static_cast<const void*>(cells.texts.data()) : cells.words.data(),
             .components = components,
             .texts = array,
-            .same = cells.same};
+            .same = cells.same,
+            .changed = updated ? &cells.changed : nullptr};
 }
 
 void RecordedPredicate::list(std::vector<RecordedArray>& arrays, std::vector<RecordedTable>& tables) const {
     // Without arguments the number of facts is all there is to say: 1 or 0.
     const std::string counts = arguments_.empty() ? name_ : name_ + "." + kFactsColumn;
-    for (const Argument& argument : arguments_) arrays.push_back(argument.cells(argument.array, argument.first));
-    arrays.push_back({.name = counts, .data = counts_.data(), .same = counts_same_});
+    for (const Argument& argument : arguments_) arrays.push_back(argument.cells(argument.array, argument.first, updated_));
+    arrays.push_back({.name = counts, .data = counts_.data(), .same = counts_same_, .changed = updated_ ? &changed_counts_ : nullptr});
     if (!several_) return;
     RecordedTable table{
         .name = name_, .rows = catoms_.size(), .columns = {{.name = kCatomColumn, .data = catoms_.data()}}, .same = table_same_};
-    for (const Argument& argument : arguments_) table.columns.push_back(argument.cells(argument.name, argument.all));
+    for (const Argument& argument : arguments_) table.columns.push_back(argument.cells(argument.name, argument.all, false));
     tables.push_back(std::move(table));
 }
 

@@ -27,7 +27,7 @@ class RecordedPredicate {
 
     // On the process that writes: a step, catom by catom in the order of their ids. What list() adds refers to this object until the next
     // begin_step().
-    void begin_step();
+    void begin_step(std::size_t rows);
     void unpack(u64 id, ByteReader& in);
     // The step after one of the same catoms: between the first and the last of these, update() for those of which something may have
     // changed, in the order of their ids, each with its row.
@@ -41,7 +41,8 @@ class RecordedPredicate {
     struct Cells {
         std::vector<u64> words;
         std::vector<std::string> texts;
-        bool same = false;  // As in the step before.
+        bool same = false;              // As in the step before.
+        std::vector<u64> changed = {};  // The rows that are not, in an update.
         bool operator==(const Cells& other) const { return words == other.words && texts == other.texts; }
         void clear() {
             words.clear();
@@ -57,7 +58,7 @@ class RecordedPredicate {
         void put(std::size_t row);
         void append(const Cells& from, std::size_t first_row, std::size_t rows);
 
-        RecordedArray cells(const std::string& shown, const Cells& cells) const;
+        RecordedArray cells(const std::string& shown, const Cells& cells, bool updated) const;
     };
     void pack_fact(const ModuleInfo& module, const Value* fact, ByteWriter& out) const;
     static void take(const Argument& argument, ByteReader& in, Cells& cells);
@@ -69,7 +70,8 @@ class RecordedPredicate {
     std::vector<Argument> arguments_;
     std::vector<u64> counts_;  // Of facts, by catom.
     std::vector<u64> catoms_;  // Of all facts.
-    bool counts_same_ = false, table_same_ = false;
+    std::vector<u64> changed_counts_;
+    bool updated_ = false, counts_same_ = false, table_same_ = false;
     // Of an update: the catoms whose facts in the table are others now, and how many; the facts are in `fresh` of the arguments.
     struct Fresh {
         u64 id;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
+#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
@@ -43,6 +45,8 @@ Result<void> Recorder::add_predicates(const sim::Subdomain& subdomain) {
 Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
     if (auto added = add_predicates(subdomain); !added) return added;
     marks_.start(subdomain.program_actions);
+    has_tails_ = subdomain.ensemble.has_amoebots();
+    has_diameters_ = subdomain.has_diameters();
     info_.lines = marks_.lines();
     std::string descriptions;
     for (const RecordedPredicate& r : recorded_) {
@@ -129,12 +133,6 @@ void Recorder::finish(sim::Subdomain& subdomain) {
 
 namespace {
 
-struct RecordedRow {
-    u64 id;
-    world::Vec3 position, tail;
-    double diameter;
-};
-
 constexpr u64 kNobody = ~u64{0};
 // If more than one catom of so many has changed, a step is made anew.
 constexpr std::size_t kFew = 4;
@@ -158,19 +156,32 @@ bool Recorder::find_changes(sim::Subdomain& subdomain) {
     return std::ranges::all_of(subdomain.comm.allgather({&mine, 1}), [](std::byte each) { return each != std::byte{0}; });
 }
 
+Recorder::RecordedRow Recorder::row_of(const sim::Subdomain& subdomain, sim::Catom catom) {
+    const world::Vec3 position = subdomain.ensemble.position(catom);
+    return {subdomain.ensemble.id(catom), position, subdomain.ensemble.has_amoebots() ? tail_position(subdomain, catom) : position,
+            subdomain.diameter(catom)};
+}
+
+void Recorder::pack_marks(const sim::Subdomain& subdomain, ByteWriter& out) {
+    marks_.send(out);
+    if (load_) load_->send(subdomain, out);
+}
+
+void Recorder::pack_facts(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const {
+    if (load_) out.write(LoadMap::here(subdomain, catom));
+    for (const RecordedPredicate& r : recorded_) r.pack(subdomain, catom, out);
+}
+
 // What this process's catoms have drawn; then its catoms, or those among them that may have changed, each with its position and values.
 std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain, bool whole) {
     ByteWriter out;
     out.reserve((whole ? subdomain.ensemble.owned_count() : changed_.size()) * sizeof(RecordedRow));
-    marks_.send(out);
-    if (load_) load_->send(subdomain, out);
+    pack_marks(subdomain, out);
     const auto one = [&](sim::Catom c) {
         liveness::beat();
         if (!subdomain.owned(c)) return;
-        out.write(
-            RecordedRow{subdomain.ensemble.id(c), subdomain.ensemble.position(c), tail_position(subdomain, c), subdomain.diameter(c)});
-        if (load_) out.write(LoadMap::here(subdomain, c));
-        for (const RecordedPredicate& r : recorded_) r.pack(subdomain, c, out);
+        out.write(row_of(subdomain, c));
+        pack_facts(subdomain, c, out);
     };
     if (whole)
         for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) one(c);
@@ -180,8 +191,33 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain, bool whole) {
     return out.take();
 }
 
+namespace {
+
+// The catoms of this process in the order of their ids, which have few gaps in most runs.
+std::vector<sim::Catom> catoms_by_id(const sim::Subdomain& subdomain) {
+    constexpr sim::Catom kNone = ~sim::Catom{0};
+    const std::size_t count = subdomain.ensemble.owned_count(), most = 2 * count;
+    std::vector<sim::Catom> out;
+    out.reserve(count);
+    const auto each = [&](const auto& visit) {
+        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
+            if (subdomain.owned(c)) visit(c, subdomain.ensemble.id(c));
+    };
+    u64 last = 0;
+    each([&](sim::Catom, u64 id) { last = std::max(last, id); });
+    if (last < most) {
+        std::vector<sim::Catom> at(last + 1, kNone);
+        each([&](sim::Catom c, u64 id) { at[id] = c; });
+        std::ranges::copy_if(at, std::back_inserter(out), [](sim::Catom c) { return c != kNone; });
+        return out;
+    }
+    each([&](sim::Catom c, u64) { out.push_back(c); });
+    std::ranges::sort(out, {}, [&](sim::Catom c) { return subdomain.ensemble.id(c); });
+    return out;
+}
+
 // Calls visit(id, row, rest of the bytes) for the rows of all processes, in the order of ids. What stands before them is read first.
-template <class Before, class Skip, class Visit>
+template <class Row, class Before, class Skip, class Visit>
 void each_row(const std::vector<std::vector<std::byte>>& all, const Before& before, const Skip& skip, const Visit& visit) {
     // The bytes of each row, and where they start in those of their process.
     struct Packed {
@@ -191,7 +227,7 @@ void each_row(const std::vector<std::vector<std::byte>>& all, const Before& befo
     };
     std::vector<Packed> rows;
     std::size_t most = 0;
-    for (const auto& part : all) most += part.size() / sizeof(RecordedRow);
+    for (const auto& part : all) most += part.size() / sizeof(Row);
     rows.reserve(most);
     for (std::size_t part = 0; part < all.size(); ++part) {
         ByteReader in(all[part], "a step of a recording");
@@ -199,7 +235,7 @@ void each_row(const std::vector<std::vector<std::byte>>& all, const Before& befo
         while (!in.done()) {
             liveness::beat();
             const std::size_t at = all[part].size() - in.left();
-            rows.push_back({in.read<RecordedRow>().id, part, at});
+            rows.push_back({in.read<Row>().id, part, at});
             skip(in);
         }
     }
@@ -208,66 +244,108 @@ void each_row(const std::vector<std::vector<std::byte>>& all, const Before& befo
         liveness::beat();
         const std::span<const std::byte> bytes = all[part];
         ByteReader in(bytes.subspan(at), "a row of a recording");
-        const auto row = in.read<RecordedRow>();
+        const auto row = in.read<Row>();
         visit(row, in);
     }
 }
 
-// Sorts the rows of all processes into columns, in the order of ids.
-void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all) {
+}  // namespace
+
+// In memory that is there already.
+void Recorder::begin_rows(std::size_t most) {
     marks_.begin_step();
     if (load_) load_->begin_step();
-    step_ = {};
+    step_.updated = false;
+    const auto begin = [](auto& column, std::size_t size) {
+        column.clear();
+        column.reserve(size);
+    };
+    begin(step_.ids, most);
+    begin(step_.positions, most);
+    begin(step_.tails, has_tails_ ? most : 0);
+    begin(step_.diameters, has_diameters_ ? most : 0);
+    begin(step_.colours, 3 * most);
+    begin(step_.labels, marks_.labels() ? most : 0);
+    for (RecordedPredicate& r : recorded_) r.begin_step(most);
+}
+
+void Recorder::read_marks(ByteReader& in) {
+    marks_.receive(in);
+    if (load_) load_->receive(in);
+}
+
+void Recorder::add_row(const RecordedRow& row, ByteReader& facts) {
+    step_.ids.push_back(row.id);
+    if (load_) load_->add(row.id, facts.read<LoadMap::Load>());
+    step_.positions.push_back(row.position);
+    if (has_tails_) step_.tails.push_back(row.tail);
+    if (has_diameters_) step_.diameters.push_back(row.diameter);
+    const std::uint32_t colour = marks_.colour(row.id);
+    for (const int shift : {16, 8, 0}) step_.colours.push_back(static_cast<std::uint8_t>(colour >> shift));
+    if (marks_.labels()) step_.labels.push_back(marks_.label(row.id));
+    for (RecordedPredicate& r : recorded_) r.unpack(row.id, facts);
+}
+
+// Sorts the rows of all processes into columns, in the order of ids.
+void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all) {
     std::size_t most = 0;
     for (const auto& part : all) most += part.size() / sizeof(RecordedRow);
-    step_.ids.reserve(most);
-    step_.positions.reserve(most);
-    step_.tails.reserve(most);
-    step_.diameters.reserve(most);
-    step_.colours.reserve(3 * most);
-    for (RecordedPredicate& r : recorded_) r.begin_step();
-    const auto before = [&](ByteReader& in) {
-        marks_.receive(in);
-        if (load_) load_->receive(in);
-    };
+    begin_rows(most);
     const auto skip = [&](ByteReader& in) {
         if (load_) in.read<LoadMap::Load>();
         for (const RecordedPredicate& r : recorded_) r.skip(in);
     };
-    each_row(all, before, skip, [&](const RecordedRow& row, ByteReader& in) {
-        step_.ids.push_back(row.id);
-        if (load_) load_->add(row.id, in.read<LoadMap::Load>());
-        step_.positions.push_back(row.position);
-        step_.tails.push_back(row.tail);
-        step_.diameters.push_back(row.diameter);
-        for (const int shift : {16, 8, 0}) step_.colours.push_back(static_cast<std::uint8_t>(marks_.colour(row.id) >> shift));
-        if (marks_.labels()) step_.labels.push_back(marks_.label(row.id));
-        for (RecordedPredicate& r : recorded_) r.unpack(row.id, in);
-    });
+    each_row<RecordedRow>(
+        all, [&](ByteReader& in) { read_marks(in); }, skip, [&](const RecordedRow& row, ByteReader& in) { add_row(row, in); });
+}
+
+// The same of a run of one process, where nothing is sent: all catoms packed would take more memory than their columns.
+void Recorder::read_own_rows(sim::Subdomain& subdomain) {
+    begin_rows(subdomain.ensemble.owned_count());
+    ByteWriter packed;
+    pack_marks(subdomain, packed);
+    ByteReader marks(packed.view(), "what is drawn in a step of a recording");
+    read_marks(marks);
+    for (const sim::Catom c : catoms_by_id(subdomain)) {
+        liveness::beat();
+        packed.clear();
+        pack_facts(subdomain, c, packed);
+        ByteReader facts(packed.view(), "a row of a recording");
+        add_row(row_of(subdomain, c), facts);
+    }
 }
 
 // Of the same catoms as the last step.
 void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
     marks_.begin_step();
-    step_.same_catoms = step_.same_positions = step_.same_tails = step_.same_diameters = true;
+    step_.updated = true;
+    for (std::vector<u64>* rows :
+         {&step_.moved, &step_.changed_tails, &step_.changed_diameters, &step_.changed_colours, &step_.changed_labels})
+        rows->clear();
     for (RecordedPredicate& r : recorded_) r.begin_update();
     const auto skip = [&](ByteReader& in) {
         for (const RecordedPredicate& r : recorded_) r.skip(in);
     };
-    const auto replace = [](auto& column, std::size_t at, const auto& value, bool& same) {
-        same = same && column[at] == value;
-        column[at] = value;
+    // What is other in the file, where -0.0 is not 0.0.
+    const auto replace = [](auto& column, std::size_t at, const auto& value, std::vector<u64>& changed, const auto& stored) {
+        const auto before = stored(std::exchange(column[at], value)), now = stored(value);
+        if (std::memcmp(&before, &now, sizeof now) != 0) changed.push_back(at);
     };
+    const auto as_it_is = [](const auto& value) { return value; };
     std::size_t at = 0;
-    each_row(
+    each_row<RecordedRow>(
         all, [&](ByteReader& in) { marks_.receive(in); }, skip,
         [&](const RecordedRow& row, ByteReader& in) {
-            at = static_cast<std::size_t>(std::lower_bound(step_.ids.begin() + static_cast<std::ptrdiff_t>(at), step_.ids.end(), row.id) -
-                                          step_.ids.begin());
+            // In most runs the numbers have no gaps.
+            if (row.id < step_.ids.size() && step_.ids[row.id] == row.id)
+                at = row.id;
+            else
+                at = static_cast<std::size_t>(
+                    std::lower_bound(step_.ids.begin() + static_cast<std::ptrdiff_t>(at), step_.ids.end(), row.id) - step_.ids.begin());
             MELD_CHECK(at < step_.ids.size() && step_.ids[at] == row.id, "catom @{} is not in the step before", row.id);
-            replace(step_.positions, at, row.position, step_.same_positions);
-            replace(step_.tails, at, row.tail, step_.same_tails);
-            replace(step_.diameters, at, row.diameter, step_.same_diameters);
+            replace(step_.positions, at, row.position, step_.moved, narrow);
+            if (has_tails_) replace(step_.tails, at, row.tail, step_.changed_tails, as_it_is);
+            if (has_diameters_) replace(step_.diameters, at, row.diameter, step_.changed_diameters, as_it_is);
             for (RecordedPredicate& r : recorded_) r.update(at, row.id, in);
         });
     for (RecordedPredicate& r : recorded_) r.end_update();
@@ -276,15 +354,22 @@ void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
 
 // The catoms that have drawn something since.
 void Recorder::update_marks() {
-    step_.same_marks = true;
     for (const u64 id : marks_.news()) {
         const auto found = std::lower_bound(step_.ids.begin(), step_.ids.end(), id);
         if (found == step_.ids.end() || *found != id) continue;
         const auto at = static_cast<std::size_t>(found - step_.ids.begin());
-        step_.same_marks = false;
-        for (std::size_t i = 0; i < 3; ++i) step_.colours[3 * at + i] = static_cast<std::uint8_t>(marks_.colour(id) >> (16 - 8 * i));
-        if (marks_.labels()) step_.labels[at] = marks_.label(id);
+        bool other = false;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto part = static_cast<std::uint8_t>(marks_.colour(id) >> (16 - 8 * i));
+            other = std::exchange(step_.colours[3 * at + i], part) != part || other;
+        }
+        if (other) step_.changed_colours.push_back(at);
+        if (!marks_.labels() || step_.labels[at] == marks_.label(id)) continue;
+        step_.labels[at] = marks_.label(id);
+        step_.changed_labels.push_back(at);
     }
+    std::ranges::sort(step_.changed_colours);
+    std::ranges::sort(step_.changed_labels);
 }
 
 // Lines between catoms that both exist, by their indices.
@@ -301,29 +386,28 @@ std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
     return lines;
 }
 
-Result<void> Recorder::write_step(sim::Subdomain& subdomain, const Digest& state) {
-    std::vector<RecordedArray> arrays{
-        {.name = "colour", .type = RecordedArray::UInt8, .data = step_.colours.data(), .components = 3, .same = step_.same_marks}};
-    if (subdomain.has_diameters())
-        arrays.push_back(
-            {.name = "diameter", .type = RecordedArray::Float64, .data = step_.diameters.data(), .same = step_.same_diameters});
-    if (subdomain.ensemble.has_amoebots())
-        arrays.push_back(
-            {.name = kTailPosition, .type = RecordedArray::Float64, .data = step_.tails.data(), .components = 3, .same = step_.same_tails});
-    if (marks_.labels())
-        arrays.push_back({.name = "label", .type = RecordedArray::Text, .data = step_.labels.data(), .same = step_.same_marks});
+Result<void> Recorder::write_step(const sim::Subdomain& subdomain, const Digest& state) {
+    const auto column = [&](const char* name, RecordedArray::Type type, const void* data, int components, const std::vector<u64>& changed) {
+        return RecordedArray{.name = name,
+                             .type = type,
+                             .data = data,
+                             .components = components,
+                             .same = step_.updated && changed.empty(),
+                             .changed = step_.updated ? &changed : nullptr};
+    };
+    std::vector<RecordedArray> arrays{column("colour", RecordedArray::UInt8, step_.colours.data(), 3, step_.changed_colours)};
+    if (has_diameters_) arrays.push_back(column("diameter", RecordedArray::Float64, step_.diameters.data(), 1, step_.changed_diameters));
+    if (has_tails_) arrays.push_back(column(kTailPosition, RecordedArray::Float64, step_.tails.data(), 3, step_.changed_tails));
+    if (marks_.labels()) arrays.push_back(column("label", RecordedArray::Text, step_.labels.data(), 1, step_.changed_labels));
     if (load_) load_->list(arrays);
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
-    return file_->step(static_cast<double>(subdomain.tick()), step_.positions, step_.ids, arrays, lines_between(step_.ids), tables, state,
-                       {.ids = step_.same_catoms, .positions = step_.same_positions});
+    return file_->step(
+        static_cast<double>(subdomain.tick()), step_.positions, step_.ids, arrays, lines_between(step_.ids), tables, state,
+        {.ids = step_.updated, .positions = step_.updated && step_.moved.empty(), .moved = step_.updated ? &step_.moved : nullptr});
 }
 
-// Process 0 gets all data, or what may have changed since the last step, and writes them.
-Result<void> Recorder::write(sim::Subdomain& subdomain) {
-    last_step_ = subdomain.tick();
-    const Digest state = digest_.of(subdomain);
-    const bool whole = !find_changes(subdomain);
+std::vector<std::vector<std::byte>> Recorder::gather(sim::Subdomain& subdomain, bool whole) {
     std::vector<std::byte> mine = pack(subdomain, whole);
     std::vector<comm::Packet> packets;
     std::vector<std::vector<std::byte>> all;
@@ -333,12 +417,24 @@ Result<void> Recorder::write(sim::Subdomain& subdomain) {
         packets.push_back({0, std::move(mine)});
     if (!subdomain.alone())
         for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
-    Result<void> done;
-    if (file_) {
+    return all;
+}
+
+// Process 0 gets all data, or what may have changed since the last step, and writes them.
+Result<void> Recorder::write(sim::Subdomain& subdomain) {
+    last_step_ = subdomain.tick();
+    const Digest state = digest_.of(subdomain);
+    const bool whole = !find_changes(subdomain);
+    if (whole && subdomain.alone()) {
+        read_own_rows(subdomain);
+    } else if (const std::vector<std::vector<std::byte>> all = gather(subdomain, whole); file_) {
         if (whole)
             read_rows(all);
         else
             update_rows(all);
+    }
+    Result<void> done;
+    if (file_) {
         done = write_step(subdomain, state);
         if (done) ++steps_;
     }

@@ -41,14 +41,21 @@ class Recorder : public sim::SimModule {
     Result<void> ending() const override { return ending_; }
 
   private:
-    // A step as its columns, in the order of ids, and what of it is as it was in the step before.
+    struct RecordedRow {
+        u64 id;
+        world::Vec3 position, tail;
+        double diameter;
+    };
+    static RecordedRow row_of(const sim::Subdomain& subdomain, sim::Catom catom);
+    // A step as its columns, in the order of ids, and what of it is not as it was in the step before.
     struct Step {
         std::vector<u64> ids;
-        std::vector<world::Vec3> positions, tails;
-        std::vector<double> diameters;
+        std::vector<world::Vec3> positions, tails;  // Tails of amoebots alone.
+        std::vector<double> diameters;              // If bodies differ in size.
         std::vector<std::uint8_t> colours;
         std::vector<std::string> labels;
-        bool same_catoms = false, same_positions = false, same_tails = false, same_diameters = false, same_marks = false;
+        bool updated = false;  // Made of the step before: these are the rows that are not as they were in it.
+        std::vector<u64> moved, changed_tails, changed_diameters, changed_colours, changed_labels;
     };
     // What is recorded: finds the predicates, and completes info_.
     Result<void> prepare(sim::Subdomain& subdomain);
@@ -60,16 +67,27 @@ class Recorder : public sim::SimModule {
     // Finds the catoms of this process of which something may have changed since the last step. True: they are what it takes to make this
     // step of the last one; the same on all processes.
     bool find_changes(sim::Subdomain& subdomain);
+    // All that a step has, from all processes.
+    std::vector<std::vector<std::byte>> gather(sim::Subdomain& subdomain, bool whole);
     std::vector<std::byte> pack(sim::Subdomain& subdomain, bool whole);
+    // What stands before the rows; and a row with what is recorded of it.
+    void pack_marks(const sim::Subdomain& subdomain, ByteWriter& out);
+    void pack_facts(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const;
+    // A step anew: marks, then rows in the order of their ids.
+    void begin_rows(std::size_t most);
+    void read_marks(ByteReader& in);
+    void add_row(const RecordedRow& row, ByteReader& facts);
     void read_rows(const std::vector<std::vector<std::byte>>& all);
+    void read_own_rows(sim::Subdomain& subdomain);
     void update_rows(const std::vector<std::vector<std::byte>>& all);
     void update_marks();
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
-    Result<void> write_step(sim::Subdomain& subdomain, const Digest& state);
+    Result<void> write_step(const sim::Subdomain& subdomain, const Digest& state);
 
     std::string path_;
     int every_;
     std::vector<std::string> wanted_;
+    bool has_tails_ = false, has_diameters_ = false;
     RecordingInfo info_;
     Loaded loaded_;
     std::vector<RecordedPredicate> recorded_;  // With their facts in the last step.

@@ -25,6 +25,7 @@ constexpr std::uint64_t kMaxChunkRows = 65536;
 constexpr std::uint64_t kTablesBytes = 32 << 10;
 constexpr std::uint64_t kTableBytesARow = 1;  // 40 bytes for a chunk, and a chunk has many rows.
 constexpr std::uint64_t kReserveBytes = 512 << 10;
+constexpr const char* kIds = "id";
 // Two ends and their positions, if compression saves nothing.
 constexpr std::uint64_t kLineBytes = 3 * sizeof(std::int64_t);
 
@@ -69,7 +70,10 @@ std::uint64_t Recording::State::most_growth(std::uint64_t rows, std::span<const 
     for (const auto& [name, table] : texts) text_bytes += table.waiting_bytes();
     std::uint64_t fact_bytes = 0;
     for (const RecordedTable& table : given_tables) fact_bytes += FactSeries::most_growth(table, partly_filled_chunk);
-    return fact_bytes + text_bytes + (rows + partly_filled_chunk) * row_bytes + (given.size() + 1) * kTablesBytes + kReserveBytes;
+    const std::uint64_t whole = (rows + partly_filled_chunk) * row_bytes, series = given.size() + 1;
+    const std::uint64_t changes = (rows / kFewChanges + 2 * kChangesPerChunk) * (row_bytes + series * sizeof(std::uint64_t));
+    return fact_bytes + text_bytes + (steps->follows_changes() ? std::max(whole, changes) : whole) + (given.size() + 1) * kTablesBytes +
+           kReserveBytes;
 }
 
 // Reserves space for a step that needs no more than this, and some for the next ones, which may need less. Returns why that failed, or
@@ -83,15 +87,13 @@ std::optional<std::string> Recording::State::reserve(std::uint64_t bytes) {
     return std::nullopt;
 }
 
-void Recording::State::number_texts(std::vector<RecordedArray>& given, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers) {
-    for (RecordedArray& array : given) {
-        if (array.type != RecordedArray::Text) continue;
-        array.type = RecordedArray::Int64;
-        if (array.same) continue;
-        numbers.push_back(
-            texts[array.texts.empty() ? array.name : array.texts].numbers({static_cast<const std::string*>(array.data), rows}));
-        array.data = numbers.back().data();
-    }
+void Recording::State::number_texts(RecordedArray& array, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers) {
+    if (array.type != RecordedArray::Text) return;
+    array.type = RecordedArray::Int64;
+    const auto known = arrays.find(array.name);
+    if (array.same && (known == arrays.end() || !known->second.has_changes())) return;
+    numbers.push_back(texts_of(array).numbers({static_cast<const std::string*>(array.data), rows}));
+    array.data = numbers.back().data();
 }
 
 void Recording::State::write_texts() {
@@ -117,7 +119,7 @@ void Recording::State::make_layout(const RecordingInfo& info) {
     parts.emplace(*hdf5);
 
     hdf5->set_attribute("/meld", "format", kRecordingFormat);
-    hdf5->set_attribute("/meld", "version", kRecordingVersion);
+    hdf5->set_attribute("/meld", "version", kWholeVersion);
     hdf5->set_attribute("/meld", "seed", info.seed);
     hdf5->set_attribute("/meld", kRunAttribute, run_hash(info));
     hdf5->set_attribute("/meld", "lattice", std::string_view(info.lattice));
@@ -136,10 +138,12 @@ void Recording::State::make_layout(const RecordingInfo& info) {
 
 // Columns with a row for each catom are made at the first step, when the size of the ensemble determines the size of a chunk.
 void Recording::State::make_point_columns(std::uint64_t rows) {
+    if (rows > kMaxChunkRows && !all_whole) follow_changes();
     const std::uint64_t chunk = std::clamp(rows, kFewestChunkRows, kMaxChunkRows);
-    points = SeriesColumn{.values = hdf5->make_column(
-                              "/VTKHDF/Points", {.type = ElementType::Float32, .components = 3, .chunk_rows = chunk, .compressed = true}),
-                          .offsets = {}};
+    points.emplace();
+    points->values =
+        hdf5->make_column("/VTKHDF/Points", {.type = ElementType::Float32, .components = 3, .chunk_rows = chunk, .compressed = true});
+    if (steps->follows_changes()) points->follow_changes(*hdf5, *steps, "/meld/changes/Points", "PointChanges");
 }
 
 SeriesColumn Recording::State::make_array(const std::string& name, ElementType type, int components, std::uint64_t rows) {
@@ -156,16 +160,17 @@ SeriesColumn Recording::State::make_array(const std::string& name, ElementType t
         hdf5->flush();
     }
     column.offsets = steps->add_column("PointDataOffsets/" + name, ElementType::Int64);
+    // With other catoms the step is whole.
+    if (steps->follows_changes() && name != kIds)
+        column.follow_changes(*hdf5, *steps, "/meld/changes/PointData/" + name, "PointDataChanges/" + name);
     return column;
 }
 
 void Recording::State::write_points(std::span<const std::array<double, 3>> positions) {
     if (!points) make_point_columns(positions.size());
-    std::vector<std::array<float, 3>> narrow(positions.size());
-    std::ranges::transform(positions, narrow.begin(), [](const std::array<double, 3>& position) {
-        return std::array<float, 3>{static_cast<float>(position[0]), static_cast<float>(position[1]), static_cast<float>(position[2])};
-    });
-    points->write(*hdf5, positions.size(), narrow.data());
+    std::vector<std::array<float, 3>> all(positions.size());
+    std::ranges::transform(positions, all.begin(), narrow);
+    points->write(*hdf5, positions.size(), all.data());
 }
 
 void Recording::State::write_array(const RecordedArray& array, std::uint64_t rows) {
@@ -175,10 +180,19 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
     if (known == arrays.end()) known = arrays.emplace(array.name, make_array(array.name, type, array.components, rows)).first;
     const ColumnShape& shape = hdf5->shape(known->second.values);
     MELD_CHECK(shape.type == type && shape.components == array.components, "array '{}' changes its type", array.name);
-    if (array.same)
+    if (array.same && !known->second.has_changes())
         known->second.keep(rows);
     else
         known->second.write(*hdf5, rows, array.data);
+}
+
+void Recording::State::write_whole(std::span<const std::array<double, 3>> positions, std::span<const RecordedArray> given,
+                                   const RecordedSame& same) {
+    if (same.positions && !points->has_changes())
+        points->keep(positions.size());
+    else
+        write_points(positions);
+    for (const RecordedArray& array : given) write_array(array, positions.size());
 }
 
 void Recording::State::write_row_of_step(double time, const Part& part, const Digest& state) {
@@ -226,6 +240,7 @@ Recording::~Recording() = default;
 Result<Recording> Recording::create(const std::string& path, const RecordingInfo& info) {
     auto state = std::make_unique<State>();
     state->path = path;
+    state->all_whole = info.all_whole;
     for (const std::string& file : {path, path + kSidecar, path + kLinesSidecar})
         if (OutputFile::names_stream(file))
             return fail(fmt::format("cannot write {}: a recording is no stream, and this is no regular file", file), "Choose another path");
@@ -254,14 +269,16 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
     if (const Result<void> cut = state.cut(); !cut) return cut;
     const std::uint64_t rows = ids.size();
     // Ids are below 2^63, and readers accept only signed ids.
-    std::vector<RecordedArray> all = {{.name = "id", .type = RecordedArray::Int64, .data = ids.data(), .components = 1, .same = same.ids}};
+    std::vector<RecordedArray> all = {{.name = kIds, .type = RecordedArray::Int64, .data = ids.data(), .components = 1, .same = same.ids}};
     all.insert(all.end(), arrays.begin(), arrays.end());
     std::vector<RecordedTable> all_tables(tables.begin(), tables.end());
     std::deque<std::vector<std::int64_t>> numbers;
-    state.number_texts(all, rows, numbers);
+    const std::optional<std::vector<ChangedSeries>> changed = state.find_changes(positions, all, same, numbers);
+    for (RecordedArray& array : all) state.number_texts(array, rows, numbers);
     for (RecordedTable& table : all_tables)
         for (RecordedArray& column : table.columns) column.same = table.same;
-    for (RecordedTable& table : all_tables) state.number_texts(table.columns, table.rows, numbers);
+    for (RecordedTable& table : all_tables)
+        for (RecordedArray& column : table.columns) state.number_texts(column, table.rows, numbers);
     // HDF5 that meets a full disk in the middle of a step leaves a broken file: it must not.
     if (const auto reason = state.reserve(state.most_growth(rows, all, all_tables) + lines.size() * kLineBytes)) {
         for (auto& [name, table] : state.texts) table.forget();
@@ -271,15 +288,19 @@ Result<void> Recording::step(double time, std::span<const std::array<double, 3>>
 
     state.most_rows = std::max(state.most_rows, rows);
     state.write_texts();
-    if (same.positions)
-        state.points->keep(rows);
+    if (changed)
+        for (const ChangedSeries& series : *changed) series.column->change(*state.hdf5, series.rows, series.values.data());
     else
-        state.write_points(positions);
-    for (const RecordedArray& array : all) state.write_array(array, rows);
+        state.write_whole(positions, all, same);
     for (const RecordedTable& table : all_tables) state.write_table(table);
     state.write_row_of_step(time, state.parts->part_with(rows, lines), digest);
     state.write_array_offsets(all, rows);
-    state.steps->commit();
+    if (changed) {
+        state.write_ranges(all);
+        state.steps->commit_changes();
+    } else {
+        state.steps->commit_whole();
+    }
     if (state.hdf5->failed()) {
         state.failure = state.cannot_write(state.hdf5->failure()).value();
         return tl::unexpected(*state.failure);

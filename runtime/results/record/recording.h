@@ -33,6 +33,7 @@ struct RecordingInfo {
     std::string lattice;
     double radius = 0;            // In metres.
     bool lines = false;           // Steps may have lines.
+    bool all_whole = false;       // No step holds changes alone, as other programs than ours need it.
     std::string provenance = {};  // What it takes to run it again, as JSON; see provenance.h.
     std::string made_by = {};     // By what and how it was made, as JSON: for people, and no part of what the run is.
     // The names of what close() says how often it has happened.
@@ -55,7 +56,10 @@ struct RecordedArray {
     const void* data = nullptr;
     int components = 1;
     std::string texts = {};  // Empty: the name of the array.
-    bool same = false;       // As in the last step that was written, of as many rows: nobody looks at the data.
+    bool same =
+        false;  // As in the last step that was written, of as many rows. The data are looked at only if the step is whole after others.
+    // The rows that differ from the last step that was written, of as many rows: these and no others, in their order. Null: nobody knows.
+    const std::vector<std::uint64_t>* changed = nullptr;
 };
 
 // Facts of a step, as many as there are; a column is an array with a value for each of them. Numbers are of 64 bits.
@@ -70,7 +74,11 @@ struct RecordedTable {
 struct RecordedSame {
     bool ids = false;
     bool positions = false;
+    const std::vector<std::uint64_t>* moved = nullptr;  // As RecordedArray::changed, of positions as floats of 32 bits.
 };
+
+// Positions as they stand in the file.
+std::array<float, 3> narrow(const std::array<double, 3>& position);
 
 // Written by one process. Positions are stored as 32-bit floats, which suffice for viewing and halve the size.
 class Recording {
@@ -90,8 +98,8 @@ class Recording {
 
     // Appends a step with the digest of the whole state: catoms sorted by id, as many positions as ids. Afterwards the file is complete up
     // to this step, also when the process is killed. What has not changed since the last step is stored as a reference, at no cost; what is
-    // said to be the same is not even looked at. An array that is missing in some steps reads as zeros (floats: NaN) there. A table has the
-    // same columns in all steps.
+    // said to be the same is not even looked at. Of a large ensemble, a step with few changes holds these alone. An array that is missing
+    // in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
     // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write, after which
     // every call fails alike. Earlier steps remain readable.
     Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -31,6 +33,19 @@ struct StepWindow {
     std::vector<std::int64_t> rows = {};
 };
 
+// A table of steps. The first holds whole steps, the second those that are changes of the step before; not all recordings have it.
+struct StepPlace {
+    std::size_t table = 0, row = 0;
+};
+constexpr std::array<const char*, 2> kTables = {"/VTKHDF/Steps/", "/meld/changes/Steps/"};
+
+// Those of one step in a series, as they were read last.
+struct SomeChanges {
+    std::uint64_t begin = 0, end = 0;
+    std::vector<std::int64_t> rows = {};
+    std::vector<std::byte> values = {};
+};
+
 }  // namespace
 
 struct RecordingReader::State {
@@ -39,10 +54,13 @@ struct RecordingReader::State {
     std::uint64_t size_bytes = 0;
     std::map<std::string, std::string> about;
     std::vector<std::int64_t> ticks;
+    std::vector<StepPlace> places;  // By step.
     std::vector<Series> series;
     std::vector<Dataset> values;      // By series.
     std::vector<std::string> begins;  // By series: the column of the steps with its first rows.
     std::vector<std::string> counts;  // By series: the column with how many; empty: the catoms of the step.
+    std::vector<std::string> ranges;  // By series: the column with which changes count; empty: there can be none.
+    std::map<SeriesIndex, SomeChanges> changes;
     std::vector<SeriesIndex> arrays;
     SeriesIndex line_ends = 0;
     std::vector<SeriesTable> tables;
@@ -57,7 +75,9 @@ struct RecordingReader::State {
     }
     Result<void> read_about();
     Result<void> read_predicates();
+    Result<std::vector<double>> times_in(std::size_t table) const;
     Result<void> read_ticks();
+    Result<void> read_changes(SeriesIndex index, const Rows& rows);
     Result<void> find_series();
     Result<SeriesIndex> add(const std::string& place, Series series, std::string begin, std::string count);
     Result<std::vector<std::string>> names(const std::string& group) const;
@@ -69,18 +89,20 @@ Result<void> RecordingReader::State::read_about() {
     if (attribute(*file, "/meld", "format") != kRecordingFormat)
         return fail(path + " is no recording of meldsim", "Give a file that `meldsim run --record` has written",
                     ExitCode::RecordingRefused);
-    if (const std::string version = attribute(*file, "/meld", "version"); version != std::to_string(kRecordingVersion))
-        return fail(fmt::format("{} is a recording of version {}, and this meldsim reads version {}", path,
-                                version.empty() ? "none" : version, kRecordingVersion),
+    if (const std::string version = attribute(*file, "/meld", "version");
+        version != std::to_string(kRecordingVersion) && version != std::to_string(kWholeVersion))
+        return fail(fmt::format("{} is a recording of version {}, and this meldsim reads versions {} and {}", path,
+                                version.empty() ? "none" : version, kWholeVersion, kRecordingVersion),
                     "Read it with the meldsim that wrote it", ExitCode::RecordingRefused);
     for (const char* name : {"seed", "lattice", "radius_metres"}) about[name] = attribute(*file, "/meld", name);
-    for (const char* name : {"program", "world", "provenance", "made_by"}) about[name] = text_at(*file, std::string("/meld/") + name);
+    for (const char* name : {"program", "world", "provenance", "made_by", "predicates"})
+        about[name] = text_at(*file, std::string("/meld/") + name);
     return {};
 }
 
 Result<void> RecordingReader::State::read_predicates() {
     try {
-        const nlohmann::json described = nlohmann::json::parse(text_at(*file, "/meld/predicates"));
+        const nlohmann::json described = nlohmann::json::parse(about["predicates"]);
         if (!described.is_array()) return damaged("its predicates are not a list");
         for (const auto& predicate : described) {
             DescribedPredicate& one = predicates.emplace_back();
@@ -96,17 +118,41 @@ Result<void> RecordingReader::State::read_predicates() {
     return {};
 }
 
-Result<void> RecordingReader::State::read_ticks() {
-    const std::optional<std::uint64_t> count = number_attribute(*file, "/VTKHDF/Steps", "NSteps");
-    const std::optional<Dataset> times = Dataset::open(*file, "/VTKHDF/Steps/Values");
+Result<std::vector<double>> RecordingReader::State::times_in(std::size_t table) const {
+    const std::string place = kTables[table];
+    const std::optional<std::uint64_t> count = number_attribute(*file, place.substr(0, place.size() - 1), "NSteps");
+    const std::optional<Dataset> times = Dataset::open(*file, place + "Values");
     if (!times || times->type() != ElementType::Float64 || times->components() != 1 || !count) return damaged("it has no table of steps");
     // Rows that were never written do not fill memory.
     if (*count > times->rows() || *count > size_bytes) return damaged("its table of steps is too short");
     std::vector<double> all(*count);
     if (const auto done = times->read(0, *count, all.data()); !done) return damaged(done.error().problem);
-    for (const double time : all) {
+    return all;
+}
+
+// A table says all that there was when it was read. The table of changes, which is read last, says which of all steps its own are: if one
+// is missing before them, it was written in the meantime, and what follows it is left out.
+Result<void> RecordingReader::State::read_ticks() {
+    const Result<std::vector<double>> whole = times_in(0);
+    if (!whole) return tl::unexpected(whole.error());
+    std::vector<double> changed;
+    std::vector<std::int64_t> step_of;
+    if (H5Lexists(*file, "/meld/changes", H5P_DEFAULT) > 0 && H5Lexists(*file, "/meld/changes/Steps", H5P_DEFAULT) > 0) {
+        Result<std::vector<double>> times = times_in(1);
+        if (!times) return tl::unexpected(times.error());
+        Result<std::vector<std::int64_t>> steps = numbers(std::string(kTables[1]) + "StepNumber");
+        if (!steps) return tl::unexpected(steps.error());
+        if (steps->size() < times->size()) return damaged("its table of changes is too short");
+        changed = std::move(*times);
+        step_of = std::move(*steps);
+    }
+    for (std::size_t i = 0, j = 0; i < whole->size() || j < changed.size();) {
+        const bool here = j < changed.size() && step_of[j] == static_cast<std::int64_t>(places.size());
+        if (!here && i == whole->size()) break;
+        const double time = here ? changed[j] : (*whole)[i];
         if (!(time >= 0 && time <= kMaxTick)) return damaged("it has a tick that cannot be");
         ticks.push_back(static_cast<std::int64_t>(time));
+        places.push_back(here ? StepPlace{1, j++} : StepPlace{0, i++});
     }
     if (!std::is_sorted(ticks.begin(), ticks.end(), std::less_equal<>())) return damaged("its ticks are out of order");
     return {};
@@ -128,17 +174,22 @@ Result<SeriesIndex> RecordingReader::State::add(const std::string& place, Series
     values.push_back(std::move(*dataset));
     begins.push_back(std::move(begin));
     counts.push_back(std::move(count));
+    ranges.emplace_back();
     return series.size() - 1;
 }
 
 Result<void> RecordingReader::State::find_series() {
     // An empty recording has no column of positions yet.
     if (ticks.empty()) return {};
+    constexpr SeriesIndex points = 0;
     if (auto done = add("/VTKHDF/Points", {.name = "position"}, "PointOffsets", ""); !done) return tl::unexpected(done.error());
     if (auto done = add("/VTKHDF/PointData/id", {.name = "id"}, "PointDataOffsets/id", ""); !done) return tl::unexpected(done.error());
     if (series[0].components != 3 || series[0].type != ElementType::Float32 || series[1].components != 1 ||
         series[1].type != ElementType::Int64)
         return damaged("its positions or numbers of catoms are not as we write them");
+    const bool has_changes = std::ranges::any_of(places, [](const StepPlace& place) { return place.table == 1; });
+    const auto exists = [&](const std::string& place) { return H5Lexists(*file, place.c_str(), H5P_DEFAULT) > 0; };
+    if (has_changes) ranges[points] = "PointChanges";
     const Result<std::vector<std::string>> texts_here = names("/meld/texts"), data = names("/VTKHDF/PointData"),
                                            table_names = names("/meld/facts");
     for (const auto* each : {&texts_here, &data, &table_names})
@@ -152,6 +203,7 @@ Result<void> RecordingReader::State::find_series() {
         const auto added = add("/VTKHDF/PointData/" + name, {.name = name, .texts = texts_of(name)}, "PointDataOffsets/" + name, "");
         if (!added) return tl::unexpected(added.error());
         arrays.push_back(*added);
+        if (const std::string range = "PointDataChanges/" + name; has_changes && exists(kTables[1] + range)) ranges[*added] = range;
     }
     const auto ends = add("/VTKHDF/Lines/Connectivity", {.name = "line"}, "", "");
     if (!ends) return tl::unexpected(ends.error());
@@ -194,23 +246,25 @@ Result<std::vector<std::int64_t>> RecordingReader::State::numbers(const std::str
 }
 
 Result<std::int64_t> RecordingReader::State::of_step(const std::string& column, std::size_t step, std::size_t component) {
-    auto known = columns.find(column);
+    const auto& [table, row] = places[step];
+    const std::string place = kTables[table] + column;
+    auto known = columns.find(place);
     if (known == columns.end()) {
-        std::optional<Dataset> dataset = Dataset::open(*file, "/VTKHDF/Steps/" + column);
+        std::optional<Dataset> dataset = Dataset::open(*file, place);
         if (!dataset || dataset->type() != ElementType::Int64) return damaged(fmt::format("its steps have no {}", column));
-        known = columns.emplace(column, StepWindow{std::move(*dataset)}).first;
+        known = columns.emplace(place, StepWindow{std::move(*dataset)}).first;
     }
     StepWindow& window = known->second;
     const auto components = static_cast<std::size_t>(window.values.components());
-    if (step >= window.values.rows() || component >= components) return damaged(fmt::format("its {} end too early", column));
-    if (step < window.first || step >= window.first + window.count) {
-        window.first = step;
-        window.count = std::min<std::uint64_t>(kStepsAtOnce, window.values.rows() - step);
+    if (row >= window.values.rows() || component >= components) return damaged(fmt::format("its {} end too early", column));
+    if (row < window.first || row >= window.first + window.count) {
+        window.first = row;
+        window.count = std::min<std::uint64_t>(kStepsAtOnce, window.values.rows() - row);
         window.rows.resize(window.count * components);
         if (const auto done = window.values.read(window.first, window.count, window.rows.data()); !done)
             return damaged(done.error().problem);
     }
-    return window.rows[(step - window.first) * components + component];
+    return window.rows[(row - window.first) * components + component];
 }
 
 Result<RecordingReader> RecordingReader::open(const std::string& path) {
@@ -243,6 +297,7 @@ std::string RecordingReader::about(const std::string& name) const {
     const auto known = state_->about.find(name);
     return known == state_->about.end() ? "" : known->second;
 }
+std::vector<std::string> RecordingReader::arguments() const { return texts_at(*state_->file, "/meld/arguments"); }
 std::vector<std::pair<std::string, std::uint64_t>> RecordingReader::counts() const {
     const auto number = [&](const std::string& name) { return number_attribute(*state_->file, "/meld/counts", name); };
     std::vector<std::pair<std::string, std::uint64_t>> all;
@@ -255,15 +310,13 @@ std::vector<std::pair<std::string, std::uint64_t>> RecordingReader::counts() con
 const std::vector<std::int64_t>& RecordingReader::ticks() const { return state_->ticks; }
 
 Result<std::vector<Digest>> RecordingReader::digests() const {
-    const Result<std::vector<std::int64_t>> low = state_->numbers("/VTKHDF/Steps/StateDigestLow");
-    if (!low) return tl::unexpected(low.error());
-    const Result<std::vector<std::int64_t>> high = state_->numbers("/VTKHDF/Steps/StateDigestHigh");
-    if (!high) return tl::unexpected(high.error());
-    if (low->size() < state_->ticks.size() || high->size() < state_->ticks.size())
-        return state_->damaged("its table of digests is too short");
     std::vector<Digest> out;
-    for (std::size_t i = 0; i < state_->ticks.size(); ++i)
-        out.emplace_back(static_cast<std::uint64_t>((*low)[i]), static_cast<std::uint64_t>((*high)[i]));
+    for (std::size_t i = 0; i < state_->ticks.size(); ++i) {
+        const Result<std::int64_t> low = state_->of_step("StateDigestLow", i), high = state_->of_step("StateDigestHigh", i);
+        for (const auto* half : {&low, &high})
+            if (!*half) return tl::unexpected(half->error());
+        out.emplace_back(static_cast<std::uint64_t>(*low), static_cast<std::uint64_t>(*high));
+    }
     return out;
 }
 const std::vector<Series>& RecordingReader::series() const { return state_->series; }
@@ -294,11 +347,48 @@ Result<Rows> RecordingReader::rows(SeriesIndex index, std::size_t step) {
     }
     if (*first < 0 || count < 0 || *first > there || count > there - *first)
         return s.damaged(fmt::format("step {} refers to rows of {} that are not there", step, s.series[index].name));
-    return Rows{static_cast<std::uint64_t>(*first), static_cast<std::uint64_t>(count)};
+    Rows rows{static_cast<std::uint64_t>(*first), static_cast<std::uint64_t>(count)};
+    if (s.ranges[index].empty() || s.places[step].table == 0) return rows;
+    const Result<std::int64_t> begin = s.of_step(s.ranges[index], step), end = s.of_step(s.ranges[index], step, 1);
+    for (const auto* each : {&begin, &end})
+        if (!*each) return tl::unexpected(each->error());
+    if (*begin < 0 || *end < *begin || *end - *begin > count)
+        return s.damaged(fmt::format("step {} refers to changes of {} that cannot be", step, s.series[index].name));
+    rows.changes_begin = static_cast<std::uint64_t>(*begin);
+    rows.changes_end = static_cast<std::uint64_t>(*end);
+    return rows;
 }
 
-Result<void> RecordingReader::read(SeriesIndex index, std::uint64_t first, std::uint64_t count, void* to) {
-    if (const auto done = state_->values[index].read(first, count, to); !done) return state_->damaged(done.error().problem);
+// Fewer than the step has rows, which rows() has found out.
+Result<void> RecordingReader::State::read_changes(SeriesIndex index, const Rows& rows) {
+    SomeChanges& known = changes[index];
+    if (known.begin == rows.changes_begin && known.end == rows.changes_end) return {};
+    const Series& one = series[index];
+    const std::string place = index == 0 ? "/meld/changes/Points" : "/meld/changes/PointData/" + one.name;
+    const std::optional<Dataset> at = Dataset::open(*file, place + "/row"), what = Dataset::open(*file, place + "/value");
+    if (!at || !what || at->type() != ElementType::Int64 || at->components() != 1 || what->type() != one.type ||
+        what->components() != one.components)
+        return damaged(place + " is missing, or not as we write it");
+    const std::uint64_t count = rows.changes_end - rows.changes_begin;
+    known = {rows.changes_begin, rows.changes_end, std::vector<std::int64_t>(count), std::vector<std::byte>(count * one.row_bytes())};
+    Result<void> done = at->read(rows.changes_begin, count, known.rows.data());
+    if (done) done = what->read(rows.changes_begin, count, known.values.data());
+    if (!done) return damaged(done.error().problem);
+    for (const std::int64_t row : known.rows)
+        if (row < 0 || static_cast<std::uint64_t>(row) >= rows.count) return damaged(one.name + " changes where no row is");
+    return {};
+}
+
+Result<void> RecordingReader::read(SeriesIndex index, const Rows& rows, std::uint64_t first, std::uint64_t count, void* to) {
+    State& s = *state_;
+    if (const auto done = s.values[index].read(rows.first + first, count, to); !done) return s.damaged(done.error().problem);
+    if (rows.changes_begin == rows.changes_end) return {};
+    if (auto done = s.read_changes(index, rows); !done) return done;
+    const SomeChanges& changes = s.changes[index];
+    const std::size_t row_bytes = s.series[index].row_bytes();
+    for (std::size_t i = 0; i < changes.rows.size(); ++i)
+        if (const auto row = static_cast<std::uint64_t>(changes.rows[i]); row >= first && row < first + count)
+            std::memcpy(static_cast<std::byte*>(to) + (row - first) * row_bytes, changes.values.data() + i * row_bytes, row_bytes);
     return {};
 }
 

@@ -43,9 +43,10 @@ struct DescribedPredicate {
     bool operator==(const DescribedPredicate&) const = default;
 };
 
-// The rows that a step has in a series.
+// The rows that a step has in a series: where they begin, and which of the series' changes count.
 struct Rows {
     std::uint64_t first = 0, count = 0;
+    std::uint64_t changes_begin = 0, changes_end = 0;
     bool operator==(const Rows&) const = default;
 };
 
@@ -57,8 +58,11 @@ class RecordingReader {
     ~RecordingReader();
 
     const std::string& path() const;
-    // What the run was: texts by name, such as "program" and "seed"; "provenance" is what provenance.h reads, and "made_by" is JSON.
+    // What the run was: texts by name, such as "program" and "seed"; "provenance" is what provenance.h reads, and "made_by" and
+    // "predicates" are JSON.
     std::string about(const std::string& name) const;
+    // The command of the run, word by word.
+    std::vector<std::string> arguments() const;
     // What the run had counted at its end, by name; none: nobody knows.
     std::vector<std::pair<std::string, std::uint64_t>> counts() const;
     // The tick of each step.
@@ -76,8 +80,9 @@ class RecordingReader {
 
     // The rows of a step in a series. Cost: mostly none, since a few thousand steps are read at a time.
     Result<Rows> rows(SeriesIndex series, std::size_t step);
-    // Reads rows as they are in memory: row_bytes() each.
-    Result<void> read(SeriesIndex series, std::uint64_t first, std::uint64_t count, void* to);
+    // Reads some of these rows, from the one with this number on, as they are in memory: row_bytes() each. Cost: with changes, also looks
+    // at all of these, of which it keeps those of the last step that was asked for; they are fewer than the rows.
+    Result<void> read(SeriesIndex series, const Rows& rows, std::uint64_t first, std::uint64_t count, void* to);
     // The strings of a group, by number. Cost: reads all of them the first time.
     Result<const std::vector<std::string>*> texts(const std::string& group);
 

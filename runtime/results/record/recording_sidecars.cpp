@@ -1,4 +1,4 @@
-// The sidecars of a recording: which steps they show.
+// The sidecars of a recording: which steps they show. Those that hold changes alone are none of them: XDMF cannot say what they are.
 #include <algorithm>
 #include <bit>
 #include <filesystem>
@@ -24,9 +24,10 @@ void Recording::State::each_step(const std::function<void(const XdmfStep&)>& vis
     step.ends = slab("lines", "/VTKHDF/Lines/Connectivity", parts->line_ends());
     for (const auto& [name, column] : arrays) step.arrays.push_back(slab(name, "/VTKHDF/PointData/" + name, column.values));
     const PartTable::Sizes sizes = parts->sizes();
-    for (std::int64_t first = 0; first < steps->steps(); first += kSidecarStepsAtOnce) {
-        const std::int64_t count = std::min(kSidecarStepsAtOnce, steps->steps() - first);
-        const auto read = [&](StepColumn column) { return steps->read(column, first, count); };
+    const StepTable& whole = steps->whole();
+    for (std::int64_t first = 0; first < whole.steps(); first += kSidecarStepsAtOnce) {
+        const std::int64_t count = std::min(kSidecarStepsAtOnce, whole.steps() - first);
+        const auto read = [&](StepColumn column) { return whole.read(column, first, count); };
         const std::vector<std::int64_t> times = read(values), part = read(part_offsets), point = read(point_offsets);
         const std::vector<std::int64_t> ends = read(connectivity_offsets);
         std::vector<std::vector<std::int64_t>> begins;

@@ -14,7 +14,7 @@ namespace meld::sim {
 
 namespace {
 
-constexpr char kMagic[16] = "meld snapshot 7";
+constexpr char kMagic[16] = "meld snapshot 8";
 
 // Of the kind and the bytes, and thereby of the length: a file that ends after a whole block lacks the last kind.
 std::uint64_t hash_of(ShareBlock kind, BlockView block) { return hash_bytes(block, static_cast<std::uint64_t>(kind)); }

@@ -13,6 +13,13 @@ foreach(check layout killed full-disk reopened)
                    $<TARGET_FILE:test_runtime_results_record_writer> ${check})
   set_tests_properties(test_runtime_results_record_${check} PROPERTIES TIMEOUT 300)
 endforeach()
+# Of many catoms, with steps that hold changes alone.
+foreach(check read reopened every-write)
+  add_test(NAME test_runtime_results_record_changes_${check}
+           COMMAND ${CLAYMELD_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/check_changes.py
+                   $<TARGET_FILE:test_runtime_results_record_listed_writer> ${check})
+  set_tests_properties(test_runtime_results_record_changes_${check} PROPERTIES TIMEOUT 300)
+endforeach()
 # A kill after each write: after some of them, and after all of a longer recording.
 foreach(check every-write every-write-long reopened-every-write reopened-every-write-long)
   add_test(NAME test_runtime_results_record_${check}

@@ -340,11 +340,11 @@ def cut_short(file, at, data):
             yield data[:cut]
 
 
-def check_every_write(writer, folder, steps=40, stride=11, every=False):
+def check_every_write(writer, folder, steps=40, stride=11, every=False, prefix="", check=check_some_steps):
     """The writer, killed after each of its writes (after every `stride`-th) and in the midst of them (in every `stride`-th, or in all of
     a short recording): all steps that it had told are there."""
     path, log = os.path.join(folder, "a.vtkhdf"), os.path.join(folder, "log")
-    subprocess.run([writer, str(steps), path], check=True, stdout=subprocess.PIPE, env={**os.environ, "WRITE_LOG": log})
+    subprocess.run([writer, f"{prefix}{steps}", path], check=True, stdout=subprocess.PIPE, env={**os.environ, "WRITE_LOG": log})
     inode, killed = os.stat(path).st_ino, os.path.join(folder, "killed.vtkhdf")
     said, seen, tried, cuts = 0, 0, 0, 0
     # Before the file has its name nobody looks for it.
@@ -363,7 +363,7 @@ def check_every_write(writer, folder, steps=40, stride=11, every=False):
                     os.pwrite(file.fileno(), beginning, at)
                     if steps <= 40 or cuts % stride == 0:
                         try:
-                            check_some_steps(killed, said, steps, every)
+                            check(killed, said, steps, every)
                         except Exception as error:
                             raise AssertionError(f"killed in write {number} of {len(data)} at {at}, {said} steps told") from error
                 os.pwrite(file.fileno(), data, at)
@@ -371,12 +371,12 @@ def check_every_write(writer, folder, steps=40, stride=11, every=False):
                 os.ftruncate(file.fileno(), at)
             if named and (kind == NAMED or said == 0 or number % stride == 0):
                 try:
-                    seen = max(seen, check_some_steps(killed, said, steps, every))
+                    seen = max(seen, check(killed, said, steps, every))
                 except Exception as error:
                     raise AssertionError(f"killed after write {number}, {kind} of {len(data)} at {at}, {said} steps told") from error
                 tried += 1
     assert said == steps
-    check_some_steps(killed, steps, steps, True)
+    check(killed, steps, steps, True)
     with open(killed, "rb") as made, open(path, "rb") as whole:
         assert made.read() == whole.read(), "the list of writes lacks some"
     print(f"{tried} kills after writes, {cuts} writes cut short, {os.path.getsize(path)} bytes")
@@ -402,6 +402,8 @@ def contents(path):
             found[name] = repr(entry)
         file.visititems(visit)
         found["link"] = file["VTKHDF"].get("Steps", getlink=True).path
+        if "meld/changes" in file:
+            found["link of changes"] = file["meld/changes"].get("Steps", getlink=True).path
     return found
 
 
@@ -470,17 +472,17 @@ def check_reopened(writer, folder, steps=29):
                 assert file.read() == other, "a file that is refused has changed"
 
 
-def check_reopened_every_write(writer, folder, stride=83, cases=((6, 9, True), (10, 13, False))):
+def check_reopened_every_write(writer, folder, stride=83, cases=((6, 9, True), (10, 13, False)), prefix="", check=check_some_steps):
     """Whoever goes on with a recording and is killed after any of its writes leaves the steps that were saved, to go on with again."""
     path, wanted, state, log = (os.path.join(folder, name) for name in ("a.vtkhdf", "wanted.vtkhdf", "state", "log"))
     steps, tried = 16, 0
-    assert write_some(writer, steps, wanted) == (0, "")
+    assert write_some(writer, f"{prefix}{steps}", wanted) == (0, "")
     for saved, written, closed in cases:
         os.path.exists(path) and os.unlink(path)
-        assert write_some(writer, written, path, state, saved, *["closed"] * closed) == (0, "")
+        assert write_some(writer, f"{prefix}{written}", path, state, saved, *["closed"] * closed) == (0, "")
         killed, again = os.path.join(folder, "killed.vtkhdf"), os.path.join(folder, "again.vtkhdf")
         shutil.copyfile(path, killed)
-        assert write_some(writer, steps, path, state, WRITE_LOG=log) == (0, "")
+        assert write_some(writer, f"{prefix}{steps}", path, state, WRITE_LOG=log) == (0, "")
         inode, said = os.stat(path).st_ino, saved
         with open(killed, "r+b", buffering=0) as file:
             for number, (where, kind, at, data) in enumerate(listed_writes(log)):
@@ -495,10 +497,11 @@ def check_reopened_every_write(writer, folder, stride=83, cases=((6, 9, True), (
                 if number % stride != 0:
                     continue
                 try:
-                    check_some_steps(killed, said, max(steps, written), False, most=max(written, said + 1))
+                    check(killed, said, max(steps, written), False, most=max(written, said + 1))
                     # Its place is where it was.
                     shutil.copyfile(killed, path)
-                    assert write_some(writer, steps, path, state) == (0, "")
+                    went_on = write_some(writer, f"{prefix}{steps}", path, state)
+                    assert went_on == (0, ""), went_on
                     check_same(path, wanted)
                 except Exception as error:
                     raise AssertionError(f"killed after write {number}, {kind} of {len(data)} at {at}, {said} steps told") from error

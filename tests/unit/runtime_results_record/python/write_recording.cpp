@@ -1,9 +1,11 @@
 // Writes recordings for check_recording.py: "layout FILE" a small one with every special case, "endless FILE" one that goes on
 // until it is killed, "N FILE" one of N steps whose catoms become more; the last two say after each step that it is in the file.
+// With "many-N" instead of N the catoms are 70,000, of which few change in a step.
 // "N FILE STATE S" writes such a one and notes in STATE what is saved of it after S steps; then it ends without closing it, or with
 // "N FILE STATE S closed" after that. "N FILE STATE" goes on with it from there and closes it.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -128,6 +130,53 @@ void write_layout(const char* path) {
     expect(recording.close());
 }
 
+// Many catoms, of which few change in most steps; check_changes.py knows all of it too.
+struct Many {
+    static constexpr std::size_t kCount = 70000;
+    std::vector<std::array<double, 3>> positions;
+    std::vector<std::uint64_t> ids;
+    std::vector<std::int64_t> distances;
+    std::vector<double> forces;
+    std::vector<std::uint8_t> awake;
+    std::vector<std::string> labels = std::vector<std::string>(kCount);
+
+    Many() {
+        for (std::size_t i = 0; i < kCount; ++i) {
+            const auto x = static_cast<double>(i);
+            positions.push_back({x, 2 * x, -x});
+            ids.push_back(10 * i);
+            distances.push_back(static_cast<std::int64_t>(i));
+            forces.insert(forces.end(), {0.5 * x, x, 1.5 * x});
+            awake.push_back(static_cast<std::uint8_t>(i % 2));
+        }
+    }
+    void change(std::int64_t step) {
+        if (step == 0 || step % 6 == 3) return;
+        const auto at = [&](std::size_t factor) { return factor * static_cast<std::size_t>(step) % kCount; };
+        const auto s = static_cast<double>(step);
+        distances[at(7919)] = -step;
+        distances[at(31)] = -2 * step;
+        if (step % 2 == 1) positions[at(13)] = {s, s, s};
+        labels[at(5)] = "step " + std::to_string(step % 4);
+        awake[at(3)] = static_cast<std::uint8_t>(2 + step % 3);
+        for (std::size_t k = 0; k < 3; ++k) forces[3 * at(17) + k] = s * static_cast<double>(k + 1);
+        // More than a quarter.
+        for (std::size_t i = 0; i < kCount / 3 && step % 9 == 5; ++i) distances[i] = static_cast<std::int64_t>(i) + step;
+    }
+};
+
+// The rows in which two columns differ.
+template <class Column>
+std::vector<std::uint64_t> differences(const Column& before, const Column& now, std::size_t width = 1) {
+    std::vector<std::uint64_t> rows;
+    for (std::size_t row = 0; row < Many::kCount; ++row)
+        if (!std::equal(now.begin() + static_cast<std::ptrdiff_t>(row * width),
+                        now.begin() + static_cast<std::ptrdiff_t>((row + 1) * width),
+                        before.begin() + static_cast<std::ptrdiff_t>(row * width)))
+            rows.push_back(row);
+    return rows;
+}
+
 // Straight to the system, where write_log.cpp sees it.
 void say(std::int64_t steps) {
     const std::string line = std::to_string(steps) + "\n";
@@ -161,8 +210,40 @@ void write_steps(Recording& recording, std::int64_t first, std::int64_t end) {
     }
 }
 
+// In some steps it says what has changed, and in the others the recording finds out.
+void write_many_steps(Recording& recording, std::int64_t first, std::int64_t end) {
+    Many many;
+    for (std::int64_t step = 1; step < first; ++step) many.change(step);
+    for (std::int64_t step = first; step < end; ++step) {
+        const Many before = many;
+        many.change(step);
+        const std::vector<std::uint64_t> moved = differences(before.positions, many.positions),
+                                         distances = differences(before.distances, many.distances),
+                                         forces = differences(before.forces, many.forces, 3), awake = differences(before.awake, many.awake),
+                                         labels = differences(before.labels, many.labels);
+        std::vector<RecordedArray> arrays = {{"dist", RecordedArray::Int64, many.distances.data(), 1},
+                                             {"force", RecordedArray::Float64, many.forces.data(), 3},
+                                             {"awake", RecordedArray::UInt8, many.awake.data(), 1},
+                                             {"label", RecordedArray::Text, many.labels.data(), 1}};
+        RecordedSame same;
+        if (step > first && step % 2 == 0) {
+            same = {.ids = true, .positions = moved.empty(), .moved = &moved};
+            const std::vector<std::uint64_t>* const changed[] = {&distances, &forces, &awake, &labels};
+            for (std::size_t i = 0; i < arrays.size(); ++i) {
+                arrays[i].same = changed[i]->empty();
+                arrays[i].changed = changed[i];
+            }
+        }
+        const std::vector<RecordedLine> lines(static_cast<std::size_t>(step % 3), {0, 1});
+        const Steady steady(step);
+        const RecordedTable table = steady.table();
+        expect(recording.step(static_cast<double>(step), many.positions, many.ids, arrays, lines, {&table, 1}, {}, same));
+        say(step + 1);
+    }
+}
+
 // What is to be done with a recording of so many steps: see the top.
-void write_some(std::int64_t steps, const std::vector<std::string>& words) {
+void write_some(std::int64_t steps, const std::vector<std::string>& words, void (*write)(Recording&, std::int64_t, std::int64_t)) {
     const std::string& path = words[0];
     RecordingInfo info;
     info.lines = true;
@@ -172,12 +253,12 @@ void write_some(std::int64_t steps, const std::vector<std::string>& words) {
         ByteReader saved(std::as_bytes(std::span(text)), "the saved state", ByteReader::Origin::Outside);
         const auto first = saved.read<std::int64_t>();
         Recording recording = expect(Recording::reopen(path, info, saved));
-        write_steps(recording, first, steps);
+        write(recording, first, steps);
         return expect(recording.close());
     }
     Recording recording = expect(Recording::create(path, info));
     const std::int64_t first = words.size() > 2 ? std::stoll(words[2]) : steps;
-    write_steps(recording, 0, first);
+    write(recording, 0, first);
     if (words.size() > 2) {
         ByteWriter saved;
         saved.reserve(1024);
@@ -185,7 +266,7 @@ void write_some(std::int64_t steps, const std::vector<std::string>& words) {
         recording.save(saved);
         std::ofstream(words[1], std::ios::binary).write(reinterpret_cast<const char*>(saved.view().data()), std::ssize(saved.view()));
     }
-    write_steps(recording, first, steps);
+    write(recording, first, steps);
     if (words.size() == 3) std::_Exit(0);
     expect(recording.close());
 }
@@ -197,6 +278,9 @@ int main(int argc, char** argv) {
     if (argc < 3) return 2;
     if (std::string_view(argv[1]) == "layout") write_layout(argv[2]);
     if (std::string_view(argv[1]) == "endless") write_endless(argv[2]);
-    if (const int steps = std::atoi(argv[1]); steps > 0) write_some(steps, {argv + 2, argv + argc});
+    constexpr std::string_view many = "many-";
+    const bool is_many = std::string_view(argv[1]).starts_with(many);
+    if (const int steps = std::atoi(argv[1] + (is_many ? many.size() : 0)); steps > 0)
+        write_some(steps, {argv + 2, argv + argc}, is_many ? write_many_steps : write_steps);
     return 0;
 }
