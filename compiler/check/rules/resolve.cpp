@@ -200,9 +200,11 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                     equation.op = Op::Equal;
                     equation.type = Type::Bool;
                     equation.span = h.span;
+                if (part_with_linear_facts(rule, body, h)) break;
                     equation.operands = {variable_term(h.variable, h.span), h.term};
                     views(rule, joined({test(std::move(equation))}), h.heads, axiom);
                     break;
+                if (part_with_linear_facts(rule, body, h)) break;
                 }
                 report_
                     .add(Kind::OnlyConsuming, h.span,

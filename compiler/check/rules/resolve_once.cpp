@@ -8,6 +8,12 @@
 //     !a(A, B, X) -o b(B, X).  b@due4(A, B, X) :- a(A, B, X).
 //                              b@due4(A, B, X), not b@done4(A, B, X) -o b(B, X), b@done4(A, B, X).
 //
+// A comprehension or aggregate in the head of such a rule may consume linear facts. It does so once for each way, too:
+//     !a(A) -o {X | b(A, X) | c(A, X)}.
+//                              c@due4(A) :- a(A).
+//                              c@due4(A), not c@done4(A) -o {X | b(A, X) | c(A, X)}, c@done4(A).
+//                              c@done4(A), not c@due4(A) -o 1.
+//
 // A view at such a node is made of these: its facts are sent, and stay.
 //     q(B, X) :- a(A, B, X).   !a(A, B, X) -o q@sent5(B, X).     q@sent5(B, X) -o q(B, X).
 #include <algorithm>
@@ -17,6 +23,8 @@
 #include "runtime/base/assert.h"
 
 namespace meld::check {
+
+using diagnostics::Kind;
 
 namespace {
 
@@ -63,10 +71,42 @@ VariableId remembered_at(const Program& program, const std::vector<Clause>& body
 void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
     MELD_EXPECT(head.kind == Head::Kind::Fact && program_.predicates[head.atom.predicate].linear(), "rule {} makes no linear fact",
                 rule.name);
+    once(rule, body, head, head.atom.arguments[0], program_.predicates[head.atom.predicate].name);
+}
+
+bool Resolver::part_with_linear_facts(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
+    const Atom* consumed = nullptr;
+    const Atom* read = nullptr;
+    each_atom(head.body, [&](const Atom& a, bool negated) {
+        if (!program_.predicates[a.predicate].linear()) return;
+        (negated || a.read_only ? read : consumed) = &a;
+    });
+    if (consumed == nullptr && read == nullptr) return false;
+    if (refused_ || report_.error_count() > errors_before_) return true;
+    const std::string& name = program_.predicates[(consumed != nullptr ? consumed : read)->predicate].name;
+    if (consumed == nullptr || tree_->arrow == syntax::Arrow::View) {
+        report_
+            .add(Kind::LinearInside, (consumed != nullptr ? consumed : read)->span,
+                 fmt::format("`{}` is linear, and a view cannot depend on it", name))
+            .help = consumed != nullptr ? "write the rule with -o, and it consumes the facts once for each new way to satisfy its body"
+                                        : "consume a linear fact in the body";
+        return true;
+    }
+    // Where the facts are, unless only the part knows.
+    const Term* goal = &consumed->arguments[0];
+    bool known = false;
+    for (const Clause& c : body) each_variable(c, [&](VariableId v) { known = known || v == goal->variable; });
+    const auto fact = std::ranges::find(body, Clause::Kind::Atom, &Clause::kind);
+    if (!known && fact != body.end()) goal = &fact->atom.arguments[0];
+    once(rule, body, head, *goal, name);
+    return true;
+}
+
+void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Head& head, const Term& goal, const std::string& name) {
     if (refused_ || report_.error_count() > errors_before_) return;
     Rule due = rule;
     due.body = body;
-    Term place = head.atom.arguments[0];
+    Term place = goal;
     if (program_.worlds != Worlds::Any) place.variable = remembered_at(program_, body, place.variable);
     std::set<VariableId> ways = name_ways(due.body, due);
     ways.erase(place.variable);
@@ -83,7 +123,6 @@ void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Hea
         made.arguments.push_back({variable.type, ""});
         way.arguments.push_back({.op = Op::Variable, .type = variable.type, .span = head.span, .variable = v});
     }
-    const std::string name = program_.predicates[head.atom.predicate].name;
     const std::string number = fmt::format("{}{}", rule.line, ++rules_once_ > 1 ? fmt::format(".{}", rules_once_) : "");
     made.name = fmt::format("{}@due{}", name, number);
     const auto clause = [&](PredicateId predicate) {

@@ -145,6 +145,9 @@ class Resolver {
     // A linear fact for each new way to satisfy the body (resolve_once.cpp).
     void once(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     // Whether a view holds at a node to which no link of its body leads, so that its facts are sent there.
+    // A comprehension or aggregate of a view that consumes linear facts does so once for each way; false: it asks for none.
+    bool part_with_linear_facts(const Rule& rule, const std::vector<Clause>& body, const Head& head);
+    void once(const Rule& rule, const std::vector<Clause>& body, const Head& head, const Term& goal, const std::string& name);
     bool is_sent(const std::vector<Clause>& body, const Head& head) const;
     void sent_view(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void find_single_use(Rule& rule) const;
