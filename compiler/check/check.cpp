@@ -11,8 +11,9 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
     program.worlds = worlds;
     program.links_c = links_c;
     merge_programs(tree, report);
+    const bool threads = apply_threads(tree, report);
     expand_stable(tree, report);
-    program.kinds = apply_node_kinds(tree, report);
+    program.kinds = apply_node_kinds(tree, report) || threads;
     expand_type_names(tree, report);
     check_imports(tree, report);
     declare(tree, prelude_files, program, report);

@@ -20,6 +20,8 @@ Program check(const source::FileSet& files, syntax::Tree& tree, std::uint32_t pr
 void separate_modules(syntax::Tree& tree, std::uint32_t prelude_files, diagnostics::Reporter& report);
 // Several programs in one tree: what more than one of them declares is kept once; declarations that differ are reported.
 void merge_programs(syntax::Tree& tree, diagnostics::Reporter& report);
+// Facts of threads become facts of nodes. Returns whether there are any.
+bool apply_threads(syntax::Tree& tree, diagnostics::Reporter& report);
 // `stable(p(A), 5)` in bodies: each becomes an atom of a predicate that holds when p has held for that long.
 void expand_stable(syntax::Tree& tree, diagnostics::Reporter& report);
 // Kinds of nodes: facts of the text for every node are those for every node of the kind that their predicates want. Returns whether there

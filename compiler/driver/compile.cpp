@@ -139,13 +139,12 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
     }
     const Result<std::vector<std::uint32_t>> programs = read_programs(path, options.programs, out.files);
     if (!programs) return tl::unexpected<Error>(programs.error());
-    front::ParsedProgram parsed =
-        front::parse_program(out.files, *file, prelude_files, out.report, {.library_paths = options.library_paths, .programs = *programs});
+    const syntax::ParseOptions parse = {.library_paths = options.library_paths, .programs = *programs, .links_c = !options.link.empty()};
+    front::ParsedProgram parsed = front::parse_program(out.files, *file, prelude_files, out.report, parse);
     parsed.worlds = options.worlds;
     parsed.acyclic = options.acyclic;
     parsed.lattice = options.lattice;
     parsed.ports = options.ports;
-    parsed.links_c = !options.link.empty();
     if (options.last == Stage::Tree) {
         out.result = syntax::print(parsed.program);
         return {};

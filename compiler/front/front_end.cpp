@@ -1,12 +1,16 @@
 // The stages before planning, one function each.
 #include "compiler/front/front_end.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "compiler/check/check.h"
+#include "compiler/check/program/library.h"
 #include "compiler/front/embedded.h"
 #include "compiler/lint/lint.h"
 #include "runtime/base/assert.h"
@@ -43,6 +47,40 @@ void add_sources(const source::FileSet& files, std::uint32_t main, const std::ve
     for (const syntax::Tree::Include& include : includes) program.includes.push_back(include.file ? numbers[*include.file] : std::nullopt);
 }
 
+// The name that an item declares, if it is one for which nobody would look in a library.
+const std::string* declared_name(const syntax::Item& item, bool links_c) {
+    if (const auto* e = std::get_if<syntax::Extern>(&item)) return links_c ? &e->name.text : nullptr;
+    if (const auto* f = std::get_if<syntax::Function>(&item)) return &f->name.text;
+    if (const auto* c = std::get_if<syntax::Constant>(&item)) return &c->name.text;
+    const auto* d = std::get_if<syntax::Declaration>(&item);
+    return d != nullptr ? &d->name.text : nullptr;
+}
+
+// Programs of older Meld call functions of its machine without a declaration: if the text names one of them that it does not declare, the
+// program has the library `older`, as if it used it. Names of its own hide those of the library.
+void add_older_functions(source::FileSet& files, std::uint32_t prelude_files, bool links_c, syntax::Tree& program,
+                         diagnostics::Reporter& report) {
+    std::set<std::string, std::less<>> own;
+    for (std::size_t i = 0; i < program.items.size(); ++i)
+        if (const std::string* name = declared_name(program.items[i], links_c); name != nullptr && program.unit_of[i] == 0)
+            own.insert(*name);
+    const auto is_called = [&](std::string_view name) {
+        if (own.contains(name)) return false;
+        for (std::uint32_t i = prelude_files; i < files.count(); ++i)
+            if (files.file(i).text().find(name) != std::string::npos) return true;
+        return false;
+    };
+    if (!std::ranges::any_of(check::older_functions(), is_called)) return;
+    const auto older =
+        std::ranges::find(kLibraries, std::string_view("older"), [](const EmbeddedText& l) { return std::string_view(l.name); });
+    MELD_CHECK(older != kLibraries.end(), "there is no library `older`");
+    program.shared_file = files.add("stdlib/older.meld", older->text);
+    syntax::Tree library = syntax::parse(files, *program.shared_file, report);
+    for (syntax::Item& item : library.items)
+        if (const std::string* name = declared_name(item, links_c); name == nullptr || !own.contains(*name))
+            program.add(std::move(item), 0);
+}
+
 }  // namespace
 
 std::uint32_t add_prelude(source::FileSet& files) {
@@ -58,7 +96,9 @@ ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uin
     syntax::ParseOptions with_libraries = options;
     with_libraries.libraries = libraries();
     parsed.program = syntax::parse(files, file, report, with_libraries);
+    add_older_functions(files, prelude_files, options.links_c, parsed.program, report);
     parsed.others = options.programs;
+    parsed.links_c = options.links_c;
     return parsed;
 }
 

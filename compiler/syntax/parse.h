@@ -25,6 +25,8 @@ struct ParseOptions {
     std::optional<std::vector<std::optional<std::uint32_t>>> meant = {};
     // Files of the set with other programs of the same ensemble. Their names are those of the program.
     std::vector<std::uint32_t> programs = {};
+    // C files are linked, which have the functions that `extern` declares. The parser does not care.
+    bool links_c = false;
 };
 
 // One for each bit of Tree::programs_of.

@@ -127,9 +127,10 @@ ExprPtr Builder::name(const Token& token) const {
     return expr(Call{token.text, {}, false}, token.span);
 }
 
-// @cpus and @threads, how many processors Linear Meld ran on.
+// Of Linear Meld's machine: @cpus and @threads, the number of its threads; @thread and @host, the thread and the node that run the rule.
 ExprPtr Builder::at_name(const Token& token) {
-    if (token.text != "@cpus" && token.text != "@threads") wrong(token.span, fmt::format("`{}` means nothing here", token.text), kBehindAt);
+    if (token.text != "@cpus" && token.text != "@threads" && token.text != "@thread" && token.text != "@host")
+        wrong(token.span, fmt::format("`{}` means nothing here", token.text), kBehindAt);
     return expr(Call{token.text, {}, true}, token.span);
 }
 

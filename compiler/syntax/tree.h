@@ -323,6 +323,8 @@ struct Tree {
     // that they are not. Where a whole file is missing that holds for every name.
     std::set<std::string> lost = {};
     bool lost_file = false;
+    // A library whose names all units see, as they see the prelude.
+    std::optional<std::uint32_t> shared_file = {};
     // Every include and import, in the order of reading.
     struct Include {
         Span where;                         // The name.
@@ -343,6 +345,7 @@ struct Tree {
         lost.merge(other.lost);
         lost_file = lost_file || other.lost_file;
         programs_of = std::move(other.programs_of);
+        shared_file = other.shared_file;
     }
     bool is_lost(const std::string& name) const { return lost_file || lost.contains(name); }
 };

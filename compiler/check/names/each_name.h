@@ -24,6 +24,7 @@ inline syntax::Call* stable_fact(syntax::Atom& a) {
 //   capital(syntax::Expr&)                                         a bare capital name, a variable unless it is a constant
 //   function(std::string& name, Span)                              f in f(X), and functions of custom aggregates
 //   type(syntax::Type&)                                            every type and part of a type, innermost first
+// It may have a sixth, expression(syntax::Expr&), for every expression after its parts, which may put another in its place.
 template <class Visit>
 class EachName {
   public:
@@ -66,6 +67,7 @@ class EachName {
         } else if (std::holds_alternative<syntax::Variable>(e.node)) {
             visit_.capital(e);
         }
+        if constexpr (requires { visit_.expression(e); }) visit_.expression(e);
     }
 
     void item(syntax::Declaration& d) {

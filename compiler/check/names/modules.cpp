@@ -11,6 +11,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/check/names/each_name.h"
+#include "compiler/check/program/library.h"
 #include "compiler/syntax/parse.h"
 
 namespace meld::check {
@@ -87,7 +88,9 @@ class Separator {
         if (arity && prelude_.contains({name.text, *arity}) && !names_[unit_].imports.contains(name.text)) return;
         // A condition such as `even(X)` looks like an atom.
         const ModuleNames& own = names_[unit_];
-        const bool called = own.find(Sort::Function, name.text) != nullptr && own.find(Sort::Predicate, name.text) == nullptr;
+        const bool function = own.find(Sort::Function, name.text) != nullptr || outside_.contains({Sort::Function, name.text}) ||
+                              (arity && library_function(name.text, *arity) != nullptr);
+        const bool called = function && own.find(Sort::Predicate, name.text) == nullptr && !own.imports.contains(name.text);
         rename(called ? Sort::Function : Sort::Predicate, name.text, name.span);
     }
     void constant(std::string& name, Span span) {
@@ -111,7 +114,7 @@ class Separator {
     // ---- what each unit declares
 
     void declare(Sort sort, const syntax::Name& name, std::uint32_t unit) {
-        if (name.span.file < prelude_files_)
+        if (name.span.file < prelude_files_ || name.span.file == tree_.shared_file)
             outside_.emplace(sort, name.text);
         else
             names_[unit].declared.emplace(std::pair(sort, name.text), name.span);

@@ -115,21 +115,26 @@ const LibraryFunction* library_function(const std::string& name, std::size_t arg
     return first == last ? nullptr : first->second;
 }
 
-bool is_older(std::string_view name) {
+std::span<const std::string_view> older_functions() {
     static constexpr std::string_view kNames[] = {"wastetime",      "queens_violation", "minimax_score",    "minimax_points",
                                                   "minimax_score2", "minimax_points2",  "degeneratevector", "demergemessages"};
-    return std::ranges::find(kNames, name) != std::end(kNames);
+    return kNames;
 }
+
+bool is_older(std::string_view name) { return std::ranges::find(older_functions(), name) != older_functions().end(); }
 
 const MachineState* machine_state(std::string_view word) {
     static constexpr std::string_view kWork =
         "leave it out: results do not depend on how much a catom has done. Rules can count: `counter(A, N), p(A) -o counter(A, N + 1).`";
     static constexpr std::string_view kOrder = "leave it out: results do not depend on which catom is evaluated first";
     static constexpr std::string_view kNever = "it never holds, since no catom changes processors: leave out a rule that waits for it";
-    static constexpr MachineState kStates[] = {{"facts-consumed", kWork},   {"facts-proved", kWork},    {"facts-derived", kWork},
-                                               {"queue-size", kWork},       {"priority", kOrder},       {"default-priority", kOrder},
-                                               {"cpu-id", kOrder},          {"cpu-static", kOrder},     {"just-moved", kNever, true},
-                                               {"is-moving", kNever, true}, {"is-static", kNever, true}};
+    static constexpr std::string_view kThreads =
+        "here each node is a thread of its own: for a list of all, write facts that name the nodes, or let them tell each other";
+    static constexpr MachineState kStates[] = {{"facts-consumed", kWork},   {"facts-proved", kWork},     {"facts-derived", kWork},
+                                               {"queue-size", kWork},       {"priority", kOrder},        {"default-priority", kOrder},
+                                               {"cpu-id", kOrder},          {"cpu-static", kOrder},      {"just-moved", kNever, true},
+                                               {"is-moving", kNever, true}, {"is-static", kNever, true}, {"nodepriority", kOrder},
+                                               {"thread-list", kThreads},   {"other-thread", kThreads},  {"leader-thread", kThreads}};
     std::string plain(word);
     std::ranges::replace(plain, '_', '-');
     const auto found = std::ranges::find(kStates, std::string_view(plain), &MachineState::word);

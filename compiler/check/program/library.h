@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,7 +38,9 @@ const std::vector<LibraryFunction>& library();
 // The function with this name and number of arguments; otherwise any with the name, or null.
 const LibraryFunction* library_function(const std::string& name, std::size_t arguments);
 
-// Whether the library `older` (stdlib/older.meld) declares it, for programs of Linear Meld; and what to write then.
+// The functions that the library `older` (stdlib/older.meld) declares for programs of Linear Meld; and what to write where a program uses
+// the name for something else.
+std::span<const std::string_view> older_functions();
 bool is_older(std::string_view name);
 inline constexpr const char* kUseOlder = "write `use \"older\".` before it";
 

@@ -38,10 +38,6 @@ bool alike(const Type& a, const Type& b) { return a.kind == b.kind && a.parts.si
 void suggest_type(diagnostics::Diagnostic& d, const std::string& word, const std::vector<std::string>& known) {
     static const std::map<std::string, std::string> elsewhere = {{"integer", "int"}, {"number", "int"},   {"double", "float"},
                                                                  {"real", "float"},  {"boolean", "bool"}, {"text", "string"}};
-    if (word == "thread") {
-        d.help = "a program has catoms and no threads of the machine: keep such facts at a catom, `node`";
-        return;
-    }
     const auto other = elsewhere.find(word);
     const std::string near = other != elsewhere.end() ? other->second : diagnostics::nearest_name(word, known);
     if (near.empty()) {

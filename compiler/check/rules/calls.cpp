@@ -50,6 +50,14 @@ Term Scope::extreme(bool greatest, Span span, const Type& wanted) {
 std::optional<Term> Scope::scheduling(const std::string& name, const Arguments& arguments, Span span) {
     Term term;
     term.span = span;
+    if (name == "@thread" || name == "@host") {
+        report_
+            .add(Kind::UnknownFunction, span,
+                 fmt::format("`{}` is the node that a rule is about, and this one is about none or several", name))
+            .help = "write the node itself";
+        term.type = Type::Error;
+        return term;
+    }
     if (name == "@cpus" || name == "@threads") {
         term.op = Op::Int;
         term.type = Type::Int;

@@ -90,7 +90,15 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
         if (read->read_only) d.fixes = {{.title = fmt::format("Consume `{}`", name), .edits = {{sigil_of(read->span), "", Fit::Word}}}};
         return;
     }
-    if (tree.arrow == syntax::Arrow::View && (consumes || read != nullptr)) {
+    const bool original = consumes && consumes_as_original(tree);
+    if (original && consuming_note_ == nullptr) {
+        consuming_note_ =
+            &report_.add(Kind::ConsumingView, tree.span,
+                         persistent_marked_ ? "this rule consumes linear facts, as in Linear Meld, where `:-` and -o mean the same"
+                                            : "this rule consumes what it marks with `!`, as in original Meld");
+        consuming_note_->help = "today one writes -o, and no sign before linear facts: `" + consuming(tree) + "`";
+    }
+    if (tree.arrow == syntax::Arrow::View && !original && (consumes || read != nullptr)) {
         auto& d = report_.add(Kind::LinearInView, rule.span, "a view holds while its body does, and a linear fact is there to be consumed");
         each_atom(rule.body, [&](const Atom& a, bool) {
             if (program_.predicates[a.predicate].linear()) d.labels.push_back({a.span, "this is linear"});
@@ -122,6 +130,19 @@ void Resolver::finish(const syntax::Rule& tree, Rule& rule) {
         return;
     }
     views(rule, rule.body, rule.heads, rule.body.empty() || tree.arrow == syntax::Arrow::Axiom);
+}
+
+// Original Meld writes rules that consume with `:-`, and `!` before each fact that they consume. Where a program without -o marks
+// persistent facts, as Linear Meld does, no sign stands before linear ones, and `:-` means -o there.
+bool Resolver::consumes_as_original(const syntax::Rule& tree) const {
+    if (tree.arrow != syntax::Arrow::View || dialect_linear_) return false;
+    return std::ranges::all_of(tree.body, [&](const syntax::Clause& c) {
+        const auto* atom = std::get_if<syntax::Atom>(&c.node);
+        if (atom == nullptr) return true;
+        const auto found = names_.predicates.find({atom->name.text, atom->arguments.size()});
+        if (found == names_.predicates.end() || !program_.predicates[found->second].linear()) return true;
+        return (atom->sigil == syntax::Sigil::Persistent) != persistent_marked_;
+    });
 }
 
 // An aggregate in a body, or a delta, tests what holds and consumes nothing, so it may read only persistent facts. The body of a rule that
@@ -179,9 +200,11 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                 break;
             }
             case Head::Kind::Comprehension:
+                if (part_with_linear_facts(rule, body, h)) break;
                 views(rule, joined(h.body), h.heads, false);
                 break;
             case Head::Kind::Aggregate:
+                if (part_with_linear_facts(rule, body, h)) break;
                 view_of_aggregate(rule, body, h);
                 break;
             case Head::Kind::If: {
@@ -200,11 +223,9 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
                     equation.op = Op::Equal;
                     equation.type = Type::Bool;
                     equation.span = h.span;
-                if (part_with_linear_facts(rule, body, h)) break;
                     equation.operands = {variable_term(h.variable, h.span), h.term};
                     views(rule, joined({test(std::move(equation))}), h.heads, axiom);
                     break;
-                if (part_with_linear_facts(rule, body, h)) break;
                 }
                 report_
                     .add(Kind::OnlyConsuming, h.span,

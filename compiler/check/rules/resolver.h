@@ -132,6 +132,7 @@ class Resolver {
 
     // ---- the whole rule (resolve.cpp)
     void finish(const syntax::Rule& tree, Rule& rule);
+    bool consumes_as_original(const syntax::Rule& tree) const;
     enum class Consumes { No, Yes };
     bool refuse_linear_inside(const std::vector<Clause>& body, Consumes consumes);
     // Views: every head becomes a separate rule, and the heads around it add to its body.
@@ -144,10 +145,10 @@ class Resolver {
     void suggest_to_start_once(VariableId place, diagnostics::Diagnostic& d) const;
     // A linear fact for each new way to satisfy the body (resolve_once.cpp).
     void once(const Rule& rule, const std::vector<Clause>& body, const Head& head);
-    // Whether a view holds at a node to which no link of its body leads, so that its facts are sent there.
     // A comprehension or aggregate of a view that consumes linear facts does so once for each way; false: it asks for none.
     bool part_with_linear_facts(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void once(const Rule& rule, const std::vector<Clause>& body, const Head& head, const Term& goal, const std::string& name);
+    // Whether a view holds at a node to which no link of its body leads, so that its facts are sent there.
     bool is_sent(const std::vector<Clause>& body, const Head& head) const;
     void sent_view(const Rule& rule, const std::vector<Clause>& body, const Head& head);
     void find_single_use(Rule& rule) const;
@@ -173,6 +174,7 @@ class Resolver {
     // Some head or fact of the program is a persistent `!p(...)`, which nobody writes for a negation.
     bool persistent_marked_ = false;
     diagnostics::Diagnostic* sign_note_ = nullptr;                // Once in a program.
+    diagnostics::Diagnostic* consuming_note_ = nullptr;           // Once in a program.
     std::map<std::string, diagnostics::Diagnostic*> hint_notes_;  // Once in a program for each word.
     std::size_t errors_before_ = 0;
     // The rule uses a predicate whose declaration has an error.
