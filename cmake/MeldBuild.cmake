@@ -78,6 +78,11 @@ function(meld_unite target)
   endif()
 endfunction()
 
+# Optimised less: a sixth of the time of compiling, for code that no tick runs.
+function(meld_optimise_less target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+endfunction()
+
 function(meld_target_name folder result)
   string(REPLACE "/" "_" name ${folder})
   set(${result} ${name} PARENT_SCOPE)
@@ -103,10 +108,10 @@ function(meld_embed folder)
   set(generated ${generated} ${out} PARENT_SCOPE)
 endfunction()
 
-# meld_layer(FOLDER [ROOMS subfolders ...] DEPENDS ...): the library made of all sources directly in FOLDER and its rooms, except
-# main.cpp. Dependencies that name a folder are layers, the others are CMake targets.
+# meld_layer(FOLDER [OUTSIDE_TICKS] [ROOMS subfolders ...] DEPENDS ...): the library made of all sources directly in FOLDER and its rooms,
+# except main.cpp. Dependencies that name a folder are layers, the others are CMake targets.
 function(meld_layer folder)
-  cmake_parse_arguments(ARG "" "" "ROOMS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "OUTSIDE_TICKS" "" "ROOMS;DEPENDS" ${ARGN})
   meld_target_name(${folder} name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
   foreach(room ${ARG_ROOMS})
@@ -122,6 +127,9 @@ function(meld_layer folder)
   if(sources)
     add_library(${name} STATIC ${sources})
     meld_unite(${name})
+    if(ARG_OUTSIDE_TICKS)
+      meld_optimise_less(${name})
+    endif()
     if(NOT folder MATCHES "^physics")
       meld_precompile(${name} meld_precompiled)
     endif()
@@ -161,11 +169,15 @@ function(meld_program name folder)
   endif()
 endfunction()
 
-# meld_test(NAME SOURCES ... DEPENDS layer folders ...): a GoogleTest program run by ctest, part of the target unit_tests.
+# meld_test(NAME [COMPUTES] SOURCES ... DEPENDS layer folders ...): a GoogleTest program run by ctest, part of the target unit_tests. One
+# that computes for long by itself is optimised as programs are.
 function(meld_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   meld_unite(${name})
+  if(NOT ARG_COMPUTES)
+    meld_optimise_less(${name})
+  endif()
   meld_precompile(${name} meld_precompiled_test)
   foreach(dependency ${ARG_DEPENDS})
     if(IS_DIRECTORY ${CMAKE_SOURCE_DIR}/${dependency})

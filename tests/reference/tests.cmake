@@ -47,8 +47,8 @@ foreach(mode "graphs" "graphs;failures;disturbed" "graphs;networks" "graphs;vari
   set_tests_properties(random_campaign_${name} PROPERTIES TIMEOUT 1200 PROCESSORS 2 LABELS campaign)
 endforeach()
 
-meld_test(test_reference SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp ${CMAKE_CURRENT_LIST_DIR}/fixed_catoms_test.cpp
+meld_test(test_reference COMPUTES SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_test.cpp ${CMAKE_CURRENT_LIST_DIR}/fixed_catoms_test.cpp
           DEPENDS tests_reference)
 # That the tester notices what is wrong takes longest, and changes seldom.
 meld_slow_cases(test_reference Tester.NoticesOtherPrograms Tester.FindsNoDifferenceWhereThereIsNone Judge.NoticesEveryWayToFalsify)
-meld_test(test_reference_types SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)
+meld_test(test_reference_types COMPUTES SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)

@@ -1,6 +1,6 @@
 # Exactness under change, on programs compiled by meldc when the test runs.
 file(GLOB retraction_sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*.cpp)
-meld_test(test_retraction SOURCES ${retraction_sources} DEPENDS runtime/results/record runtime/module/load compiler/plan)
+meld_test(test_retraction COMPUTES SOURCES ${retraction_sources} DEPENDS runtime/results/record runtime/module/load compiler/plan)
 target_compile_definitions(test_retraction PRIVATE CLAYMELD_MELDC="$<TARGET_FILE:meldc>" CLAYMELD_PROGRAMS="${CMAKE_CURRENT_LIST_DIR}")
 add_dependencies(test_retraction meldc)
 meld_slow_cases(test_retraction Rewriting.ChangesNothing)

@@ -20,7 +20,7 @@ namespace meld::eval {
 inline constexpr std::size_t kArena = 1 << 16;
 // Requests of so many bytes get reserved memory in any case, others if so much of the last chunk of scratch memory is used.
 inline constexpr u64 kAlwaysReserved = 1 << 20;
-inline constexpr std::ptrdiff_t kMuchScratch = 32 << 20;
+inline constexpr std::ptrdiff_t kMuchScratch = 64 << 20;
 
 // A copy of a length known at compile time is a few instructions.
 inline void copy_record(u8* to, const u8* from, u32 bytes) {
