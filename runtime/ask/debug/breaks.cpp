@@ -227,9 +227,4 @@ Result<void> BreakList::add_fired(sim::Subdomain& subdomain, std::vector<Stop>& 
     return {};
 }
 
-bool BreakList::agreed(bool mine, comm::Communicator& comm) {
-    const std::byte one{mine};
-    return comm.allgather({&one, 1}).front() != std::byte{0};
-}
-
 }  // namespace meld::debug

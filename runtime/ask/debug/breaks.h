@@ -45,9 +45,6 @@ class BreakList {
     // The run that was looked at is not there any more: another one goes on from another tick.
     void forget() { watches_.reset(); }
 
-    // Whether process 0 says so.
-    static bool agreed(bool mine, comm::Communicator& comm);
-
   private:
     struct Entry {
         std::variant<Break, Watch> asked;

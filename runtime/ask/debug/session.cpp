@@ -114,7 +114,7 @@ Result<Answer> Session::forward(std::int64_t tick, inspect::Watches* until, cons
             if (!looked) return tl::unexpected<Error>(looked.error());
             for (auto& news : looked->news) stops.push_back({.what = body, .ways = std::move(news.lines)});
         }
-        return BreakList::agreed(!stops.empty(), simulation.subdomain().comm);
+        return comm::value_of_first(simulation.subdomain().comm, !stops.empty());
     });
     if (!done) {
         breaks_.forget();
@@ -146,7 +146,7 @@ Result<Answer> Session::reverse() {
             if (there.tick() == from) return breaks_.begin(there).map([] { return true; });
             Result<std::vector<Stop>> here = breaks_.after(there);
             if (!here) return tl::unexpected<Error>(here.error());
-            if (!BreakList::agreed(!here->empty(), there.comm)) return true;
+            if (!comm::value_of_first(there.comm, !here->empty())) return true;
             found = there.tick();
             stops = std::move(*here);
             return true;

@@ -6,16 +6,9 @@
 #include <vector>
 
 #include "runtime/ask/facts/all_facts.h"
-#include "runtime/base/bytes.h"
+#include "runtime/comm/transport/collective_result.h"
 
 namespace meld::inspect {
-
-std::size_t wanted_by_first(comm::Communicator& comm, std::size_t wanted) {
-    ByteWriter mine;
-    mine.write(static_cast<std::uint64_t>(wanted));
-    const std::vector<std::byte> all = comm.allgather(mine.view());
-    return ByteReader(all, "states that are wanted").read<std::uint64_t>();
-}
 
 Result<void> ask_back(timeline::Timeline& timeline, const std::string& body, const std::function<Result<void>(Explainer&)>& question) {
     sim::Subdomain& now = timeline.simulation().subdomain();
@@ -40,7 +33,7 @@ Result<void> ask_back(timeline::Timeline& timeline, const std::string& body, con
             return {};
         });
         if (!asked) return asked;
-        wanted = wanted_by_first(now.comm, wanted);
+        wanted = comm::value_of_first(now.comm, wanted);
         const auto back = static_cast<std::size_t>(now.tick() - timeline.first_tick());
         wanted = std::min({wanted, kMostStates - 1, back});
         if (wanted <= earlier.size()) return {};

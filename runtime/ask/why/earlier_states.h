@@ -5,7 +5,6 @@
 #include <string>
 
 #include "runtime/ask/why/explainer.h"
-#include "runtime/comm/transport/communicator.h"
 #include "runtime/results/timeline/timeline.h"
 
 namespace meld::inspect {
@@ -17,8 +16,5 @@ Result<void> ask_back(timeline::Timeline& timeline, const std::string& body, con
 
 // So many ticks before the timeline's, at most: each is a state of all catoms in memory.
 constexpr std::size_t kMostStates = 16;
-
-// How many earlier states the Explainer of process 0 wants. Every process calls it.
-std::size_t wanted_by_first(comm::Communicator& comm, std::size_t wanted);
 
 }  // namespace meld::inspect

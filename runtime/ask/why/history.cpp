@@ -15,8 +15,8 @@
 #include "runtime/ask/why/earlier_states.h"
 #include "runtime/ask/why/explainer.h"
 #include "runtime/ask/why/firings.h"
-#include "runtime/base/bytes.h"
 #include "runtime/base/natural_order.h"
+#include "runtime/comm/transport/collective_result.h"
 
 namespace meld::inspect {
 
@@ -186,9 +186,9 @@ Result<bool> look(sim::Subdomain& subdomain, const Program& program, std::vector
         return {};
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
-    const std::byte mine{now != facts};
+    const bool changed = now != facts;
     facts = std::move(now);
-    return subdomain.comm.allgather({&mine, 1}).front() != std::byte{0};
+    return comm::value_of_first(subdomain.comm, changed);
 }
 
 // What each change between this state and the one before it came from, and how many states before this one that asked for.
@@ -210,7 +210,7 @@ Result<Explained> explain(std::span<sim::Subdomain* const> states, const Program
         return {};
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
-    out.wanted = wanted_by_first(now.comm, out.wanted);
+    out.wanted = comm::value_of_first(now.comm, out.wanted);
     return out;
 }
 

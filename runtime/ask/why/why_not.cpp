@@ -12,7 +12,7 @@
 #include "runtime/ask/why/failure.h"
 #include "runtime/ask/why/heads.h"
 #include "runtime/ask/why/why.h"
-#include "runtime/base/bytes.h"
+#include "runtime/comm/transport/collective_result.h"
 #include "runtime/module/kernel/lists.h"
 #include "runtime/module/kernel/ranks.h"
 
@@ -426,11 +426,9 @@ Result<Explanation> why_not(timeline::Timeline& timeline, const std::string& fac
     });
     if (!asked) return tl::unexpected<Error>(asked.error());
     // Process 0 alone has run the question.
-    ByteWriter mine;
-    if (absent) mine.write(*absent);
-    const std::vector<std::byte> first = timeline.simulation().subdomain().comm.allgather_any(mine.view()).front();
-    if (first.empty()) return out;
-    const Result<std::string> when = when_removed(timeline, ByteReader(first, "a catom").read<u64>());
+    const std::optional<u64> first = comm::value_of_first(timeline.simulation().subdomain().comm, absent);
+    if (!first) return out;
+    const Result<std::string> when = when_removed(timeline, *first);
     if (!when) return tl::unexpected<Error>(when.error());
     if (absent && !when->empty()) out.nodes[out.roots.front()].note += ": " + *when;
     return out;

@@ -368,8 +368,7 @@ Result<int> end_replay(const RunOptions& options, const Result<void>& ran, std::
     const Result<int> mine = comm.process() == 0 ? compare_and_print(options, ran, tick) : Result<int>(0);
     const Result<void> alike = comm::outcome_of_first(comm, mine.map([](int) {}));
     if (!alike) return tl::unexpected<Error>(alike.error());
-    const std::byte code{static_cast<unsigned char>(*mine)};
-    return static_cast<int>(comm.allgather({&code, 1}).front());
+    return comm::value_of_first(comm, *mine);
 }
 
 }  // namespace meld::driver

@@ -134,8 +134,7 @@ class Conversation {
             return print(stdout, shown(*answer));
         }();
         if (auto all = comm::outcome_of_first(comm_, asked); !all) return tl::unexpected<Error>(all.error());
-        const std::byte mine{static_cast<unsigned char>(code)};
-        return static_cast<int>(comm_.allgather({&mine, 1}).front());
+        return comm::value_of_first(comm_, code);
     }
 
     Result<void> hold() {

@@ -370,12 +370,14 @@ Result<void> RecordingReader::State::read_changes(SeriesIndex index, const Rows&
         what->components() != one.components)
         return damaged(place + " is missing, or not as we write it");
     const std::uint64_t count = rows.changes_end - rows.changes_begin;
-    known = {rows.changes_begin, rows.changes_end, std::vector<std::int64_t>(count), std::vector<std::byte>(count * one.row_bytes())};
-    Result<void> done = at->read(rows.changes_begin, count, known.rows.data());
-    if (done) done = what->read(rows.changes_begin, count, known.values.data());
+    SomeChanges read = {rows.changes_begin, rows.changes_end, std::vector<std::int64_t>(count),
+                        std::vector<std::byte>(count * one.row_bytes())};
+    Result<void> done = at->read(rows.changes_begin, count, read.rows.data());
+    if (done) done = what->read(rows.changes_begin, count, read.values.data());
     if (!done) return damaged(done.error().problem);
-    for (const std::int64_t row : known.rows)
+    for (const std::int64_t row : read.rows)
         if (row < 0 || static_cast<std::uint64_t>(row) >= rows.count) return damaged(one.name + " changes where no row is");
+    known = std::move(read);
     return {};
 }
 

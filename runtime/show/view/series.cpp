@@ -9,7 +9,6 @@
 
 #include "runtime/ask/query/measure.h"
 #include "runtime/ask/query/query.h"
-#include "runtime/base/bytes.h"
 #include "runtime/comm/transport/collective_result.h"
 
 namespace meld::view {
@@ -49,13 +48,7 @@ Result<std::optional<double>> measured(sim::Subdomain& subdomain, const inspect:
 }
 
 // Whether it is late, by the clock of process 0. Collective.
-bool is_late(comm::Communicator& comm, Clock::time_point until) {
-    ByteWriter mine;
-    mine.write(Clock::now() >= until);
-    if (comm.processes() == 1) return Clock::now() >= until;
-    const auto all = comm.allgather_any(mine.view());
-    return ByteReader(all[0], "the time").read<bool>();
-}
+bool is_late(comm::Communicator& comm, Clock::time_point until) { return comm::value_of_first(comm, Clock::now() >= until); }
 
 }  // namespace
 
