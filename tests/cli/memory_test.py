@@ -121,6 +121,18 @@ class Ranges(Runs):
         least, most, busy = self.expect_range(ALL_AT_ONCE, cube(60))
         self.assertGreater(busy, most / NEAR)
 
+    def test_networks_in_which_messages_take_time(self):
+        """What is not under way takes no memory but its place in the table of links, however many catoms there are."""
+        program, conditions = (EXAMPLES / "gradient.meld").read_text(), '[facts]\nsource = "id == 0"\n[network]\nkind = "latency"\nmost = 4\n'
+        further = []
+        for side in (45, 90):
+            peak = self.expect_range(program, cube(side, conditions))[2]
+            self.write("ideal.toml", cube(side, conditions.partition("[network]")[0]))
+            further.append((peak - self.run_files("p.meld", "ideal.toml")[2]) * 2**20 / side**3)
+        # What is under way is about as much as the surface of a cube. While each link had a mailbox, 650.
+        self.assertLess(further[1], min(260, further[0] * NEAR), further)
+        self.expect_range(ALL_AT_ONCE, cube(40, "".join(conditions.partition("[network]")[1:])))
+
     def test_bodies_that_connect(self):
         self.expect_range("connect(A, B) :- neighbor(A, B).\n", bodies(30, 1), "--ticks", "4")
 

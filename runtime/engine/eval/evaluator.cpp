@@ -158,6 +158,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     });
     columns_.changes().end_evaluation(!acts_ ? acts_ : [&](u32 catom) { return waits(subdomain.geometry, catom); });
     enter(log_, TickLog::Stage::Commit);
+    if (before_commit_) before_commit_();
     workers_.run(threads_.size(), [&](int, std::size_t i) { commit(subdomain, static_cast<int>(i), on_export); });
     if (concerns_ && !apart_) workers_.run(threads_.size(), [&](int, std::size_t i) { mark_concerned(subdomain.geometry, *threads_[i]); });
     gather(subdomain);
@@ -307,6 +308,13 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     order_actions(subdomain.geometry);
     threads_[0]->repeated.add_to(actions_, subdomain.geometry);
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
+}
+
+void Evaluator::add_pending(std::vector<u32>& catoms) const {
+    const auto add = [&](const auto& changes) {
+        for (const auto& change : changes) catoms.push_back(change.catom);
+    };
+    for (const auto& t : threads_) add(t->records), add(t->rows), add(t->row_changes);
 }
 
 void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const {

@@ -77,12 +77,16 @@ class Evaluator {
 
     // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for
     // the catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
-    // `reader`: the catom that reads a mailbox, if something may arrive there for one that is not evaluated.
-    void read_apart(std::function<bool(u32)> acts, std::function<u32(u32)> reader = {}) {
+    // `before_commit` is called in each evaluation when its changes are known and not yet made: see add_pending(). It may make room for
+    // more indices. `reader`: the catom that reads a mailbox, if something may arrive there for one that is not evaluated.
+    void read_apart(std::function<void()> before_commit, std::function<bool(u32)> acts, std::function<u32(u32)> reader = {}) {
         apart_ = true;
+        before_commit_ = std::move(before_commit);
         acts_ = std::move(acts);
         reader_ = std::move(reader);
     }
+    // Adds the catoms of which the evaluation changes exported columns, once for each, in an order that depends on the threads.
+    void add_pending(std::vector<u32>& catoms) const;
 
     // Catoms that are not evaluated any more: what is new to them is dropped. Empty: there are none.
     void leave_out(std::function<bool(u32)> left_out) { left_out_ = std::move(left_out); }
@@ -209,6 +213,7 @@ class Evaluator {
     bool apart_ = false;
     std::function<bool(u32)> acts_, left_out_;
     std::function<u32(u32)> reader_;
+    std::function<void()> before_commit_;
     std::function<u64(u32, u64)> next_hop_;
     bool anywhere_ = false;
     std::function<u64(u32, u32)> new_node_;

@@ -222,6 +222,25 @@ void Columns::clear(u32 catom, int pool) {
     release_dropped(pool);
 }
 
+void Columns::copy(u32 column, u32 from, u32 to, int pool) {
+    if (!module_.columns[column].rows) return set_record(column, to, entry(column, from), pool);
+    const RowsHead& head = rows(column, from);
+    set_rows(column, to, head.data, head.count, pool);
+}
+
+bool Columns::same(u32 column, u32 a, u32 b) const {
+    const ColumnInfo& info = module_.columns[column];
+    if (info.list_count > 0) {
+        ByteWriter of_a, of_b;
+        pack_column(column, a, of_a), pack_column(column, b, of_b);
+        return std::ranges::equal(of_a.view(), of_b.view());
+    }
+    if (!info.rows) return std::memcmp(entry(column, a), entry(column, b), info.stride) == 0;
+    const RowsHead &of_a = rows(column, a), &of_b = rows(column, b);
+    const std::size_t bytes = std::size_t{of_a.count} * info.row_bytes;
+    return of_a.count == of_b.count && (bytes == 0 || std::memcmp(of_a.data, of_b.data, bytes) == 0);
+}
+
 // The bytes, followed by the lists to which words in them point; those words are not sent.
 void Columns::pack_column(u32 column, u32 catom, ByteWriter& out) const {
     const ColumnInfo& info = module_.columns[column];

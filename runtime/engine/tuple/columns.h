@@ -66,6 +66,10 @@ class Columns {
     }
     // The same, and notes for the catom's readers which rows differ, if the changes of the column are recorded by row.
     void replace_rows(u32 column, u32 catom, const void* rows, u32 count, int pool);
+    // Replaces the record or the rows of a catom by those of another one, without a note.
+    void copy(u32 column, u32 from, u32 to, int pool);
+    // Whether two catoms hold the same; lists by content.
+    bool same(u32 column, u32 a, u32 b) const;
     // Notes a new row for the catom's readers.
     void note_added(u32 column, u32 catom, const void* row, int pool);
     // Notes for the catom itself a group to be looked at again.

@@ -31,16 +31,22 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
         facts_.evaluator.make_nodes([this](u32 catom, u32 n) { return Births::number(members_, catom, n); });
     if (!world.apart()) return;
     network_.emplace(module, world, members_, facts_);
+    const auto before_commit = [this, changing = std::vector<u32>()]() mutable {
+        changing.clear();
+        facts_.evaluator.add_pending(changing);
+        for (const u32 catom : changing) network_->before_change(catom);
+        refresh();
+    };
     if (world.clock.gives_turns()) {
         turns_.emplace(world.clock.kind, members_, facts_, communicator);
-        facts_.evaluator.read_apart([this](u32 catom) { return turns_->acts(catom); },
-                                    [this](u32 mailbox) { return network_->reader(mailbox); });
+        facts_.evaluator.read_apart(
+            before_commit, [this](u32 catom) { return turns_->acts(catom); }, [this](u32 mailbox) { return network_->reader(mailbox); });
         return;
     }
     // A call for each catom that is awake, so none where all act.
-    facts_.evaluator.read_apart(world.clock.synchronous() ? std::function<bool(u32)>() : [this](u32 catom) {
-        return world.clock.acts(world.seed, ensemble.id(catom), tick());
-    });
+    facts_.evaluator.read_apart(
+        before_commit, world.clock.synchronous() ? std::function<bool(u32)>()
+                                                 : [this](u32 catom) { return world.clock.acts(world.seed, ensemble.id(catom), tick()); });
 }
 
 Result<void> Subdomain::populate(std::optional<BrickCounts> counted) { return Setup(*this).run(std::move(counted)); }

@@ -33,6 +33,7 @@ void Tick::begin() {
     s.network_->take_down(now, [&](Catom catom) { wake(catom, kDirtyLinks); });
     // Mailboxes are taken away before anything arrives in them.
     s.network_->follow_links(now);
+    s.network_->settle(now);
     s.network_->arrive(s.tick());
 }
 

@@ -30,14 +30,8 @@ void Network::follow(i64 now, bool tell) {
         // What it holds of a link is there as long as it can read over it.
         facts_.touch(link.reader);
         if (!link.made) {
-            if (link.read < 0) continue;
-            const auto index = static_cast<Catom>(link.read);
-            const u32 number = number_of_[index];
-            Mailbox& m = mailboxes_[number];
-            facts_.columns.clear(index, 0);
-            ensemble.remove_mailbox(index);
-            m.index = -1;
-            if (m.under_way == 0) free_mailboxes_.push_back(number);
+            if (link.read >= 0 && static_cast<Catom>(link.read) != link.other)
+                close_mailbox(number_of_[static_cast<std::size_t>(link.read)]);
             continue;
         }
         // It may be gone again already.
@@ -50,18 +44,21 @@ void Network::follow(i64 now, bool tell) {
             continue;
         }
         if (ensemble.links().read(link.reader, link.port) >= 0) continue;
-        const u32 number = take_mailbox(link);
-        if (!tells) continue;
-        // As if the neighbour had told it at the end of the last tick.
-        tell_state(now - 1, number);
+        // As if the neighbour had told all of it at the end of the last tick.
+        if (tells)
+            tell_state(now - 1, open_mailbox(link.reader, link.port, link.other, Holds::Nothing));
+        else
+            ensemble.links().read_at(link.reader, link.port, static_cast<std::int32_t>(link.other));
     }
     facts_.resize(ensemble.index_count());
 }
 
-u32 Network::take_mailbox(const world::Links::Change& link) {
+u32 Network::open_mailbox(Catom reader, world::Port port, Catom other, Holds holds) {
     world::Ensemble& ensemble = members_.ensemble;
-    const Catom index = ensemble.add_mailbox(link.other);
-    ensemble.links().read_at(link.reader, link.port, static_cast<std::int32_t>(index));
+    const Catom index = ensemble.add_mailbox(other);
+    // Not one by one: a wave opens thousands in a tick.
+    if (index >= facts_.columns.count()) facts_.resize(index + index / 64 + std::size_t{64});
+    ensemble.links().read_at(reader, port, static_cast<std::int32_t>(index));
     u32 number = static_cast<u32>(mailboxes_.size());
     if (free_mailboxes_.empty()) {
         mailboxes_.emplace_back();
@@ -71,9 +68,55 @@ u32 Network::take_mailbox(const world::Links::Change& link) {
     }
     if (number_of_.size() <= index) number_of_.resize(index + std::size_t{1}, kNone32);
     number_of_[index] = number;
-    Mailbox& m = mailboxes_[number] = {.reader = link.reader, .other = link.other, .index = static_cast<std::int32_t>(index)};
-    m.part = part_between(link.other, link.reader);
+    mailboxes_[number] = {
+        .reader = reader, .other = other, .port = port, .index = static_cast<std::int32_t>(index), .part = part_between(other, reader)};
+    if (holds == Holds::AllThatIsSaid)
+        for (const u16 column : exported_) facts_.columns.copy(column, other, index, 0);
     return number;
+}
+
+void Network::close_mailbox(u32 number) {
+    Mailbox& m = mailboxes_[number];
+    const auto index = static_cast<Catom>(m.index);
+    facts_.columns.clear(index, 0);
+    members_.ensemble.remove_mailbox(index);
+    m.index = -1;
+    if (m.under_way == 0) free_mailboxes_.push_back(number);
+}
+
+void Network::before_change(Catom catom) {
+    const world::Links& links = members_.ensemble.links();
+    links.each(catom, [&](world::Port port, Catom reader) {
+        const world::Port there = links.port_there(catom, port);
+        if (members_.ensemble.state(reader) == kCatomOwned && links.read(reader, there) == static_cast<std::int32_t>(catom))
+            open_mailbox(reader, there, catom, Holds::AllThatIsSaid);
+    });
+}
+
+bool Network::has_news(const Mailbox& m) const {
+    const tuple::ChangeLog& changes = facts_.columns.changes();
+    return std::ranges::any_of(exported_, [&](u16 column) {
+        return changes.follows(column) &&
+               (changes.of(column, static_cast<Catom>(m.index)) != nullptr || changes.of(column, m.other) != nullptr);
+    });
+}
+
+bool Network::holds_what_is_said(const Mailbox& m) const {
+    return std::ranges::all_of(exported_, [&](u16 column) { return facts_.columns.same(column, static_cast<Catom>(m.index), m.other); });
+}
+
+void Network::settle(i64 now) {
+    // Often enough that few are left behind by a wave; seldom enough that a link on which something is under way in each tick keeps its own.
+    constexpr i64 kBetween = 8;
+    if (now % kBetween != 0) return;
+    for (u32 number = 0; number < mailboxes_.size(); ++number) {
+        Mailbox& m = mailboxes_[number];
+        if (m.index < 0 || m.under_way > 0 || m.last >= now || m.differs || has_news(m)) continue;
+        m.differs = !holds_what_is_said(m);
+        if (m.differs) continue;
+        members_.ensemble.links().read_at(m.reader, m.port, static_cast<std::int32_t>(m.other));
+        close_mailbox(number);
+    }
 }
 
 const world::LinkTerms& Network::terms(u32 part) const {
@@ -102,9 +145,24 @@ void Network::tell_state(i64 now, u32 mailbox) {
     if (parcels_[parcel].links == 0) release_parcel(parcel);
 }
 
-std::optional<u32> Network::mailbox_at(Catom reader, world::Port port) const {
+std::optional<u32> Network::mailbox_at(Catom reader, world::Port port) {
     const std::int32_t index = members_.ensemble.links().read(reader, port);
-    return index < 0 ? std::nullopt : std::optional<u32>(number_of_[static_cast<std::size_t>(index)]);
+    if (index < 0) return std::nullopt;
+    const Catom other = *members_.ensemble.links().at(reader, port);
+    if (static_cast<Catom>(index) == other) return open_mailbox(reader, port, other, Holds::AllThatIsSaid);
+    return number_of_[static_cast<std::size_t>(index)];
+}
+
+template <class Visit>
+void Network::each_link_read(const Visit& visit) const {
+    const world::Ensemble& ensemble = members_.ensemble;
+    for (Catom reader = 0; reader < ensemble.index_count(); ++reader) {
+        if (ensemble.state(reader) != kCatomOwned) continue;
+        ensemble.links().each(reader, [&](world::Port port, Catom other) {
+            if (const std::int32_t index = ensemble.links().read(reader, port); index >= 0)
+                visit(reader, port, other, static_cast<Catom>(index));
+        });
+    }
 }
 
 // ---- parcels
@@ -260,15 +318,21 @@ void Network::done_with(const Entry& entry) {
 std::vector<Network::Entry> Network::take_entries(i64 tick, bool linear) {
     std::vector<Entry>& here = arriving(tick);
     const auto is_other = [&](const Entry& entry) { return (parcels_[entry.parcel].kind == Parcel::Kind::Message) != linear; };
-    const auto others = std::ranges::stable_partition(here, is_other);
-    std::vector<Entry> taken(others.begin(), others.end());
-    here.erase(others.begin(), others.end());
+    std::vector<Entry> taken;
+    if (std::ranges::none_of(here, is_other)) {
+        taken.swap(here);
+    } else {
+        const auto others = std::ranges::stable_partition(here, is_other);
+        taken.assign(others.begin(), others.end());
+        here.erase(others.begin(), others.end());
+    }
     if (world_.longest_jam > 0) std::ranges::stable_partition(taken, &Entry::late);
     return taken;
 }
 
 void Network::arrive(i64 now) {
     for (const Entry& entry : take_entries(now, false)) {
+        mailboxes_[entry.mailbox].differs = false;
         if (comes_in(now, entry)) open(mailboxes_[entry.mailbox], parcels_[entry.parcel]);
         done_with(entry);
     }
@@ -339,21 +403,21 @@ void Network::open(const Mailbox& m, const Parcel& parcel) {
 void Network::save(i64 now, ByteWriter& out) const {
     const world::Ensemble& ensemble = members_.ensemble;
     u64 count = 0;
-    for (const Mailbox& m : mailboxes_) count += m.index >= 0;
+    each_link_read([&](Catom, world::Port, Catom, Catom) { ++count; });
     out.write_count(count);
     std::vector<u32> saved(mailboxes_.size(), kNone32);
     u32 next = 0;
-    for (std::size_t i = 0; i < mailboxes_.size(); ++i) {
-        const Mailbox& m = mailboxes_[i];
-        if (m.index < 0) continue;
-        saved[i] = next++;
-        out.write(ensemble.id(m.reader));
-        out.write(ensemble.id(m.other));
-        out.write(m.last);
+    each_link_read([&](Catom reader, world::Port, Catom other, Catom index) {
+        const bool in_place = index == other;
+        if (!in_place) saved[number_of_[index]] = next;
+        ++next;
+        out.write(ensemble.id(reader));
+        out.write(ensemble.id(other));
+        out.write(in_place ? i64{0} : mailboxes_[number_of_[index]].last);
         const std::size_t state = out.begin_block();
-        facts_.columns.pack(static_cast<Catom>(m.index), tuple::Columns::Which::Exported, out);
+        facts_.columns.pack(index, tuple::Columns::Which::Exported, out);
         out.end_block(state);
-    }
+    });
     out.write_count(parcels_.size());
     for (const Parcel& parcel : parcels_) {
         out.write(parcel.kind);
@@ -377,23 +441,33 @@ void Network::save(i64 now, ByteWriter& out) const {
 void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
     const world::Ensemble& ensemble = members_.ensemble;
     if (in.done()) {
-        for (u32 mailbox = 0; mailbox < mailboxes_.size() && !exported_.empty(); ++mailbox) tell_state(now, mailbox);
+        std::vector<Link> all;
+        if (!exported_.empty())
+            each_link_read([&](Catom reader, world::Port port, Catom other, Catom) { all.push_back({reader, port, other}); });
+        for (const Link& link : all) tell_state(now, open_mailbox(link.reader, link.port, link.other, Holds::Nothing));
         return;
     }
-    std::vector<u32> numbers(in.read_count(3 * sizeof(u64)), kNone32);
-    for (u32& number : numbers) {
+    std::vector<std::optional<Link>> links(in.read_count(3 * sizeof(u64)));
+    ByteWriter said;
+    for (std::optional<Link>& link : links) {
         const auto reader = find(in.read<u64>());
         const auto other = ensemble.find(in.read<u64>());
         const auto last = in.read<i64>();
-        const auto port = reader && other ? ensemble.links().towards(*reader, *other) : std::nullopt;
-        const std::optional<u32> mailbox = port ? mailbox_at(*reader, *port) : std::nullopt;
-        ByteReader state(in.read_block(), "what has arrived over a link", ByteReader::Origin::Outside);
+        const std::span<const std::byte> known = in.read_block();
         if (in.failed()) return;
         // Else it is one of another process.
-        if (!mailbox) continue;
-        number = *mailbox;
-        mailboxes_[number].last = last;
-        facts_.columns.unpack(static_cast<Catom>(mailboxes_[number].index), tuple::Columns::Which::Exported, state, 0);
+        if (!reader || !other) continue;
+        const std::optional<world::Port> port = ensemble.links().towards(*reader, *other);
+        if (!port || ensemble.links().read(*reader, *port) < 0) continue;
+        link = {*reader, *port, *other};
+        said.clear();
+        facts_.columns.pack(*other, tuple::Columns::Which::Exported, said);
+        if (last > now || !std::ranges::equal(said.view(), known)) {
+            Mailbox& m = mailboxes_[open_mailbox(*reader, *port, *other, Holds::Nothing)];
+            m.last = last;
+            ByteReader state(known, "what has arrived over a link", ByteReader::Origin::Outside);
+            facts_.columns.unpack(static_cast<Catom>(m.index), tuple::Columns::Which::Exported, state, 0);
+        }
         // Where turns are given, changes may have arrived for a reader that has not had its own: it reads all of it.
         if (world_.clock.gives_turns() && readers_dirty_ != 0 && facts_.evaluator.agenda().dirty(*reader) != 0)
             facts_.mark(*reader, readers_dirty_);
@@ -419,7 +493,11 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
             gone = static_cast<u32>(mailboxes_.size());
             mailboxes_.emplace_back();
         }
-        const u32 to = mailbox == kNone32 ? gone : mailbox < numbers.size() ? numbers[mailbox] : kNone32;
+        u32 to = gone;
+        if (mailbox != kNone32) {
+            if (mailbox >= links.size() || !links[mailbox]) continue;
+            to = *mailbox_at(links[mailbox]->reader, links[mailbox]->port);
+        }
         if (to == kNone32) continue;
         if (parcels[parcel] == kNone32) {
             const std::span<const std::byte> bytes = read[parcel].bytes;

@@ -1,10 +1,11 @@
 // A network that takes time, and catoms that pause: what a catom reads of a neighbour is what has arrived over their link.
 //
-// A mailbox is an index among the columns, one for each link and direction, at the process that owns the reader. Its exported columns hold
-// the neighbour's as the reader knows them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they
-// do in the ideal network, at the end of the tick; from there this class carries them into the mailboxes, each change after as many ticks
-// as world::fate() says, first in, first out for each link. Linear facts travel with them. So nothing of it depends on who owns which
-// catom.
+// As long as a reader knows all that the neighbour says, it reads the neighbour itself. Before the neighbour changes, the link gets a
+// mailbox: an index among the columns, at the process that owns the reader. Its exported columns hold the neighbour's as the reader knows
+// them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they do in the ideal network, at the end
+// of the tick; from there this class carries them into the mailboxes, each change after as many ticks as world::fate() says, first in,
+// first out for each link. Linear facts travel with them. So nothing of it depends on who owns which catom. Once nothing is under way and
+// the reader knows what the neighbour says, the mailbox goes.
 //
 // A catom that pauses is evaluated in a later tick. What arrives for it waits until then, so its pauses are part of the delays of its
 // links, and the quarantine of facts (docs/design.md) needs only the sum of both.
@@ -33,6 +34,10 @@ class Network {
 
     // In a tick: what has arrived is put into the mailboxes, and the readers are marked.
     void arrive(i64 now);
+    // In a tick, before arrive(): from time to time, mailboxes go that hold what the neighbour says now. Cost: theirs, every few ticks.
+    void settle(i64 now);
+    // An exported column of a catom, owned or ghost, is about to change: readers here that read it in place get mailboxes.
+    void before_change(Catom catom);
     // At the end of the tick before `next`: `deliver` gets the linear facts that rules can use from `next` on, by receivers and senders.
     // Their arguments live until it returns.
     struct Arrived {
@@ -82,10 +87,12 @@ class Network {
   private:
     struct Mailbox {
         Catom reader = 0, other = 0;
+        world::Port port = 0;     // Of the reader.
         std::int32_t index = -1;  // Among the columns; -1: the link is gone.
         u32 part = 0;             // Of the network's parts, from 1, and after them its single links; 0: none.
-        i64 last = 0;             // The tick of the latest arrival.
         u32 under_way = 0;        // Parcels to it.
+        i64 last = 0;             // The tick of the latest arrival.
+        bool differs = false;     // Nothing has arrived since it was seen to hold something else than the neighbour.
     };
     // What travels: one for all links on which it does.
     struct Parcel {
@@ -106,6 +113,11 @@ class Network {
         u16 predicate;
         std::vector<std::byte> bytes;
     };
+    struct Link {
+        Catom reader;
+        world::Port port;
+        Catom other;
+    };
     // From this tick on there is no link between these catoms.
     struct Down {
         i64 tick;
@@ -113,7 +125,14 @@ class Network {
     };
 
     void follow(i64 now, bool tell);
-    u32 take_mailbox(const world::Links::Change& link);
+    // A mailbox for a link that has none, empty or with what the neighbour says.
+    enum class Holds { Nothing, AllThatIsSaid };
+    u32 open_mailbox(Catom reader, world::Port port, Catom other, Holds holds);
+    void close_mailbox(u32 number);
+    // Whether the evaluation to come is told of changes: of those in the mailbox its reader, which may pause, and of the neighbour's the
+    // neighbour itself.
+    bool has_news(const Mailbox& m) const;
+    bool holds_what_is_said(const Mailbox& m) const;
     u32 take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> bytes);
     void release_parcel(u32 parcel);
     const world::LinkTerms& terms(u32 part) const;
@@ -139,7 +158,11 @@ class Network {
     // The first tick in which the jams of this one let something through to a mailbox; `now`, if none is about it.
     i64 jammed_until(i64 now, const Mailbox& m) const;
     void open(const Mailbox& m, const Parcel& parcel);
-    std::optional<u32> mailbox_at(Catom reader, world::Port port) const;
+    // That of a link, which is made if it has none. Nothing: there is no such link.
+    std::optional<u32> mailbox_at(Catom reader, world::Port port);
+    // Calls visit(reader, port, other, index) for all links over which catoms of this process read; `index` is where.
+    template <class Visit>
+    void each_link_read(const Visit& visit) const;
     // Posts all that the neighbour exports.
     void tell_state(i64 now, u32 mailbox);
     std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }

@@ -69,16 +69,18 @@ void Links::set(Catom catom, Port port, Catom other, Port there) {
     ++version_;
     catom_[here] = static_cast<std::int32_t>(other);
     there_[here] = there;
-    if (apart_) {
-        read_[here] = kNobody;
-        changes_.push_back({catom, port, other, kNobody, true});
-    }
+    if (!apart_) return;
+    read_[here] = at_start_ ? static_cast<std::int32_t>(other) : kNobody;
+    if (!at_start_) changes_.push_back({catom, port, other, kNobody, true});
 }
 
 void Links::unset(Catom catom, Port port) {
     const std::size_t here = entry(catom, port);
     ++version_;
-    if (apart_) changes_.push_back({catom, port, static_cast<Catom>(catom_[here]), std::exchange(read_[here], kNobody), false});
+    if (apart_) {
+        const std::int32_t read = std::exchange(read_[here], kNobody);
+        if (!at_start_) changes_.push_back({catom, port, static_cast<Catom>(catom_[here]), read, false});
+    }
     catom_[here] = kNobody;
 }
 
@@ -122,7 +124,10 @@ std::optional<Port> Links::towards(Catom catom, Catom other) const {
     return std::nullopt;
 }
 
-std::vector<Links::Change> Links::take_changes() { return std::exchange(changes_, {}); }
+std::vector<Links::Change> Links::take_changes() {
+    at_start_ = false;
+    return std::exchange(changes_, {});
+}
 
 void Links::add_to(Geometry& g) const {
     g.link_first = first_.data();

@@ -53,7 +53,7 @@ class Links {
 
     // ---- where neighbours are read, if apart
     // A link was made or removed, as one of its ends sees it. A link that is made is read nowhere at first; one that is removed was read at
-    // `read`, or nowhere (-1).
+    // `read`, or nowhere (-1). Links of the start are read in place.
     struct Change {
         Catom reader;
         Port port;
@@ -61,7 +61,7 @@ class Links {
         std::int32_t read;
         bool made;
     };
-    // What has changed since the last call, in order. Nothing, if not apart.
+    // What has changed since the last call, in order. Nothing the first time, when all links are those of the start, and if not apart.
     std::vector<Change> take_changes();
     void read_at(Catom catom, Port port, std::int32_t index) { read_[entry(catom, port)] = index; }
     std::int32_t read(Catom catom, Port port) const { return read_[entry(catom, port)]; }
@@ -89,6 +89,7 @@ class Links {
     std::uint64_t version_ = 0;
     Port most_ = 0;
     std::vector<Change> changes_;
+    bool at_start_ = true;  // Nobody has asked for changes yet.
 };
 
 }  // namespace meld::world

@@ -74,6 +74,12 @@ TEST(Links, TellWhoeverReadsApartWhatHasChanged) {
     Links links(true);
     links.room(0, 1);
     links.room(1, 2);
+    // Links of the start are read in place, and nobody is told of them.
+    links.connect(0, 0, 1, 0);
+    EXPECT_TRUE(links.read(0, 0) == 1 && links.read(1, 0) == 0);
+    EXPECT_TRUE(links.take_changes().empty());
+    links.disconnect(0, 0);
+    EXPECT_EQ(links.take_changes().size(), 2u);
     links.connect(0, 0, 1, 1);
     const std::vector<Links::Change> made = links.take_changes();
     ASSERT_EQ(made.size(), 2u);
