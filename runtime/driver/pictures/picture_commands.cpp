@@ -98,7 +98,7 @@ void add_shot(CLI::App& app, Asking& asking) {
     add_steps(c, picture);
     add_look(c, picture);
     add_view(c, picture);
-    add_looked_at(c, asking);
+    add_target_options(c, asking);
 }
 
 void add_movie(CLI::App& app, Asking& asking) {
@@ -127,7 +127,7 @@ void add_movie(CLI::App& app, Asking& asking) {
     add_look(c, picture);
     add_view(c, picture);
     for (const char* fixed : {"--azimuth", "--elevation", "--zoom"}) key->excludes(c.get_option(fixed));
-    add_looked_at(c, asking);
+    add_target_options(c, asking);
 }
 
 void add_export(CLI::App& app, Asking& asking) {
@@ -147,7 +147,7 @@ void add_export(CLI::App& app, Asking& asking) {
         "ends")
         ->delimiter(',');
     add_look(c, picture);
-    add_looked_at(c, asking);
+    add_target_options(c, asking);
 }
 
 void add_start_view(CLI::App& command, PictureOptions& picture) {

@@ -12,8 +12,8 @@
 
 namespace meld::driver {
 
-// What is run, for all of them.
-void add_looked_at(CLI::App& command, Asking& asking) {
+// The options that all of them share: in which world the target runs, on how many processes, and how the answer is printed.
+void add_target_options(CLI::App& command, Asking& asking) {
     asking.command = &command;
     RunOptions& run = asking.run;
     add_inputs(command, run, "The world, a .toml file; the default is the .toml next to the program, or else a cube of 1,000 catoms");
@@ -35,7 +35,7 @@ void add_inquiry(CLI::App& command, Asking& asking) {
                     "The tick after which it is asked; 0: before the first. Otherwise where the run ends, or where the checkpoint is")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
-    add_looked_at(command, asking);
+    add_target_options(command, asking);
     const bool explains = inquiry.command == "why" || inquiry.command == "why-not" || inquiry.command == "history";
     if (!explains)
         command.add_option("--limit", inquiry.limit, "Print no more than so many; all are counted")

@@ -21,7 +21,7 @@ void add_why(CLI::App& app, Asking& asking, const std::string& name);
 void add_history(CLI::App& app, Asking& asking);
 void add_messages(CLI::App& app, Asking& asking);
 void add_depends(CLI::App& app, Asking& asking);
-// What is run, for all of them, and how it is printed.
-void add_looked_at(CLI::App& command, Asking& asking);
+// The options that all of them share: in which world the target runs, on how many processes, and how the answer is printed.
+void add_target_options(CLI::App& command, Asking& asking);
 
 }  // namespace meld::driver

@@ -30,32 +30,32 @@ world::Vec3 tail_position(const sim::Subdomain& subdomain, sim::Catom catom) {
 }
 
 Result<void> Drawing::start(sim::Subdomain& subdomain) {
-    marks_.start(subdomain.program_actions);
+    appearance_.start(subdomain.program_actions);
     return {};
 }
 
 Result<void> Drawing::after(sim::Subdomain& subdomain) {
-    marks_.collect(subdomain);
+    appearance_.collect(subdomain);
     return {};
 }
 
 void Drawing::save_rest(const sim::Subdomain& subdomain, ByteWriter& out) const {
     const bool keeps = subdomain.comm.process() == 0;
     out.write(keeps);
-    marks_.save(keeps, out);
+    appearance_.save(keeps, out);
 }
 
 Result<void> Drawing::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     const bool kept = in.read<bool>();
-    Marks others;
-    (subdomain.comm.process() == 0 ? marks_ : others).load(kept, in);
+    Appearance others;
+    (subdomain.comm.process() == 0 ? appearance_ : others).load(kept, in);
     in.read_bytes(in.left());
     return {};
 }
 
 Drawn Drawing::drawn(sim::Subdomain& subdomain) {
     ByteWriter out;
-    marks_.send(out);
+    appearance_.send(out);
     for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
         liveness::beat();
         if (subdomain.owned(c))
@@ -72,10 +72,10 @@ Drawn Drawing::drawn(sim::Subdomain& subdomain) {
     if (subdomain.comm.process() != 0) return {};
 
     std::vector<DrawnRow> rows;
-    marks_.begin_step();
+    appearance_.begin_step();
     for (const auto& part : all) {
         ByteReader in(part, "what is drawn on a process");
-        marks_.receive(in);
+        appearance_.receive(in);
         while (!in.done()) rows.push_back(in.read<DrawnRow>());
     }
     std::ranges::sort(rows, {}, &DrawnRow::id);
@@ -85,10 +85,10 @@ Drawn Drawing::drawn(sim::Subdomain& subdomain) {
         drawn.positions.push_back(row.position);
         if (subdomain.has_diameters()) drawn.diameters.push_back(row.diameter);
         if (subdomain.ensemble.has_amoebots()) drawn.tails.push_back(row.tail);
-        drawn.colours.push_back(marks_.colour(row.id));
-        if (marks_.labels()) drawn.labels.push_back(marks_.label(row.id));
+        drawn.colours.push_back(appearance_.colour(row.id));
+        if (appearance_.labels()) drawn.labels.push_back(appearance_.label(row.id));
     }
-    for (const auto& [from, to] : marks_.drawn()) {
+    for (const auto& [from, to] : appearance_.drawn()) {
         const auto a = drawn.find(from), b = drawn.find(to);
         if (a && b) drawn.lines.emplace_back(*a, *b);
     }

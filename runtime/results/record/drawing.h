@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/results/record/marks.h"
+#include "runtime/results/record/appearance.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/lattice/lattice.h"
@@ -47,7 +47,7 @@ class Drawing : public sim::SimModule {
     Drawn drawn(sim::Subdomain& subdomain);
 
   private:
-    Marks marks_;
+    Appearance appearance_;
 };
 
 }  // namespace meld::record

@@ -44,15 +44,16 @@ Result<void> Recorder::add_predicates(const sim::Subdomain& subdomain) {
 
 Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
     if (auto added = add_predicates(subdomain); !added) return added;
-    marks_.start(subdomain.program_actions);
+    appearance_.start(subdomain.program_actions);
     has_tails_ = subdomain.ensemble.has_amoebots();
     has_diameters_ = subdomain.has_diameters();
-    info_.lines = marks_.lines();
+    info_.lines = appearance_.lines();
     std::string descriptions;
     for (const RecordedPredicate& r : recorded_) {
         const std::string& name = r.name();
-        if (name == "id" || name == "colour" || (name == "label" && marks_.labels()) || (name == "diameter" && subdomain.has_diameters()) ||
-            (name == kTailPosition && subdomain.ensemble.has_amoebots()) || (name == "load" && load_))
+        if (name == "id" || name == "colour" || (name == "label" && appearance_.labels()) ||
+            (name == "diameter" && subdomain.has_diameters()) || (name == kTailPosition && subdomain.ensemble.has_amoebots()) ||
+            (name == "load" && load_))
             return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
@@ -90,7 +91,7 @@ Result<void> Recorder::secure(sim::Subdomain& subdomain) {
 
 void Recorder::save_rest(const sim::Subdomain&, ByteWriter& out) const {
     out.write(file_.has_value());
-    marks_.save(file_.has_value(), out);
+    appearance_.save(file_.has_value(), out);
     if (!file_) return;
     out.write(last_step_);
     out.write(steps_);
@@ -99,8 +100,8 @@ void Recorder::save_rest(const sim::Subdomain&, ByteWriter& out) const {
 
 Result<void> Recorder::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     const bool wrote = in.read<bool>(), writes = subdomain.comm.process() == 0;
-    Marks others;
-    (writes ? marks_ : others).load(wrote, in);
+    Appearance others;
+    (writes ? appearance_ : others).load(wrote, in);
     if (!wrote) return {};
     if (loaded_ == Loaded::Begins) {
         in.read_bytes(in.left());
@@ -116,7 +117,7 @@ Result<void> Recorder::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
 Result<void> Recorder::resumed(sim::Subdomain& subdomain) { return loaded_ == Loaded::Begins ? begin(subdomain) : Result<void>(); }
 
 Result<void> Recorder::after(sim::Subdomain& subdomain) {
-    marks_.collect(subdomain);
+    appearance_.collect(subdomain);
     if (subdomain.tick() % every_ != 0) return {};
     return write(subdomain);
 }
@@ -162,8 +163,8 @@ Recorder::RecordedRow Recorder::row_of(const sim::Subdomain& subdomain, sim::Cat
             subdomain.diameter(catom)};
 }
 
-void Recorder::pack_marks(const sim::Subdomain& subdomain, ByteWriter& out) {
-    marks_.send(out);
+void Recorder::pack_appearance(const sim::Subdomain& subdomain, ByteWriter& out) {
+    appearance_.send(out);
     if (load_) load_->send(subdomain, out);
 }
 
@@ -176,7 +177,7 @@ void Recorder::pack_facts(sim::Subdomain& subdomain, sim::Catom catom, ByteWrite
 std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain, bool whole) {
     ByteWriter out;
     out.reserve((whole ? subdomain.ensemble.owned_count() : changed_.size()) * sizeof(RecordedRow));
-    pack_marks(subdomain, out);
+    pack_appearance(subdomain, out);
     const auto one = [&](sim::Catom c) {
         liveness::beat();
         if (!subdomain.owned(c)) return;
@@ -253,7 +254,7 @@ void each_row(const std::vector<std::vector<std::byte>>& all, const Before& befo
 
 // In memory that is there already.
 void Recorder::begin_rows(std::size_t most) {
-    marks_.begin_step();
+    appearance_.begin_step();
     if (load_) load_->begin_step();
     step_.updated = false;
     const auto begin = [](auto& column, std::size_t size) {
@@ -265,12 +266,12 @@ void Recorder::begin_rows(std::size_t most) {
     begin(step_.tails, has_tails_ ? most : 0);
     begin(step_.diameters, has_diameters_ ? most : 0);
     begin(step_.colours, 3 * most);
-    begin(step_.labels, marks_.labels() ? most : 0);
+    begin(step_.labels, appearance_.labels() ? most : 0);
     for (RecordedPredicate& r : recorded_) r.begin_step(most);
 }
 
-void Recorder::read_marks(ByteReader& in) {
-    marks_.receive(in);
+void Recorder::read_appearance(ByteReader& in) {
+    appearance_.receive(in);
     if (load_) load_->receive(in);
 }
 
@@ -280,9 +281,9 @@ void Recorder::add_row(const RecordedRow& row, ByteReader& facts) {
     step_.positions.push_back(row.position);
     if (has_tails_) step_.tails.push_back(row.tail);
     if (has_diameters_) step_.diameters.push_back(row.diameter);
-    const std::uint32_t colour = marks_.colour(row.id);
+    const std::uint32_t colour = appearance_.colour(row.id);
     for (const int shift : {16, 8, 0}) step_.colours.push_back(static_cast<std::uint8_t>(colour >> shift));
-    if (marks_.labels()) step_.labels.push_back(marks_.label(row.id));
+    if (appearance_.labels()) step_.labels.push_back(appearance_.label(row.id));
     for (RecordedPredicate& r : recorded_) r.unpack(row.id, facts);
 }
 
@@ -296,16 +297,16 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all) {
         for (const RecordedPredicate& r : recorded_) r.skip(in);
     };
     each_row<RecordedRow>(
-        all, [&](ByteReader& in) { read_marks(in); }, skip, [&](const RecordedRow& row, ByteReader& in) { add_row(row, in); });
+        all, [&](ByteReader& in) { read_appearance(in); }, skip, [&](const RecordedRow& row, ByteReader& in) { add_row(row, in); });
 }
 
 // The same of a run of one process, where nothing is sent: all catoms packed would take more memory than their columns.
 void Recorder::read_own_rows(sim::Subdomain& subdomain) {
     begin_rows(subdomain.ensemble.owned_count());
     ByteWriter packed;
-    pack_marks(subdomain, packed);
-    ByteReader marks(packed.view(), "what is drawn in a step of a recording");
-    read_marks(marks);
+    pack_appearance(subdomain, packed);
+    ByteReader appearance(packed.view(), "what is drawn in a step of a recording");
+    read_appearance(appearance);
     for (const sim::Catom c : catoms_by_id(subdomain)) {
         liveness::beat();
         packed.clear();
@@ -317,7 +318,7 @@ void Recorder::read_own_rows(sim::Subdomain& subdomain) {
 
 // Of the same catoms as the last step.
 void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
-    marks_.begin_step();
+    appearance_.begin_step();
     step_.updated = true;
     for (std::vector<u64>* rows :
          {&step_.moved, &step_.changed_tails, &step_.changed_diameters, &step_.changed_colours, &step_.changed_labels})
@@ -334,7 +335,7 @@ void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
     const auto as_it_is = [](const auto& value) { return value; };
     std::size_t at = 0;
     each_row<RecordedRow>(
-        all, [&](ByteReader& in) { marks_.receive(in); }, skip,
+        all, [&](ByteReader& in) { appearance_.receive(in); }, skip,
         [&](const RecordedRow& row, ByteReader& in) {
             // In most runs the numbers have no gaps.
             if (row.id < step_.ids.size() && step_.ids[row.id] == row.id)
@@ -349,23 +350,23 @@ void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
             for (RecordedPredicate& r : recorded_) r.update(at, row.id, in);
         });
     for (RecordedPredicate& r : recorded_) r.end_update();
-    update_marks();
+    update_appearance();
 }
 
 // The catoms that have drawn something since.
-void Recorder::update_marks() {
-    for (const u64 id : marks_.news()) {
+void Recorder::update_appearance() {
+    for (const u64 id : appearance_.news()) {
         const auto found = std::lower_bound(step_.ids.begin(), step_.ids.end(), id);
         if (found == step_.ids.end() || *found != id) continue;
         const auto at = static_cast<std::size_t>(found - step_.ids.begin());
         bool other = false;
         for (std::size_t i = 0; i < 3; ++i) {
-            const auto part = static_cast<std::uint8_t>(marks_.colour(id) >> (16 - 8 * i));
+            const auto part = static_cast<std::uint8_t>(appearance_.colour(id) >> (16 - 8 * i));
             other = std::exchange(step_.colours[3 * at + i], part) != part || other;
         }
         if (other) step_.changed_colours.push_back(at);
-        if (!marks_.labels() || step_.labels[at] == marks_.label(id)) continue;
-        step_.labels[at] = marks_.label(id);
+        if (!appearance_.labels() || step_.labels[at] == appearance_.label(id)) continue;
+        step_.labels[at] = appearance_.label(id);
         step_.changed_labels.push_back(at);
     }
     std::ranges::sort(step_.changed_colours);
@@ -379,7 +380,7 @@ std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
         const auto found = std::lower_bound(ids.begin(), ids.end(), id);
         return found == ids.end() || *found != id ? -1 : found - ids.begin();
     };
-    for (const auto& [from, to] : marks_.drawn()) {
+    for (const auto& [from, to] : appearance_.drawn()) {
         const RecordedLine line = {place(from), place(to)};
         if (line[0] >= 0 && line[1] >= 0) lines.push_back(line);
     }
@@ -398,7 +399,7 @@ Result<void> Recorder::write_step(const sim::Subdomain& subdomain, const Digest&
     std::vector<RecordedArray> arrays{column("colour", RecordedArray::UInt8, step_.colours.data(), 3, step_.changed_colours)};
     if (has_diameters_) arrays.push_back(column("diameter", RecordedArray::Float64, step_.diameters.data(), 1, step_.changed_diameters));
     if (has_tails_) arrays.push_back(column(kTailPosition, RecordedArray::Float64, step_.tails.data(), 3, step_.changed_tails));
-    if (marks_.labels()) arrays.push_back(column("label", RecordedArray::Text, step_.labels.data(), 1, step_.changed_labels));
+    if (appearance_.labels()) arrays.push_back(column("label", RecordedArray::Text, step_.labels.data(), 1, step_.changed_labels));
     if (load_) load_->list(arrays);
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/results/record/appearance.h"
 #include "runtime/results/record/load_map.h"
-#include "runtime/results/record/marks.h"
 #include "runtime/results/record/recorded_predicate.h"
 #include "runtime/results/record/recording.h"
 #include "runtime/results/record/state_digest.h"
@@ -71,16 +71,16 @@ class Recorder : public sim::SimModule {
     std::vector<std::vector<std::byte>> gather(sim::Subdomain& subdomain, bool whole);
     std::vector<std::byte> pack(sim::Subdomain& subdomain, bool whole);
     // What stands before the rows; and a row with what is recorded of it.
-    void pack_marks(const sim::Subdomain& subdomain, ByteWriter& out);
+    void pack_appearance(const sim::Subdomain& subdomain, ByteWriter& out);
     void pack_facts(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const;
-    // A step anew: marks, then rows in the order of their ids.
+    // A step anew: appearance, then rows in the order of their ids.
     void begin_rows(std::size_t most);
-    void read_marks(ByteReader& in);
+    void read_appearance(ByteReader& in);
     void add_row(const RecordedRow& row, ByteReader& facts);
     void read_rows(const std::vector<std::vector<std::byte>>& all);
     void read_own_rows(sim::Subdomain& subdomain);
     void update_rows(const std::vector<std::vector<std::byte>>& all);
-    void update_marks();
+    void update_appearance();
     std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
     Result<void> write_step(const sim::Subdomain& subdomain, const Digest& state);
 
@@ -91,7 +91,7 @@ class Recorder : public sim::SimModule {
     RecordingInfo info_;
     Loaded loaded_;
     std::vector<RecordedPredicate> recorded_;  // With their facts in the last step.
-    Marks marks_;
+    Appearance appearance_;
     RunningDigest digest_;
     sim::Touched* touched_ = nullptr;  // The subdomain's.
     std::vector<sim::Catom> changed_;  // Since the last step.

@@ -346,9 +346,11 @@ render::Form form_of(world::LatticeKind lattice) {
             return render::Form::Cube;
         case world::LatticeKind::Hex:
             return render::Form::Hexagon;
-        default:
-            return render::Form::Sphere;
+        case world::LatticeKind::Cubic:
+        case world::LatticeKind::Fcc:
+            break;
     }
+    return render::Form::Sphere;
 }
 
 Result<Frame> look_at(sim::Subdomain& subdomain, record::Drawing& drawing, const Look& look) {

@@ -1,7 +1,14 @@
-// Cells of lattices and where they are; the numbers of docs/reference/worlds.md.
-import {LATTICES} from "./cover.js";
-
+// Lattices: the neighbours of a catom, cells and where they are; the numbers of docs/reference/worlds.md.
 const THIRD = Math.sqrt(3) / 2, LAYER = Math.SQRT1_2;
+// The neighbours, in diameters, and what coordinates are multiples of.
+export const LATTICES = {
+    square: {unit: [1, 1, 1], ways: [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]},
+    hex: {unit: [0.5, THIRD, 1], ways: [[1, 0, 0], [0.5, THIRD, 0], [-0.5, THIRD, 0], [-1, 0, 0], [-0.5, -THIRD, 0], [0.5, -THIRD, 0]]},
+    cubic: {unit: [1, 1, 1], ways: [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]},
+    fcc: {unit: [0.5, 0.5, LAYER], ways: [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0],
+        [0.5, 0.5, LAYER], [0.5, -0.5, LAYER], [-0.5, 0.5, LAYER], [-0.5, -0.5, LAYER],
+        [0.5, 0.5, -LAYER], [0.5, -0.5, -LAYER], [-0.5, 0.5, -LAYER], [-0.5, -0.5, -LAYER]]},
+};
 const odd = (z) => z & 1;
 
 const positions = {

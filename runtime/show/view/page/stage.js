@@ -5,7 +5,7 @@ import {wantsImages} from "./address.js";
 import {boundsOf, emptyFrame, placeOf} from "./block.js";
 import {View} from "./camera.js";
 import {Catoms, met} from "./catoms.js";
-import {coverOf} from "./cover.js";
+import {coverOf} from "./occlusion.js";
 import {h} from "./dom.js";
 import {Labels} from "./labels.js";
 import {Obstacles} from "./obstacles.js";

@@ -1,4 +1,4 @@
-// What catoms draw in a recording: colours, labels and lines. Private to runtime/results/record.
+// What catoms look like, as their actions say (setColor, setLabel, drawLine): colours, labels and lines. Private to runtime/results/record.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace meld::record {
 
 // Each process collects the requests of its catoms; the process that writes gets them before each step and stores them all. So a catom
 // keeps its colour when it migrates.
-class Marks {
+class Appearance {
   public:
     void start(const tuple::ProgramActions& actions);
     bool labels() const { return labels_set_; }
@@ -24,7 +24,7 @@ class Marks {
 
     // After a tick, on every process: collects the requests of the tick.
     void collect(sim::Subdomain& subdomain);
-    // Moves the marks collected since the last call into `out`; the writing process reads them with receive(), from all processes in any
+    // Moves what was collected since the last call into `out`; the writing process reads them with receive(), from all processes in any
     // order, and calls begin_step() first.
     void send(ByteWriter& out);
     void begin_step();
@@ -40,7 +40,7 @@ class Marks {
     // On the writing process, for a catom by its id; grey and empty if it has none.
     std::uint32_t colour(u64 id) const;
     const std::string& label(u64 id) const;
-    // Pairs of ids, in order. Call it when the marks of all processes have been received.
+    // Pairs of ids, in order. Call it when that of all processes has been received.
     std::vector<std::pair<u64, u64>> drawn();
 
   private:

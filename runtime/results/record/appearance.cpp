@@ -1,4 +1,4 @@
-#include "runtime/results/record/marks.h"
+#include "runtime/results/record/appearance.h"
 
 #include <algorithm>
 #include <iterator>
@@ -38,12 +38,12 @@ std::string text_of(Value v) {
 
 }  // namespace
 
-void Marks::start(const tuple::ProgramActions& actions) {
+void Appearance::start(const tuple::ProgramActions& actions) {
     labels_set_ = actions.uses(ActionKind::SetLabel);
     lines_drawn_ = actions.uses(ActionKind::DrawLine);
 }
 
-void Marks::collect(sim::Subdomain& subdomain) {
+void Appearance::collect(sim::Subdomain& subdomain) {
     // Passing lines are those of the last tick before a step.
     std::erase_if(new_lines_, [](const Line& line) { return line.passing; });
     const i64 now = subdomain.tick();
@@ -71,7 +71,7 @@ void Marks::collect(sim::Subdomain& subdomain) {
     }
 }
 
-void Marks::write(const Colours& colours, ByteWriter& out) {
+void Appearance::write(const Colours& colours, ByteWriter& out) {
     out.write_count(colours.size());
     for (const auto& [id, colour] : colours) {
         out.write(id);
@@ -80,7 +80,7 @@ void Marks::write(const Colours& colours, ByteWriter& out) {
     }
 }
 
-void Marks::write(const Labels& labels, ByteWriter& out) {
+void Appearance::write(const Labels& labels, ByteWriter& out) {
     out.write_count(labels.size());
     for (const auto& [id, label] : labels) {
         out.write(id);
@@ -89,7 +89,7 @@ void Marks::write(const Labels& labels, ByteWriter& out) {
     }
 }
 
-void Marks::read(Colours& colours, ByteReader& in) {
+void Appearance::read(Colours& colours, ByteReader& in) {
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
         news_.push_back(in.read<u64>());
         Colour& known = colours[news_.back()];
@@ -99,7 +99,7 @@ void Marks::read(Colours& colours, ByteReader& in) {
     }
 }
 
-void Marks::read(Labels& labels, ByteReader& in) {
+void Appearance::read(Labels& labels, ByteReader& in) {
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) {
         news_.push_back(in.read<u64>());
         Label& known = labels[news_.back()];
@@ -109,32 +109,32 @@ void Marks::read(Labels& labels, ByteReader& in) {
     }
 }
 
-void Marks::write_new(ByteWriter& out) const {
+void Appearance::write_new(ByteWriter& out) const {
     write(new_colours_, out);
     write(new_labels_, out);
     out.write_count(new_lines_.size());
     for (const Line& line : new_lines_) out.write(line);
 }
 
-void Marks::send(ByteWriter& out) {
+void Appearance::send(ByteWriter& out) {
     write_new(out);
     new_colours_.clear();
     new_labels_.clear();
     new_lines_.clear();
 }
 
-void Marks::begin_step() {
+void Appearance::begin_step() {
     received_.clear();
     news_.clear();
 }
 
-void Marks::receive(ByteReader& in) {
+void Appearance::receive(ByteReader& in) {
     read(colours_, in);
     read(labels_, in);
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) received_.push_back(in.read<Line>());
 }
 
-void Marks::save(bool writes, ByteWriter& out) const {
+void Appearance::save(bool writes, ByteWriter& out) const {
     write_new(out);
     if (!writes) return;
     write(colours_, out);
@@ -146,7 +146,7 @@ void Marks::save(bool writes, ByteWriter& out) const {
     }
 }
 
-void Marks::load(bool wrote, ByteReader& in) {
+void Appearance::load(bool wrote, ByteReader& in) {
     read(new_colours_, in);
     read(new_labels_, in);
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) new_lines_.push_back(in.read<Line>());
@@ -159,17 +159,17 @@ void Marks::load(bool wrote, ByteReader& in) {
     }
 }
 
-std::uint32_t Marks::colour(u64 id) const {
+std::uint32_t Appearance::colour(u64 id) const {
     const auto found = colours_.find(id);
     return found == colours_.end() ? kGrey : found->second.rgb;
 }
 
-const std::string& Marks::label(u64 id) const {
+const std::string& Appearance::label(u64 id) const {
     const auto found = labels_.find(id);
     return found == labels_.end() ? kNoLabel : found->second.text;
 }
 
-std::vector<std::pair<u64, u64>> Marks::drawn() {
+std::vector<std::pair<u64, u64>> Appearance::drawn() {
     // Within one tick, requests that remove lines come before those that draw them.
     std::sort(received_.begin(), received_.end(), [](const Line& a, const Line& b) {
         return std::tuple(a.tick, a.from, a.from != a.to, a.to) < std::tuple(b.tick, b.from, b.from != b.to, b.to);

@@ -1,15 +1,7 @@
 // Which catoms of a lattice nobody can see, and how much of each one's sky its neighbours take.
 
-const THIRD = Math.sqrt(3) / 2, LAYER = Math.SQRT1_2;
-// The neighbours, in diameters, and what coordinates are multiples of.
-export const LATTICES = {
-    square: {unit: [1, 1, 1], ways: [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]},
-    hex: {unit: [0.5, THIRD, 1], ways: [[1, 0, 0], [0.5, THIRD, 0], [-0.5, THIRD, 0], [-1, 0, 0], [-0.5, -THIRD, 0], [0.5, -THIRD, 0]]},
-    cubic: {unit: [1, 1, 1], ways: [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]},
-    fcc: {unit: [0.5, 0.5, LAYER], ways: [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0],
-        [0.5, 0.5, LAYER], [0.5, -0.5, LAYER], [-0.5, 0.5, LAYER], [-0.5, -0.5, LAYER],
-        [0.5, 0.5, -LAYER], [0.5, -0.5, -LAYER], [-0.5, 0.5, -LAYER], [-0.5, -0.5, -LAYER]]},
-};
+import {LATTICES} from "./lattice.js";
+
 const MOST_CELLS = 1 << 27;
 
 // `kept` are the places of the catoms that count. Returns those that may be seen, and of each what the shader wants: the sum of the ways to
