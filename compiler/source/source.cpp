@@ -1,6 +1,8 @@
 // Files are kept whole in memory; the starts of their lines are found once, so finding a line is a binary search.
 #include "compiler/source/source.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -45,6 +47,9 @@ std::uint32_t FileSet::add(std::string path, std::string text, File::From from) 
 
 Result<std::uint32_t> FileSet::read(const std::string& path, InputKind kind) {
     Result<std::string> text = read_input(path, kMaxFileBytes, kind);
+    if (text && path.ends_with(".toml"))
+        return fail(fmt::format("{} is a world, not a program", path),
+                    fmt::format("Give the program first, as meldsim run PROGRAM.meld --world {}", path));
     if (!text) return tl::unexpected(text.error());
     return add(path, std::move(*text), File::From::Disk);
 }

@@ -33,6 +33,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
+// Whether one is the plural of the other in -ies, as `bodies` of `body`: a slip like one letter, though it takes three edits.
+bool plural_in_ies(std::string_view many, std::string_view one) {
+    return many.ends_with("ies") && one.ends_with('y') &&
+           edit_distance(many.substr(0, many.size() - 3), one.substr(0, one.size() - 1)) == 0;
+}
+
 }  // namespace
 
 std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> known) {
@@ -42,9 +48,10 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
     std::optional<std::string_view> best;
     std::size_t best_distance = limit + 1;
     for (const std::string_view candidate : known) {
-        if (candidate == word || candidate.empty() || candidate.size() > word.size() + limit || candidate.size() + limit < word.size())
-            continue;
-        const std::size_t distance = edit_distance(word, candidate);
+        if (candidate == word || candidate.empty()) continue;
+        const bool plural = plural_in_ies(word, candidate) || plural_in_ies(candidate, word);
+        if (!plural && (candidate.size() > word.size() + limit || candidate.size() + limit < word.size())) continue;
+        const std::size_t distance = plural ? 1 : edit_distance(word, candidate);
         // If every letter changed, it is another name, however short.
         if (distance >= std::min(word.size(), candidate.size()) && distance > 0) continue;
         if (distance < best_distance || (best && distance == best_distance && candidate < *best)) {

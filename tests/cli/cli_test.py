@@ -157,6 +157,17 @@ class Worlds(Case):
         for n in (1, 2):
             self.refused("meldsim", "run", "p.meld", "--world", "missing.toml", "-n", n, code=2, says="missing.toml")
 
+    def test_a_program_for_a_world_and_a_world_for_a_program(self):
+        self.write("square.toml", SQUARE)
+        for command in (("meldsim", "world", "p.meld"), ("meldsim", "run", "p.meld", "--world", "p.meld")):
+            self.refused(*command, code=2, says=["p.meld is a program, not a world", "--world FILE.toml"])
+        for command in (("meldc", "check"), ("meldsim", "run"), ("meldsim", "query")):
+            self.refused(*command, "square.toml", *(["p(A)"] if command[1] == "query" else []), code=2,
+                         says=["square.toml is a world, not a program", "--world square.toml"])
+
+    def test_what_is_not_a_recording(self):
+        self.refused("meldsim", "replay", "p.meld", code=6, says=["p.meld is not a recording", "meldsim run --record"])
+
     def test_sizes_that_are_none(self):
         for size in ("0", "-3", "nan", "inf"):
             self.world(f'[[body]]\nshape = "box({size}, 1, 1)"\n', says="bad.toml:2:")

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "compiler/check/check.h"
+#include "compiler/check/program/fact_form.h"
 
 namespace meld::check {
 
@@ -30,7 +31,7 @@ bool bind_parts(const Term& test, Bound& bound) {
 
 class Bindings {
   public:
-    Bindings(const Rule& rule, diagnostics::Reporter& report) : rule_(rule), report_(report) {}
+    Bindings(const Program& program, const Rule& rule, diagnostics::Reporter& report) : program_(program), rule_(rule), report_(report) {}
 
     void run() {
         uses_.assign(rule_.variables.count(), 0);
@@ -99,8 +100,10 @@ class Bindings {
             const std::string& name = rule_.variables[t.variable].name;
             auto& d = report_.add(Kind::UnboundVariable, t.span, fmt::format("`{}` has no value {}", name, what));
             const std::string apart = as_difference(name);
-            d.help = !apart.empty() ? fmt::format("`{}` is one name; a difference of lower-case variables has blanks: `{}`", name, apart)
-                                    : fmt::format("use it in a fact of the body, or set it with `{} = ...`", name);
+            const std::string fact = fact_form_help(program_, name);
+            d.help = !apart.empty()  ? fmt::format("`{}` is one name; a difference of lower-case variables has blanks: `{}`", name, apart)
+                     : !fact.empty() ? fact
+                                     : fmt::format("use it in a fact of the body, or set it with `{} = ...`", name);
             if (!apart.empty()) d.fixes = {diagnostics::write(t.span, apart)};
         });
     }
@@ -171,6 +174,7 @@ class Bindings {
         }
     }
 
+    const Program& program_;
     const Rule& rule_;
     diagnostics::Reporter& report_;
     Bound reported_;
@@ -183,11 +187,11 @@ void check_bindings(Program& program, diagnostics::Reporter& report) {
     for (Rule& rule : program.rules) {
         if (rule.refused) continue;
         const std::size_t errors = report.error_count();
-        Bindings(rule, report).run();
+        Bindings(program, rule, report).run();
         rule.refused = report.error_count() > errors;
     }
     for (const Rule& question : program.questions)
-        if (!question.refused) Bindings(question, report).run();
+        if (!question.refused) Bindings(program, question, report).run();
 }
 
 }  // namespace meld::check

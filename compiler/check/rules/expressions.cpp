@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "compiler/check/names/scope.h"
+#include "compiler/check/program/fact_form.h"
 #include "compiler/check/program/operators.h"
 #include "compiler/syntax/operators.h"
 #include "compiler/syntax/parse.h"
@@ -272,7 +273,9 @@ Term Scope::constant_name(const syntax::Call& call, Span span) {
     auto& d = report_.add(Kind::UnknownFunction, span, fmt::format("there is no constant `{}`", call.name));
     std::string upper = call.name;
     upper[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(upper[0])));
-    if (near.empty())
+    if (std::string fact = fact_form_help(program_, call.name); !fact.empty())
+        d.help = std::move(fact);
+    else if (near.empty())
         d.help = fmt::format("declare it with `const {} = ...`, or write the variable `{}` with a capital", call.name, upper);
     else
         d.did_you_mean(near, span, diagnostics::Edit::Fit::Name);

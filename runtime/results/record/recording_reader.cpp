@@ -275,6 +275,8 @@ Result<RecordingReader> RecordingReader::open(const std::string& path) {
     if (error == std::errc::operation_not_supported) return fail(fmt::format("cannot read {}: it is no regular file", path));
     if (error) return fail(fmt::format("cannot read {}: {}", path, error.message()));
     state->file = std::make_unique<Handle>(open_to_read(path), H5Fclose);
+    if (*state->file < 0 && H5Fis_hdf5(path.c_str()) == 0)
+        return fail(path + " is not a recording", "Give a file that meldsim run --record has written", ExitCode::RecordingRefused);
     if (*state->file < 0) return state->damaged(text_of_last_error());
     for (const auto& part : {&State::read_about, &State::read_predicates, &State::read_ticks, &State::find_series})
         if (const Result<void> done = (*state.*part)(); !done) return tl::unexpected(done.error());

@@ -24,7 +24,7 @@ Result<Predicate> look_up(const ModuleInfo& module, std::string_view name, std::
         if (fits(module.predicates[i])) known.emplace_back(module.predicates[i].name);
     return fail(fmt::format("the program has no predicate {} with {} argument{} after the catom that a module can {}", name, arguments,
                             arguments == 1 ? "" : "s", purpose),
-                known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(name, known));
+                known.empty() ? "Declare it in the program" : did_you_mean(name, known));
 }
 
 std::vector<Value> values_of(const ModuleInfo& module, const PredicateInfo& p, const std::vector<Argument>& arguments,

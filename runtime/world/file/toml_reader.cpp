@@ -133,12 +133,16 @@ std::string_view TomlReader::line(std::size_t number) const {
 
 Section::Section(TomlReader& reader, const toml::table& table, std::string name, std::initializer_list<std::string_view> known)
     : reader_(reader), table_(table), name_(std::move(name)) {
-    for (const auto& [key, value] : table) {
-        if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
-        const std::string where = name_.empty() ? "" : fmt::format(" in {}", name_);
-        reader_.wrong(key.source(), fmt::format("there is no key '{}'{}", key.str(), where),
-                      did_you_mean(key.str(), {known.begin(), known.size()}));
-    }
+    // A table has its keys by name; the mistake to report is the first one in the file.
+    std::vector<const toml::key*> unknown;
+    for (const auto& [key, value] : table)
+        if (std::find(known.begin(), known.end(), key.str()) == known.end()) unknown.push_back(&key);
+    const auto line_of = [](const toml::key* key) { return std::pair(key->source().begin.line, key->source().begin.column); };
+    std::ranges::sort(unknown, {}, line_of);
+    const std::string where = name_.empty() ? "" : fmt::format(" in {}", name_);
+    for (const toml::key* key : unknown)
+        reader_.wrong(key->source(), fmt::format("there is no key '{}'{}", key->str(), where),
+                      did_you_mean(key->str(), {known.begin(), known.size()}));
 }
 
 std::string Section::name_of(std::string_view key) const { return name_.empty() ? std::string(key) : fmt::format("{} {}", name_, key); }

@@ -456,6 +456,9 @@ Result<World> parse_world(const std::string& text, const std::string& path, cons
     try {
         table = toml::parse(std::string_view(text), std::string_view(path));
     } catch (const toml::parse_error& error) {
+        if (path.ends_with(".meld"))
+            return fail(fmt::format("{} is a program, not a world", path),
+                        fmt::format("Give a world, a .toml file: a program runs in it by meldsim run {} --world FILE.toml", path));
         return fail(fmt::format("{}: {}", reader.place(error.source()), error.description()), cure_of(error.description()));
     }
     World world = read_sections(reader, table);

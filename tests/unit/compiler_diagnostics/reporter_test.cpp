@@ -65,6 +65,9 @@ TEST(NearestName, SuggestsASlipOfTheHand) {
     EXPECT_EQ(nearest_name("distnace", names), "distance");
     EXPECT_EQ(nearest_name("neighbour", names), "neighbor");
     EXPECT_EQ(nearest_name("setcolor", names), "setColor");
+    EXPECT_EQ(nearest_name("bodies", {"body", "nodes"}), "body");
+    EXPECT_EQ(nearest_name("body", {"bodies", "boddle"}), "bodies");
+    EXPECT_EQ(nearest_name("copies", {"bodies", "body"}), "bodies");
 }
 
 TEST(NearestName, SuggestsNothingFarAway) {

@@ -97,6 +97,8 @@ TEST(WorldFile, NeedsNothingButABody) {
 TEST(WorldFile, NamesTheNearestKey) {
     EXPECT_EQ(error_of("latice = \"fcc\"\n" + kBody), "w.toml:1:1: there is no key 'latice'. did you mean 'lattice'?");
     EXPECT_EQ(error_of(kBody + "[record]\nevry = 3"), "w.toml:4:1: there is no key 'evry' in [record]. did you mean 'every'?");
+    EXPECT_EQ(error_of("[[bodies]]\nshape = \"box(1, 1, 1)\""), "w.toml:1:3: there is no key 'bodies'. did you mean 'body'?");
+    EXPECT_EQ(error_of("sead = 3\n" + kBody + "[fact]\np = \"all\""), "w.toml:1:1: there is no key 'sead'. did you mean 'seed'?");
     EXPECT_EQ(error_of("lattice = \"hexa\"\n" + kBody), "w.toml:1:11: there is no lattice 'hexa'. did you mean 'hex'?");
     EXPECT_EQ(error_of("lattice = \"free\"\n" + kBody), "w.toml:1:11: there is no lattice 'free'. one of square, hex, cubic, fcc, graph");
 }

@@ -70,7 +70,7 @@ tl::unexpected<Error> no_predicate(const ModuleInfo& module, const world::GivenF
     }
     return fail(fact.place + ": the program has no predicate " + fact.predicate + " with " + std::to_string(fact.arguments.size()) +
                     " arguments after the catom",
-                known.empty() ? "Declare it in the program" : "Predicates: " + did_you_mean(fact.predicate, known));
+                known.empty() ? "Declare it in the program" : did_you_mean(fact.predicate, known));
 }
 
 }  // namespace
