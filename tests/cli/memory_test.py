@@ -123,7 +123,8 @@ class Ranges(Runs):
 
     def test_networks_in_which_messages_take_time(self):
         """What is not under way takes no memory but its place in the table of links, however many catoms there are."""
-        program, conditions = (EXAMPLES / "gradient.meld").read_text(), '[facts]\nsource = "id == 0"\n[network]\nkind = "latency"\nmost = 4\n'
+        program = (EXAMPLES / "gradient.meld").read_text()
+        conditions = '[facts]\nsource = "id == 0"\n[network]\nkind = "latency"\nmost = 4\n'
         further = []
         for side in (45, 90):
             peak = self.expect_range(program, cube(side, conditions))[2]

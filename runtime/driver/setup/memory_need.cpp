@@ -127,9 +127,9 @@ class Counting {
         return {"bodies and contacts", {each + contact * at_start + held, each + contact * most + held + asked}};
     }
 
-    // Where neighbours are listed: the table of links, which a graph has counted. Where messages take time also where each link is read, and
-    // at most a mailbox for each link and direction, with what its reader knows of the neighbour; and on their way at most all that every
-    // catom exports, once.
+    // Where neighbours are listed: the table of links, which a graph has counted. Where messages take time also where each link is read,
+    // and at most a mailbox for each link and direction, with what its reader knows of the neighbour; and on their way at most all that
+    // every catom exports, once.
     MemoryPart links() const {
         const double ends =
             world_.is_graph() || world_.links ? ports_ * share_.catoms : 2 * lattice_contacts() * share_.catoms / std::max(1.0, here_);
@@ -228,8 +228,8 @@ class Counting {
     // Of a graph: process and catom of a node; a node and an end of a link in the ensemble; and of METIS, measured, an end of a link in a
     // geometric graph and in a random one.
     static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 8, kDividedWell = 14, kDividedBadly = 42;
-    // Of the table of links: a catom, an end of a link, and where it is read. A mailbox, with its index among the catoms. What is on its way
-    // for all links that it takes, and its place in the queue of each.
+    // Of the table of links: a catom, an end of a link, and where it is read. A mailbox, with its index among the catoms. What is on its
+    // way for all links that it takes, and its place in the queue of each.
     static constexpr double kLinkRow = 8, kLinkEnd = 8, kLinkRead = 4, kMailbox = 86, kParcel = 64, kUnderWay = 12;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;

@@ -106,7 +106,7 @@ bool Network::holds_what_is_said(const Mailbox& m) const {
 }
 
 void Network::settle(i64 now) {
-    // Often enough that few are left behind by a wave; seldom enough that a link on which something is under way in each tick keeps its own.
+    // Often enough that a wave leaves few behind; seldom enough that a link over which something comes every few ticks keeps its own.
     constexpr i64 kBetween = 8;
     if (now % kBetween != 0) return;
     for (u32 number = 0; number < mailboxes_.size(); ++number) {
