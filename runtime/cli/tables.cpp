@@ -1,5 +1,7 @@
 #include "runtime/cli/tables.h"
 
+#include <CLI/CLI.hpp>
+
 #include "runtime/base/assert.h"
 
 namespace meld::cli {

@@ -1,9 +1,12 @@
 // The table of commands and options of a program in the form that manual pages and completion read.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace meld::cli {
 

@@ -1,6 +1,7 @@
 #include "runtime/driver/about/about_command.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 

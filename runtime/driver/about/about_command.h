@@ -1,10 +1,13 @@
 // The command line of `meldsim about`.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "runtime/driver/setup/options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 

@@ -1,6 +1,7 @@
 #include "runtime/driver/grade/grade_command.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <csignal>
 #include <filesystem>

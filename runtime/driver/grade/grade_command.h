@@ -1,9 +1,11 @@
 // `meldsim grade`: the submissions of students to an exercise.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "runtime/driver/grade/grade_options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 

@@ -1,6 +1,7 @@
 #include "runtime/driver/pictures/picture_commands.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <limits>
 #include <string>

@@ -1,9 +1,11 @@
 // The command lines of the commands that make pictures of a run.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "runtime/driver/questions/question_commands.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 

@@ -1,6 +1,7 @@
 #include "runtime/driver/questions/question_commands.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdint>
 #include <limits>

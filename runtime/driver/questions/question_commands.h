@@ -1,10 +1,13 @@
 // The command lines of the commands that ask one thing about a run.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "runtime/driver/setup/options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 

@@ -1,6 +1,7 @@
 #include "runtime/driver/session/share.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <limits>

@@ -1,7 +1,6 @@
 // `meldsim view --share`: a run as a page of its own.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,6 +11,10 @@
 #include "runtime/results/record/drawing.h"
 #include "runtime/results/timeline/timeline.h"
 #include "runtime/world/file/world_file.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 

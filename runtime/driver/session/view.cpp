@@ -1,6 +1,7 @@
 #include "runtime/driver/session/view.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <limits>

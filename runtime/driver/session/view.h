@@ -1,7 +1,6 @@
 // `meldsim view`: shows a run in a browser, or two side by side (runtime/show/view).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -11,6 +10,10 @@
 #include "runtime/driver/run/configuration_agreement.h"
 #include "runtime/driver/setup/inputs.h"
 #include "runtime/driver/setup/options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 

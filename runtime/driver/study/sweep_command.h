@@ -1,9 +1,11 @@
 // `meldsim sweep`: the runs of a study, and what they show.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "runtime/driver/study/sweep_options.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meld::driver {
 
