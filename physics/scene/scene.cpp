@@ -184,6 +184,7 @@ Result<void> Scene::known(BodyId body) const {
 Result<void> Scene::remove_body(BodyId body) {
     if (auto fine = known(body); !fine) return fine;
     world_->composites.release_all(body);
+    world_->loads.remove_body(body);
     world_->bodies.properties[world_->bodies.slot(body)].flags |= kRemoved;
     engine_->body_changed(world_->bodies.slot(body), false);
     engine_->structure_changed();

@@ -25,6 +25,7 @@
 #include "physics/bodies/symmetric.h"
 #include "physics/bodies/types.h"
 #include "physics/collision/obstacles.h"
+#include "physics/statics/connection_load.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/exact_sum.h"
@@ -134,6 +135,20 @@ class Scene {
     bool lasts(const Touch& touch) const;
     // The composite that a body was part of in the last step.
     std::optional<CompositeState> composite(BodyId body) const;
+
+    // Loads: what connections carry. They are computed if somebody wants them, or some body has limits.
+    void want_loads();
+    // The connections of a body break if they carry more than this; of its limits and those of the other body the lower ones count. Errors:
+    // a limit that is not above 0.
+    Result<void> set_breaking(BodyId body, const BreakingLimits& limits);
+    // The loads of all connections over the steps since the last call, as means; those of composites that slept stay as they were. Breaks
+    // the most overloaded connection of each composite, then finds the loads of the parts anew, at most 16 times; returns what broke,
+    // sorted. Connections that are made or broken take effect in the next step. Cost: in proportion to the connections; see
+    // docs/physics.md.
+    Result<std::vector<ConnectionPair>> solve_loads(Workers& workers);
+    // As of the last solve_loads; none if the two were not connected then. And all of them, sorted.
+    std::optional<ConnectionLoad> load(BodyId body, BodyId other) const;
+    std::span<const CarriedLoad> loads() const;
 
     // One tick of dt_s seconds, in `substeps` substeps. After an error the state is that before the step (see keep_last_good) and contacts
     // start without warm-start impulses.

@@ -71,6 +71,31 @@ bool Scene::lasts(const Touch& touch) const {
     return stands(touch.body) && stands(touch.other);
 }
 
+void Scene::want_loads() { world_->loads.want(); }
+
+Result<void> Scene::set_breaking(BodyId body, const BreakingLimits& limits) {
+    if (auto fine = known(body); !fine) return fine;
+    for (const double limit : {limits.force_n, limits.torque_nm})
+        if (!(limit > 0))
+            return fail(fmt::format("the connections of body {} break at a load of {} (which is not above 0)", body, limit),
+                        "Give a positive limit, or infinity");
+    world_->loads.set_limits(body, limits);
+    return {};
+}
+
+Result<std::vector<ConnectionPair>> Scene::solve_loads(Workers& workers) {
+    if (!world_->loads.wanted()) return std::vector<ConnectionPair>();
+    auto broken = world_->loads.solve(world_->composites, world_->bodies, workers);
+    if (!broken) return world_->wrong(broken.error().problem, broken.error().suggestion);
+    for (const auto& [one, other] : *broken)
+        if (auto done = release(one, other); !done) return tl::unexpected(done.error());
+    return broken;
+}
+
+std::optional<ConnectionLoad> Scene::load(BodyId body, BodyId other) const { return world_->loads.of(body, other); }
+
+std::span<const CarriedLoad> Scene::loads() const { return world_->loads.all(); }
+
 std::optional<CompositeState> Scene::composite(BodyId body) const {
     const Composites& composites = world_->composites;
     const std::uint32_t index = composites.composite_of(body);

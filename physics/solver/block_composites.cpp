@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "physics/solver/block_engine.h"
 #include "runtime/base/assert.h"
@@ -43,6 +44,20 @@ void BlockEngine::let_composites_sleep() {
         composite.asleep = states_[block].asleep ? 1 : 0;
         if (composite.asleep != 0) composite.motion.velocity_m_s = composite.motion.spin_rad_s = {};
     }
+}
+
+void BlockEngine::begin_loads() {
+    if (!loads_wanted()) {
+        load_contacts_fresh_ = false;
+        return;
+    }
+    world_.loads.begin(world_.composites, recomposed_in_step_);
+    if (!std::exchange(load_contacts_fresh_, true)) load_contacts_.find(contacts_, states_.size(), world_.bodies, world_.composites);
+    load_contacts_.begin_step();
+}
+
+void BlockEngine::collect_loads() {
+    if (loads_wanted()) load_contacts_.end_substep(contacts_, world_.bodies, world_.composites, world_.loads);
 }
 
 namespace {

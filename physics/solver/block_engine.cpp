@@ -108,6 +108,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         }
         case Stage::Kind::Accelerate: {
             rows_.collect(world_.composites, workers);
+            collect_loads();
+            load_contacts_.begin_substep();
             world_.composites.accelerate(wrenches, feature_wrenches, bodies, rules.move, workers);
             // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
             if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
@@ -140,6 +142,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         }
         case Stage::Kind::FindBounces: {
             const StageClock clock(world_.times.solve);
+            if (loads_wanted()) load_contacts_.before_bounces(contacts_);
             find_bounces(rules.bounce, workers);
             return {};
         }
@@ -157,6 +160,10 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             if (world_.has_features()) account_charges(world_, workers);
             rows_.collect(world_.composites, workers);
             world_.composites.set_velocities(bodies, workers);
+            if (loads_wanted()) {
+                collect_loads();
+                world_.loads.end_step(world_.composites, wrenches, feature_wrenches, world_.settings.gravity_m_s2, times.dt_s);
+            }
             find_events(workers);
             last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
             return {};
@@ -215,6 +222,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
         if (auto built = rebuild(times, workers); !built) return built;
     keep_last_good(workers);
     world_.composites.keep();
+    begin_loads();
     find_resting();
     return {};
 }
@@ -312,7 +320,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     }
     MELD_ENSURE(states_.size() == grid_.blocks().size());
     MELD_ENSURE(bodies.velocity.size() == bodies.count() + states_.size(), "{} bodies, {} blocks", bodies.count(), states_.size());
-    rebuild_ = fresh_ = false;
+    rebuild_ = fresh_ = load_contacts_fresh_ = false;
     rebuilt_in_step_ = true;
     return {};
 }

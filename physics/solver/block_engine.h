@@ -21,6 +21,7 @@
 #include "physics/solver/composite_rows.h"
 #include "physics/solver/contacts.h"
 #include "physics/solver/engine.h"
+#include "physics/solver/load_contacts.h"
 
 namespace meld::physics {
 
@@ -171,6 +172,10 @@ class BlockEngine final : public Engine {
     // Clears the flag of a block where one that is linked with it has none.
     void all_or_none(std::vector<std::uint8_t>& of_block) const;
     void let_composites_sleep();
+    // Loads, if somebody wants them: before a step; and at the end of a substep, if one has begun.
+    bool loads_wanted() const { return world_.loads.wanted() && !world_.composites.all().empty(); }
+    void begin_loads();
+    void collect_loads();
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
     // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, and obstacle(batch, lane, normal force, obstacle
     // lane) for each body that touches an obstacle.
@@ -189,6 +194,9 @@ class BlockEngine final : public Engine {
     BlockGrid grid_;
     Contacts contacts_;
     CompositeRows rows_;
+    // If somebody wants the loads of connections; fresh while it follows the list of contacts.
+    LoadContacts load_contacts_;
+    bool load_contacts_fresh_ = false;
     // By block, if composites have contacts that bounce: which blocks have them.
     std::vector<std::uint8_t> composites_bounce_;
     // By block: the first of those that it is linked with; empty without composites.

@@ -145,8 +145,8 @@ StepReport BlockEngine::report() const {
 }
 
 std::size_t BlockEngine::bytes() const {
-    return grid_.bytes() + contacts_.bytes() + rows_.bytes() + world_.composites.bytes() + bytes_of(states_) + bytes_of(feature_wrenches_) +
-           bytes_of(awake_) + bytes_of(active_);
+    return grid_.bytes() + contacts_.bytes() + rows_.bytes() + world_.composites.bytes() + world_.loads.bytes() + load_contacts_.bytes() +
+           bytes_of(states_) + bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
 }
 
 double BlockEngine::residual() {

@@ -28,7 +28,7 @@ struct SavedEngine {
     double cell_m, smallest_radius_m, skin_m, margin_m, farthest_path_m, dt_s, substep_s;
     Vec3 frame_m_s;
     std::int32_t levels;
-    std::uint8_t rebuild, fresh, forget, has_composites;
+    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, zero[7];
 };
 
 }  // namespace
@@ -96,9 +96,23 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
 }
 
 void BlockEngine::save_rest(ByteWriter& out) const {
-    out.write(SavedEngine{grid_.shape().cell_m, smallest_radius_m_, skin_m_, margin_m_, farthest_path_m_, last_dt_s_, last_substep_s_,
-                          frame_m_s_, grid_.shape().levels, rebuild_, fresh_, forget_, !world_.composites.empty()});
+    out.write(SavedEngine{grid_.shape().cell_m,
+                          smallest_radius_m_,
+                          skin_m_,
+                          margin_m_,
+                          farthest_path_m_,
+                          last_dt_s_,
+                          last_substep_s_,
+                          frame_m_s_,
+                          grid_.shape().levels,
+                          rebuild_,
+                          fresh_,
+                          forget_,
+                          !world_.composites.empty(),
+                          world_.loads.wanted(),
+                          {}});
     if (!world_.composites.empty()) world_.composites.write(out);
+    if (world_.loads.wanted()) world_.loads.write(out);
 }
 
 void BlockEngine::load_rest(ByteReader& in) {
@@ -112,6 +126,7 @@ void BlockEngine::load_rest(ByteReader& in) {
     fresh_ = saved.fresh != 0 && (first || fresh_);
     forget_ = saved.forget != 0 || (!first && forget_);
     composites_fine_ = saved.has_composites == 0 || world_.composites.read(in);
+    if (saved.has_loads != 0) world_.loads.read(in);
 }
 
 Result<void> BlockEngine::loaded(Workers& workers) {

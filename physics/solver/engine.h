@@ -15,6 +15,7 @@
 #include "physics/bodies/settings.h"
 #include "physics/bodies/stage.h"
 #include "physics/collision/obstacles.h"
+#include "physics/statics/loads.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/exact_sum.h"
@@ -40,6 +41,7 @@ struct World {
     Settings settings;
     Bodies bodies;
     Composites composites;
+    Loads loads;
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};

@@ -1,7 +1,8 @@
 // Composites: ticks of k^3 touching balls on a plane, bare and connected in several ways, side by side in one run; and how long it takes to
-// merge and to split a composite of k^3; unless sizes are given, also plates that lie on a plane.
+// merge and to split a composite of k^3; unless sizes are given, also plates that lie on a plane, and the loads of connections; with
+// --loads these only.
 //
-//     bench_composites [--ticks N] [--threads N] [k ...]     k = 22 46 63
+//     bench_composites [--ticks N] [--threads N] [--loads] [k ...]     k = 22 46 63
 //
 // Times are CPU milliseconds of the process, medians over ticks; of merging and splitting, the least of five.
 #include <fmt/format.h>
@@ -165,18 +166,63 @@ void measure_plates() {
         }
 }
 
+// What the loads of one composite cost that fixed balls hold at one end: the first time, when its lattice is made, and later.
+void measure_loads() {
+    struct Shape {
+        const char* name;
+        int nx, ny, nz;
+    };
+    for (const auto& [name, nx, ny, nz] :
+         {Shape{"row", 10'000, 1, 1}, Shape{"deck", 2'500, 4, 1}, Shape{"deck", 1'000, 10, 1}, Shape{"plate", 100, 100, 1},
+          Shape{"beam", 278, 6, 6}, Shape{"cube", 22, 22, 22}, Shape{"cube", 46, 46, 46}}) {
+        Settings settings;
+        settings.sleep_ticks = 0;
+        auto scene = need(Scene::make(settings));
+        const auto at = [&](int x, int y, int z) { return static_cast<BodyId>((z * ny + y) * nx + x); };
+        for (int z = 0; z < nz; ++z)
+            for (int y = 0; y < ny; ++y)
+                for (int x = 0; x < nx; ++x) {
+                    need(scene->add_body({.id = at(x, y, z), .position_m = {double(x), double(y), double(z)}, .fixed = x == 0}));
+                    if (x > 0) need(scene->connect(at(x - 1, y, z), at(x, y, z)));
+                    if (y > 0) need(scene->connect(at(x, y - 1, z), at(x, y, z)));
+                    if (z > 0) need(scene->connect(at(x, y, z - 1), at(x, y, z)));
+                }
+        scene->want_loads();
+        Workers workers(1);
+        std::size_t before = 0;
+        std::vector<double> steps, solutions;
+        for (int tick = 0; tick < 4; ++tick) {
+            const double start = cpu_now();
+            need(scene->step(kTick, 2, workers));
+            const double stepped = cpu_now();
+            if (tick == 0) before = scene->bytes();
+            need(scene->solve_loads(workers));
+            steps.push_back(1e3 * (stepped - start)), solutions.push_back(1e3 * (cpu_now() - stepped));
+        }
+        const double bodies = double(nx) * ny * nz;
+        fmt::print(
+            "{:<5} of {:>6} x {:>3} x {:>3}, {:>6} connections: step {:7.2f} ms, loads {:8.1f} ms, the first time {:8.1f} ms; {:5.0f} "
+            "bytes a body\n",
+            name, nx, ny, nz, scene->connection_count(), steps.back(), solutions.back(), solutions.front(),
+            static_cast<double>(scene->bytes() - before) / bodies);
+    }
+}
+
 }  // namespace
 }  // namespace meld::physics
 
 int main(int argc, char** argv) {
     using namespace meld::physics;
     int ticks = 7, threads = 1;
+    bool loads_only = false;
     std::vector<int> sides;
     for (int i = 1; i < argc; ++i) {
         if (std::strcmp(argv[i], "--ticks") == 0 && i + 1 < argc)
             ticks = std::atoi(argv[++i]);
         else if (std::strcmp(argv[i], "--threads") == 0 && i + 1 < argc)
             threads = std::atoi(argv[++i]);
+        else if (std::strcmp(argv[i], "--loads") == 0)
+            loads_only = true;
         else
             sides.push_back(std::atoi(argv[i]));
     }
@@ -188,10 +234,15 @@ int main(int argc, char** argv) {
             return 2;
         }
     meld::bench::machine_line("CPU milliseconds");
+    if (loads_only) {
+        measure_loads();
+        return 0;
+    }
     for (const int side : sides) {
         measure_merging(side);
         measure_ticks(side, ticks, threads);
     }
     if (plates) measure_plates();
+    if (plates) measure_loads();
     return 0;
 }

@@ -1,5 +1,6 @@
-"""Random bodies that connect and release at random while they fall, push each other and die: the same facts and digests with any number of
-threads and through a checkpoint; and whatever happened, what is connected keeps its shape, and neighbours are those that touch.
+"""Random bodies that connect and release at random while they fall, push each other and die, and whose connections break: the same facts
+and digests with any number of threads and through a checkpoint; and whatever happened, what is connected keeps its shape, and neighbours
+are those that touch.
 
 Usage: grips_test.py MELDSIM [FIRST_SEED [SEEDS]]
 """
@@ -17,7 +18,9 @@ from runner import Outcome, Runner
 import numpy
 
 TELLING = ("\ntype beside(node, node).\nbeside(A, B) :- neighbor(A, B).\ntype grips(node, node).\ngrips(A, B) :- connected(A, B).\n"
-           "type refused(node, int).\nfailed(A, C) -o refused(A, C).\n")
+           "type refused(node, int).\nfailed(A, C) -o refused(A, C).\n"
+           "type carries(node, node, float, float, float).\ncarries(A, B, T, S, M) :- load(A, B, T, S, M).\n"
+           "type lost(node, node).\nbroke(A, B) -o lost(A, B).\n")
 
 
 # What the rules ask for ends with a tick; this many later, the views over connections are up to date.
@@ -53,6 +56,9 @@ def case(rng, last):
         what = rng.choice(["connected = true", "connected = true", "fixed = true", "mass = 3", "velocity = [1, -1, 0]", "spin = [0, 0, 5]"])
         world += f'[[motion.catoms]]\nwhere = "{where}"\n{what}\n'
     for _ in range(rng.randint(0, 2)):
+        what = rng.choice([f"breaking_force = {rng.randint(3, 40)}", f"breaking_torque = {rng.randint(1, 15)}"])
+        world += f'[[motion.catoms]]\nwhere = "id % {rng.randint(1, 3)} == 0"\n{what}\n'
+    for _ in range(rng.randint(0, 2)):
         world += f'[[event]]\ntick = {rng.randint(1, 49)}\nkill = "id == {rng.randrange(count)}"\n'
     return program, world
 
@@ -61,7 +67,7 @@ class Grips:
     def __init__(self, meldsim, folder):
         self.meldsim = meldsim
         self.folder = pathlib.Path(folder)
-        self.connections = self.refused = 0
+        self.connections = self.refused = self.broken = 0
 
     def check(self, seed):
         rng = random.Random(seed)
@@ -91,6 +97,7 @@ class Grips:
             outcome = run(until, 1, "--record", recording)[2]
             ways += [outcome, Recorded(recording).positions[-1]]
         self.compare(*ways)
+        self.broken += len(found.facts["lost"]) // 2
         self.connections += len(ways[2].facts["grips"]) // 2
         self.refused += sum(each["count"] for each in found.summary["refused_actions"] if each["action"] in ("connect", "release"))
 
@@ -105,6 +112,9 @@ class Grips:
         assert len(places) == len(alive) and len(places_before) == len(index_before), "the recording has other catoms"
         grips = {tuple(row) for row in now.facts["grips"]}
         assert all((b, a) in grips for a, b in grips), "a connection holds in one direction"
+        loads = {(a, b): numbers for a, b, *numbers in now.facts["carries"]}
+        assert set(loads) == grips, f"loads of no connections, or none of some: {sorted(set(loads) ^ grips)[:5]}"
+        assert all(loads[b, a] == numbers for (a, b), numbers in loads.items()), "two catoms sense different loads of their connection"
         beside = {tuple(row) for row in now.facts["beside"]}
         assert grips <= beside, f"connected catoms are no neighbours: {sorted(grips - beside)[:5]}"
         check_neighbours([(index[a], index[b]) for a, b in beside], places)
@@ -149,9 +159,10 @@ def main():
             except AssertionError as error:
                 sys.exit(f"seed {seed}: {error}\n{(pathlib.Path(folder) / 'grips.meld').read_text()}"
                          f"{(pathlib.Path(folder) / 'grips.toml').read_text()}")
+        told = f"{grips.connections} connections, {grips.broken} broke, {grips.refused} refused actions"
         if not grips.connections or not grips.refused:
-            sys.exit(f"{grips.connections} connections, {grips.refused} refused actions: the seeds test nothing")
-        print(f"{seeds} seeds: {grips.connections} connections, {grips.refused} refused actions")
+            sys.exit(f"{told}: the seeds test nothing")
+        print(f"{seeds} seeds: {told}")
 
 
 if __name__ == "__main__":

@@ -143,6 +143,41 @@ cantilever.options = ("--ticks", "400")
 cantilever.sizes = [(1, 1), (1, 2)]
 
 
+def launched_bridge(outcome, recorded, in_other_world):
+    """The bridge stays straight while it is launched, reaches the other bank, and carries the roller across; its connections know the
+    torque of what stands out. With connections that are too weak for the roller, it breaks under it, and the roller falls."""
+    deck, roller = list(range(36)), 36
+    places = numpy.array(recorded.positions)
+    expect({a for a, in outcome.facts["crossed"]} == {roller} and not outcome.facts["broken"], "the roller is not across a whole bridge")
+    expect(numpy.max(numpy.abs(places[:, deck, 2])) < 0.02, "the deck has sagged or tipped")
+    expect(places[-1, deck, 0].max() > 9.5 and places[-1, deck, 0].min() < -6, "the bridge does not lie on both banks")
+    expect(places[-1, roller, 0] > 8 and places[-1, roller, 2] > 1.2, "the roller is not on the other side")
+    # Just before its front reaches the other bank: eight rows stand out, each of the two lines of connections carries half of them.
+    front = places[:, deck, 0].max(axis=1)
+    bends = numpy.array(recorded.values("bends"))[:, deck]
+    standing_out = int(numpy.flatnonzero(front > 7.4)[0])
+    beyond = places[standing_out, deck, 0] + 0.5
+    root = 9.81 * numpy.sum(beyond[beyond > 0]) / 2
+    found = numpy.nanmax(bends[standing_out])
+    expect(0.85 * root < found < 1.1 * root, f"the root carries {found}, not {root}")
+
+    def overloaded(text):
+        heavier = text.replace("mass = 12", "mass = 60").replace("roll_torque = 80", "roll_torque = 400")
+        return heavier.replace("breaking_torque = 3000", "breaking_torque = 1000")
+
+    fallen, path = in_other_world(overloaded)
+    expect(fallen.facts["broken"] and not fallen.facts["crossed"], "a weak bridge carries a heavy roller")
+    expect(path.positions[-1][roller, 2] < -2 and numpy.min(path.positions[-1][deck, 2]) < -2, "what has broken has not fallen")
+    (said,) = [line for line in fallen.summary["outcomes"] if "bodies" in line]
+    expect(f"; {len(fallen.facts['broken']) // 2} connections broke" in said, said)
+
+
+launched_bridge.larger = (36,)
+launched_bridge.options = ("--ticks", "1200")
+# Connected catoms move on one process only.
+launched_bridge.sizes = [(1, 1), (1, 2)]
+
+
 def ring(outcome, recorded, in_other_world):
     """Twelve catoms in a line are in the end the corners of a regular twelve-sided polygon with sides of one diameter: its radius,
     angles of 150 degrees, and everybody with two neighbours, those in the line and at the ends each other."""

@@ -46,7 +46,7 @@ add_test(NAME program_recording
 set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
 meld_sizes_test(program_shape_change ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 # Examples whose catoms are bodies.
-foreach(program swarm rolling row bridge ring climber cantilever)
+foreach(program swarm rolling row bridge ring climber cantilever launched_bridge)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
            ${program})
@@ -89,5 +89,7 @@ foreach(paper luby ghs compression election ensembles healing kilobots localizat
 endforeach()
 add_test(NAME motion_connections COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/connections_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_connections PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_loads COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/loads_test.py $<TARGET_FILE:meldsim>)
+set_tests_properties(motion_loads PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_bodies PROPERTIES TIMEOUT 300 PROCESSORS 2)

@@ -52,6 +52,8 @@ constexpr double kContact = 52;
 // A body that is connected, as those of a cube are, more than its contacts take; and what its wishes take in the tick of the connection.
 constexpr double kHeld = 90;
 constexpr double kAsks = 500;
+// A body of a cube that is all connected, if somebody wants its loads: its share of the lattice and of the loads.
+constexpr double kLoads = 9000;
 // On several processes: what a body leaves behind where it was placed or packed, for memory that is freed stays with the process (see
 // runtime/comm/transport/mpi.cpp); and what its contacts leave.
 constexpr double kHandedOver = 90;
@@ -113,6 +115,13 @@ class Counting {
                  owners + distances + (kNode + kNodeHere) * nodes + kEndHere * ends + (divides ? kDividedBadly * ends : 0)}};
     }
 
+    // Somebody senses what connections carry, or they can break.
+    bool wants_loads() const {
+        const auto breaks = [](const auto& limits) { return limits.breaking_force || limits.breaking_torque; };
+        const std::optional<u32> sensed = tuple::find_sensed(module_, "load", 4);
+        return breaks(world_.physics) || std::ranges::any_of(world_.physics.groups, breaks) || (sensed && module_.predicates[*sensed].read);
+    }
+
     MemoryPart bodies() const {
         const bool touch = world_.physics.spacing < 1 + kNear;
         // Of a block as it is placed, less those at its surface.
@@ -123,7 +132,8 @@ class Counting {
         const bool asks = processes_ == 1 && tuple::ProgramActions(module_).uses(ActionKind::Connect);
         const bool holds =
             std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
-        const double held = holds ? kHeld * here_ : 0, asked = asks ? (kHeld + kAsks) * here_ : 0;
+        const double loads = wants_loads() ? kLoads : 0;
+        const double held = holds ? (kHeld + loads) * here_ : 0, asked = asks ? (kHeld + kAsks + loads) * here_ : 0;
         return {"bodies and contacts", {each + contact * at_start + held, each + contact * most + held + asked}};
     }
 

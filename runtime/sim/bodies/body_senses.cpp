@@ -38,9 +38,12 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
             return sense.pressure;
         case BodyQuantity::Energy:
             return sense.energy;
+        case BodyQuantity::Load:
+            return sense.load;
         case BodyQuantity::Obstacle:
         case BodyQuantity::Contact:
         case BodyQuantity::Connected:
+        case BodyQuantity::Broke:
             break;
     }
     MELD_CHECK(false, "touches have no threshold");
@@ -79,7 +82,7 @@ void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense)
         touches_at_ = base;
     else if (sense.quantity == BodyQuantity::Connected)
         connected_ = base;
-    else
+    else if (sense.quantity != BodyQuantity::Load)
         sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
                             threshold_of(sense.quantity, world_->physics.sense)});
 }
@@ -196,6 +199,8 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity qua
         case BodyQuantity::Obstacle:
         case BodyQuantity::Contact:
         case BodyQuantity::Connected:
+        case BodyQuantity::Load:
+        case BodyQuantity::Broke:
             break;
     }
     MELD_CHECK(false, "touches are not measured");

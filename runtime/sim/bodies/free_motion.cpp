@@ -42,6 +42,7 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
 
 Result<void> FreeMotion::look_up(Subdomain& subdomain) {
     actions_.start(subdomain, world_);
+    load_senses_.start(subdomain, world_);
     subdomain.set_homes([this, &subdomain, last = std::pair<physics::Home, world::BrickKey>(), any = false](Catom catom) mutable {
         const physics::Home home = physics_.scene->home(static_cast<physics::BodyId>(subdomain.ensemble.id(catom)));
         // Mostly that of the catom before; the walk along the curve is longer.
@@ -128,14 +129,17 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !subdomain.alone());
     if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     connect_bodies(subdomain);
+    if (load_senses_.reads_loads()) physics_.scene->want_loads();
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(subdomain); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
+    if (auto done = load_connections(subdomain); !done) return done;
     if (auto done = lose_catoms(subdomain); !done) return done;
     subdomain.refresh();
     if (in_range_) find_in_range(subdomain);
     const StageClock clock(sensing_s_);
     senses_.sense(subdomain, physics_, divided_ ? &*divided_ : nullptr);
+    load_senses_.sense(subdomain, *physics_.scene);
     if (in_range_) in_range_->senses.sense(subdomain);
     bodies_ = subdomain.ensemble.owned_count();
     subdomain.set_moving(awake_ > 0);
@@ -146,6 +150,18 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
 void FreeMotion::connect_bodies(Subdomain& subdomain) {
     for (const RefusedConnection& each : connections_.carry_out(subdomain, physics_, senses_, actions_.asked()))
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
+}
+
+Result<void> FreeMotion::load_connections(Subdomain& subdomain) {
+    const auto broken = physics_.scene->solve_loads(subdomain.workers);
+    if (!broken) {
+        const Error error = about_catoms(broken.error());
+        return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
+    }
+    for (const auto& [one, other] : *broken) senses_.note_connection(subdomain, one, other, false);
+    load_senses_.note_broken(subdomain, *broken);
+    broken_count_ += broken->size();
+    return {};
 }
 
 void FreeMotion::find_in_range(Subdomain& subdomain) {
@@ -248,6 +264,7 @@ Result<void> FreeMotion::take_out_all(Subdomain& subdomain, std::vector<physics:
     MELD_EXPECT(std::is_sorted(ids.begin(), ids.end()), "{} bodies are not in order", ids.size());
     physics::Scene& scene = *physics_.scene;
     connections_.lose(subdomain, scene, senses_, ids);
+    load_senses_.lose(subdomain, scene, ids);
     for (const physics::BodyId id : ids) {
         // The next step drops the body on all processes that hold it.
         if (scene.has(id))
@@ -320,6 +337,7 @@ SimModule::Stages FreeMotion::stages() const {
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (connected_ > 0) text += fmt::format("; {} connection{}", connected_, connected_ == 1 ? "" : "s");
+    if (broken_count_ > 0) text += fmt::format("; {} connection{} broke", broken_count_, broken_count_ == 1 ? "" : "s");
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} migrations of catoms between processes", crossed_);
     if (divided_ && divided_->divisions() > 0)

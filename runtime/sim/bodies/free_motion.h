@@ -17,6 +17,7 @@
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/fixed_touches.h"
+#include "runtime/sim/bodies/load_senses.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
@@ -75,6 +76,8 @@ class FreeMotion : public SimModule {
     // After the first step: adds the touches that began in it to those of immovable and connected catoms.
     void note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     void connect_bodies(Subdomain& subdomain);
+    // After the last step of a tick: what connections carry, and those that break.
+    Result<void> load_connections(Subdomain& subdomain);
     Result<physics::StepReport> move(Subdomain& subdomain);
     // Catoms below the lowest height that the world allows end the run, or are removed.
     Result<void> lose_catoms(Subdomain& subdomain);
@@ -91,6 +94,7 @@ class FreeMotion : public SimModule {
     BodyActions actions_;
     BodySenses senses_;
     BodyConnections connections_;
+    LoadSenses load_senses_;
     ContactLinks links_;
     // If neighbours are those within a range, instead of those that touch.
     struct InRange {
@@ -106,7 +110,7 @@ class FreeMotion : public SimModule {
     std::uint64_t crossed_ = 0;                // Catoms that have migrated, not counting those that did before anything moved.
     std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
     std::vector<physics::TouchEvent> events_;  // If some catoms are lost.
-    std::uint64_t lost_count_ = 0;
+    std::uint64_t lost_count_ = 0, broken_count_ = 0;
     Loading loading_;
     bool moved_ = false;
     double energy_j_ = 0;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -170,6 +171,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
     spec.mass_kg = p.mass;
     spec.inertia_factor = p.inertia;
     std::optional<std::size_t> connected_in;
+    constexpr double kUnbreakable = std::numeric_limits<double>::infinity();
+    physics::BreakingLimits breaking{p.breaking_force.value_or(kUnbreakable), p.breaking_torque.value_or(kUnbreakable)};
     for (const world::CatomGroup& group : p.groups) {
         if (!group.where.contains(id, cell, position)) continue;
         spec.radius_m = group.radius.value_or(spec.radius_m);
@@ -178,6 +181,7 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         spec.fixed = group.fixed.value_or(spec.fixed);
         if (group.connected)
             connected_in = *group.connected ? std::optional(static_cast<std::size_t>(&group - p.groups.data())) : std::nullopt;
+        breaking = {group.breaking_force.value_or(breaking.force_n), group.breaking_torque.value_or(breaking.torque_nm)};
         if (group.velocity) spec.linear_velocity_m_s = vector_of(*group.velocity);
         if (group.spin) spec.angular_velocity_rad_s = vector_of(*group.spin);
         surface.friction = group.friction.value_or(surface.friction);
@@ -188,11 +192,11 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         spec.radius_m = placed.radius.value_or(spec.radius_m);
         spec.mass_kg = placed.mass.value_or(spec.mass_kg);
     }
-    return {spec, surface, connected_in};
+    return {spec, surface, connected_in, breaking};
 }
 
 void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
-    const auto [spec, surface, connected_in] = describe(id, cell, position);
+    const auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
     for (std::size_t i = 0; i < groups_met_.size(); ++i)
         if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
     const double r = spec.radius_m;
@@ -224,10 +228,14 @@ Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surfac
 }
 
 Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
-    auto [spec, surface, connected_in] = describe(id, cell, position);
+    auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
     MELD_EXPECT(materials_.contains(surface), "catom {} was not looked at", id);
     spec.material = materials_.at(surface);
-    if (auto added = scene.scene->add_body(spec); !added || scene.features.empty()) return added;
+    if (auto added = scene.scene->add_body(spec); !added) return added;
+    // Where bodies cannot be connected, limits mean nothing.
+    if (breaking != physics::BreakingLimits{})
+        if (auto set = scene.scene->set_breaking(spec.id, breaking); !set) return set;
+    if (scene.features.empty()) return {};
     return scene.scene->set_feature_table(spec.id, scene.feature_table);
 }
 

@@ -74,6 +74,7 @@ class BodyMaker {
         physics::BodySpec spec;
         Surface surface;
         std::optional<std::size_t> connected_in;
+        physics::BreakingLimits breaking = {};
     };
     Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
     const world::World& world_;

@@ -103,6 +103,7 @@ void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
     connections_.save(out);
     out.write(crossed_);
     out.write(lost_count_);
+    out.write(broken_count_);
 }
 
 Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
@@ -124,6 +125,7 @@ Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
     const auto crossed = in.read<std::uint64_t>();
     if (subdomain.comm.process() == 0) crossed_ += crossed;
     lost_count_ = in.read<std::uint64_t>();
+    broken_count_ = in.read<std::uint64_t>();
     return {};
 }
 

@@ -32,9 +32,10 @@ struct CatomGroup {
     std::optional<double> radius;  // Metres
     std::optional<double> mass, inertia, friction, restitution;
     std::optional<bool> fixed;
-    std::optional<bool> connected;  // At the start, those of this group that touch are connected.
-    std::optional<Vec3> velocity;   // At the start, m/s.
-    std::optional<Vec3> spin;       // At the start, rad/s.
+    std::optional<bool> connected;                          // At the start, those of this group that touch are connected.
+    std::optional<double> breaking_force, breaking_torque;  // As in PhysicsOptions.
+    std::optional<Vec3> velocity;                           // At the start, m/s.
+    std::optional<Vec3> spin;                               // At the start, rad/s.
     std::string place;
 };
 
@@ -61,6 +62,7 @@ struct SenseOptions {
     double acceleration = 0.1;  // m/s^2
     double pressure = 0.05;     // Relative to the former value.
     double energy = 0.01;       // Relative to the former value.
+    double load = 0.02;         // Relative to the former force, and to the former torque.
 };
 
 // Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
@@ -75,6 +77,8 @@ struct PhysicsOptions {
     double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
     double spacing = 1;            // Between cells at the start, in diameters.
     std::optional<double> ground;  // Height of a plane, in diameters.
+    // What a connection carries at most, N and N m; nothing: anything.
+    std::optional<double> breaking_force, breaking_torque;
     double roll_torque = 10;       // The maximum torque of `roll`, N m.
     int sleep_ticks = 30;          // Steps without motion until a region sleeps; 0: it never does.
     double sleep_speed = 0;        // 0: follows the size of the catoms and gravity.

@@ -92,6 +92,13 @@ void read_surface(const Section& section, std::optional<double>& friction, std::
     if (section.has("restitution")) section.read_number("restitution", value, 0, 1), restitution = value;
 }
 
+void read_breaking(const Section& section, std::optional<double>& force, std::optional<double>& torque) {
+    double value = 1;
+    if (section.has("breaking_force")) section.read_positive("breaking_force", value), force = value;
+    value = 1;
+    if (section.has("breaking_torque")) section.read_positive("breaking_torque", value), torque = value;
+}
+
 void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& obstacle) {
     const toml::node* node = section.find("heights");
     const auto wrong = [&](const toml::node& at) {
@@ -146,7 +153,8 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
 
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
     const Section section(reader, table, "[[motion.catoms]]",
-                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "velocity", "spin"});
+                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "breaking_force",
+                           "breaking_torque", "velocity", "spin"});
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
@@ -160,6 +168,7 @@ void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group)
     if (section.has("fixed")) section.read("fixed", fixed), group.fixed = fixed;
     bool connected = false;
     if (section.has("connected")) section.read("connected", connected), group.connected = connected;
+    read_breaking(section, group.breaking_force, group.breaking_torque);
     Vec3 vector{};
     if (section.has("velocity")) section.read("velocity", vector), group.velocity = vector;
     vector = {};
@@ -170,10 +179,11 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     if (!node) return;
     if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
     const Section section(reader, *node->as_table(), "[motion.sense]",
-                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy"});
+                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load"});
     const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position}, {"orientation", &sense.orientation},
                                                           {"velocity", &sense.velocity}, {"acceleration", &sense.acceleration},
-                                                          {"pressure", &sense.pressure}, {"energy", &sense.energy}};
+                                                          {"pressure", &sense.pressure}, {"energy", &sense.energy},
+                                                          {"load", &sense.load}};
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
@@ -185,7 +195,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
         {"kind",           "engine",          "solver",      "step",        "substeps",       "steps",           "gravity",
          "linear_damping", "angular_damping", "mass",        "inertia",     "friction",       "restitution",     "spacing",
          "ground",         "roll_torque",     "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "lowest",
-         "lost",           "sense",           "feature",     "obstacle",    "catoms"});
+         "lost",           "sense",           "feature",     "obstacle",    "catoms",         "breaking_force",  "breaking_torque"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -207,6 +217,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     section.read_number("spacing", p.spacing, 0.9, kMost);
     double ground = 0;
     if (section.has("ground")) section.read_number("ground", ground), p.ground = ground;
+    read_breaking(section, p.breaking_force, p.breaking_torque);
     p.roll_torque *= p.mass * diameter_m;
     section.read_number("roll_torque", p.roll_torque, 0, kMost);
     section.read_count("sleep_ticks", p.sleep_ticks, 0);

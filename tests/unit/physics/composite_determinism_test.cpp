@@ -1,5 +1,5 @@
-// Composites that merge and split at random: against sums over their members from scratch, with the same bits however they came about, and
-// through snapshots.
+// Composites that merge and split at random, and break: against sums over their members from scratch, with the same bits however they came
+// about, and through snapshots.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -85,6 +85,25 @@ void compare_with_sums(const Scene& scene, const Edges& edges, BodyId bodies, co
     for (BodyId body = 0; body < bodies; ++body) ASSERT_FALSE(scene.has(body) && !members.contains(body) && scene.composite(body)) << body;
 }
 
+// Breaks what is overloaded; what is left is not, unless as much as is allowed at once has broken.
+std::size_t break_overloaded(Scene& scene, Edges& edges, const std::map<BodyId, BreakingLimits>& limits, Workers& workers) {
+    const std::vector<ConnectionPair> broken = need(scene.solve_loads(workers));
+    for (const ConnectionPair& pair : broken) {
+        EXPECT_EQ(edges.erase(pair), 1u);
+        EXPECT_FALSE(scene.connected(pair.first, pair.second));
+    }
+    EXPECT_EQ(scene.loads().size(), edges.size());
+    for (const CarriedLoad& each : scene.loads()) {
+        EXPECT_TRUE(edges.contains(each.pair));
+        for (const BodyId body : {each.pair.first, each.pair.second}) {
+            if (!limits.contains(body) || broken.size() >= 16) continue;
+            EXPECT_LE(each.load.tearing_n(), 1.00001 * limits.at(body).force_n);
+            EXPECT_LE(each.load.torque_nm(), 1.00001 * limits.at(body).torque_nm);
+        }
+    }
+    return broken.size();
+}
+
 TEST(CompositeChanges, AgreeWithSumsFromScratch) {
     for (const unsigned seed : {1u, 2u, 3u}) {
         Settings settings;
@@ -95,14 +114,19 @@ TEST(CompositeChanges, AgreeWithSumsFromScratch) {
         add_cloud(*scene, 6, 1.02, seed);
         std::map<BodyId, double> masses;
         for (BodyId body = 0; body < bodies; ++body) masses[body] = double(float(8 * std::pow(scene->radius(body), 3)));
+        // Some break.
+        std::map<BodyId, BreakingLimits> limits;
+        for (BodyId body = 0; body < bodies; body += 11) limits[body] = {.force_n = 4, .torque_nm = body % 2 == 0 ? 2.0 : 1000};
+        for (const auto& [body, most] : limits) need(scene->set_breaking(body, most));
         Edges edges;
-        std::size_t most = 0;
+        std::size_t most = 0, broken = 0;
         Workers workers(1);
         for (int tick = 0; tick < 120; ++tick) {
             change(*scene, edges, bodies, random, int(random() % 12));
             if (tick % 30 == 29) {
                 const auto gone = BodyId(random() % bodies);
                 if (scene->has(gone)) need(scene->remove_body(gone));
+                limits.erase(gone);
                 std::erase_if(edges, [gone](const auto& edge) { return edge.first == gone || edge.second == gone; });
             }
             const Vec3 momentum = scene->momentum();
@@ -112,13 +136,23 @@ TEST(CompositeChanges, AgreeWithSumsFromScratch) {
             compare_with_sums(*scene, edges, bodies, masses);
             if (HasFatalFailure()) return;
             EXPECT_TRUE(seed == 3 || removed || length(scene->momentum() - momentum) < 1e-3) << tick;
+            broken += break_overloaded(*scene, edges, limits, workers);
         }
         EXPECT_GT(most, 50u);
+        EXPECT_GT(broken, 3u);
     }
 }
 
+// The state after each tick, and what connections carried.
+struct Crowd {
+    std::vector<Digest> digests;
+    std::vector<ConnectionLoad> loads;
+    std::size_t broken = 0;
+    bool operator==(const Crowd&) const = default;
+};
+
 // Everything at once: composites of all sizes among loose bodies, bouncing and not, on a plane and a box, with magnets and latches.
-std::vector<Digest> run_crowd(int threads, std::uint64_t save_at = 0, SolverMode mode = SolverMode::Soft) {
+Crowd run_crowd(int threads, std::uint64_t save_at = 0, SolverMode mode = SolverMode::Soft) {
     Settings settings;
     if (mode == SolverMode::Pgs) settings.solver = SolverSettings::pgs20();
     const auto build = [&] {
@@ -131,6 +165,7 @@ std::vector<Digest> run_crowd(int threads, std::uint64_t save_at = 0, SolverMode
             features.push_back({.direction = direction, .strength = 200, .depth_m = 0.05, .range_m = 0.2});
         features.push_back({.direction = {0, 0, 1}, .kind = FeatureKind::Latch, .strength = 50, .range_m = 0.3});
         need(scene->add_feature_table(features));
+        scene->want_loads();
         return scene;
     };
     auto scene = build();
@@ -149,15 +184,24 @@ std::vector<Digest> run_crowd(int threads, std::uint64_t save_at = 0, SolverMode
         need(scene->add_body({.id = 3000 + i, .position_m = {-2, -2, 0.6 + double(i)}, .fixed = i == 0}));
         if (i > 0) need(scene->connect(2999 + i, 3000 + i));
     }
+    for (BodyId id = 0; id < bodies; id += 3) need(scene->set_breaking(id, {.force_n = 20, .torque_nm = 5}));
+    for (BodyId id = 2000; id < 2040; ++id) need(scene->set_breaking(id, {.torque_nm = 150}));
     Edges edges;
     std::mt19937 random(5);
     Workers workers(threads);
-    std::vector<Digest> digests;
+    Crowd crowd;
     for (std::uint64_t tick = 0; tick < 60; ++tick) {
         change(*scene, edges, bodies, random, 25);
         if (tick == 40) need(scene->remove_body(2020));
         run(*scene, 1, 2, workers);
-        digests.push_back(scene->digest());
+        // Of every second tick, so that a snapshot also holds what has been added up since.
+        if (tick % 2 == 1) {
+            const std::vector<ConnectionPair> broken = need(scene->solve_loads(workers));
+            for (const ConnectionPair& pair : broken) edges.erase(pair);
+            crowd.broken += broken.size();
+        }
+        for (const CarriedLoad& each : scene->loads()) crowd.loads.push_back(each.load);
+        crowd.digests.push_back(scene->digest());
         if (tick + 1 != save_at) continue;
         // Connections made after the step are saved too.
         need(scene->connect(2000, 2002));
@@ -174,30 +218,34 @@ std::vector<Digest> run_crowd(int threads, std::uint64_t save_at = 0, SolverMode
         need(loaded->loaded(workers));
         EXPECT_EQ(loaded->digest(), scene->digest());
         EXPECT_TRUE(loaded->connected(2000, 2002));
+        // It would carry a part of the loads.
+        need(loaded->release(2000, 2002));
         scene = std::move(loaded);
     }
-    return digests;
+    return crowd;
 }
 
 TEST(CompositeChanges, SameBitsForAnyNumberOfWorkers) {
     for (const SolverMode mode : {SolverMode::Soft, SolverMode::Pgs}) {
-        const std::vector<Digest> one = run_crowd(1, 0, mode);
-        EXPECT_NE(one[10], one[11]);
+        const Crowd one = run_crowd(1, 0, mode);
+        EXPECT_NE(one.digests[10], one.digests[11]);
+        EXPECT_GT(one.loads.size(), 1000u);
+        EXPECT_GT(one.broken, 3u);
         EXPECT_EQ(run_crowd(2, 0, mode), one);
     }
 }
 
 TEST(CompositeChanges, SameBitsForAnyInstructionSet) {
     const SimdLevel best = simd_level();
-    const std::vector<Digest> one = run_crowd(1);
+    const Crowd one = run_crowd(1);
     set_simd_level(SimdLevel::Baseline);
-    const std::vector<Digest> baseline = run_crowd(1);
+    const Crowd baseline = run_crowd(1);
     set_simd_level(best);
     EXPECT_EQ(baseline, one);
 }
 
 TEST(CompositeChanges, SameBitsThroughASnapshot) {
-    const std::vector<Digest> one = run_crowd(1);
+    const Crowd one = run_crowd(1);
     for (const std::uint64_t tick : {1u, 17u, 41u}) EXPECT_EQ(run_crowd(2, tick), one) << tick;
 }
 
@@ -206,6 +254,7 @@ TEST(CompositeChanges, SameBitsInAnyOrder) {
     const auto digests = [](unsigned order) {
         auto scene = scene_on_plane();
         add_cube(*scene, 6, 1, {0, 0, 0.7});
+        for (BodyId body = 0; body < 216; body += 4) need(scene->set_breaking(body, {.torque_nm = 30}));
         Workers workers(1);
         std::vector<Digest> result;
         Edges edges;
@@ -232,6 +281,7 @@ TEST(CompositeChanges, SameBitsInAnyOrder) {
             }
             for (const auto& [a, b, make] : changes) need(make ? scene->connect(a, b) : scene->release(b, a));
             run(*scene, 1, 2, workers);
+            for (const ConnectionPair& pair : need(scene->solve_loads(workers))) edges.erase(pair);
             result.push_back(scene->digest());
         }
         return result;

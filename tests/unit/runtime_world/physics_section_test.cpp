@@ -84,8 +84,11 @@ greatest_speed = 20
 lowest = -7.5
 lost = "remove"
 deepest_overlap = 0.25
+breaking_force = 120
+breaking_torque = 7.5
 [motion.sense]
 position = 0.5
+load = 0.3
 pressure = 0
 [[motion.feature]]
 kind = "two-pole"
@@ -110,6 +113,8 @@ radius = 0.125
 mass = 9
 fixed = true
 connected = true
+breaking_force = 30
+breaking_torque = 2
 velocity = [1, 0, 0]
 )toml");
     const PhysicsOptions& p = world.physics;
@@ -137,7 +142,10 @@ velocity = [1, 0, 0]
     EXPECT_EQ(p.deepest_overlap, 0.25);
     EXPECT_EQ(p.lowest, -7.5);
     EXPECT_EQ(p.lost, "remove");
+    EXPECT_EQ(p.breaking_force, 120);
+    EXPECT_EQ(p.breaking_torque, 7.5);
     EXPECT_EQ(p.sense.position, 0.5);
+    EXPECT_EQ(p.sense.load, 0.3);
     EXPECT_EQ(p.sense.pressure, 0);
     ASSERT_EQ(p.features.size(), 2u);
     EXPECT_EQ(p.features[0].kind, "two-pole");

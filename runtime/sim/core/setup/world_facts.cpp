@@ -90,10 +90,10 @@ std::vector<std::string> never_given(const ModuleInfo& module, const world::Worl
     for (u32 i = 0; i < module.predicate_count; ++i) {
         const PredicateInfo& p = module.predicates[i];
         const bool may_be_given = !p.auxiliary && p.base != kNone16 && p.column != kNone16;
-        // Motion makes two linear facts, of amoebots a third, and a component in C++ may send any.
+        // Motion makes three linear facts, of amoebots a fourth, and a component in C++ may send any.
         const std::string_view name = p.name;
         const bool may_be_sent = p.kind == PredicateKind::Linear && (!world.components.empty() || name == "failed" || name == "created" ||
-                                                                     (name == "activated" && world.has_amoebots()));
+                                                                     name == "broke" || (name == "activated" && world.has_amoebots()));
         if (made[i] || graph_gives(world, name) || !may_be_given || !p.read || p.kind == PredicateKind::Sensed || may_be_sent) continue;
         const auto namesakes = std::ranges::count_if(all, [&](const PredicateInfo& q) { return !q.auxiliary && q.name == name; });
         names.push_back(namesakes == 1 ? std::string(name) : fmt::format("{}/{}", name, p.arity + 1));

@@ -1,0 +1,228 @@
+#include "physics/statics/loads.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/statics/overloaded_piece.h"
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+struct Loads::Kept {
+    BodyId first = kMaxBodies;
+    std::optional<StiffLattice> lattice = {};
+};
+
+Loads::Loads() = default;
+Loads::~Loads() = default;
+
+struct Loads::Solved {
+    std::vector<CarriedLoad> carried;
+    std::vector<ConnectionPair> broken;
+    bool found = true;
+};
+
+double ConnectionLoad::torque_nm() const { return std::sqrt(bending_nm * bending_nm + twist_nm * twist_nm); }
+
+double ConnectionLoad::tearing_n() const {
+    const double pull = std::max(tension_n, 0.0);
+    return std::sqrt(pull * pull + shear_n * shear_n);
+}
+
+void Loads::set_limits(BodyId body, const BreakingLimits& limits) {
+    remove_body(body);
+    if (limits == BreakingLimits{}) return;
+    const auto at = std::ranges::lower_bound(limits_, body, {}, [](const auto& entry) { return entry.first; });
+    limits_.emplace(at, body, limits);
+}
+
+BreakingLimits Loads::limits_of(BodyId body) const {
+    const auto at = std::ranges::lower_bound(limits_, body, {}, [](const auto& entry) { return entry.first; });
+    return at != limits_.end() && at->first == body ? at->second : BreakingLimits{};
+}
+
+void Loads::remove_body(BodyId body) {
+    const auto at = std::ranges::lower_bound(limits_, body, {}, [](const auto& entry) { return entry.first; });
+    if (at != limits_.end() && at->first == body) limits_.erase(at);
+}
+
+void Loads::begin(const Composites& composites, bool recomposed) {
+    if (!recomposed && sums_.size() == composites.all().size() && acted_.size() == composites.members().size()) return;
+    sums_.assign(composites.all().size(), {});
+    acted_.assign(composites.members().size(), {});
+}
+
+void Loads::push(const Composite& composite, std::uint32_t member, Vec3 impulse_ns, Vec3 turning_nms) {
+    MELD_EXPECT(member < acted_.size(), "member {} of {}", member, acted_.size());
+    const Quat back = conjugate(composite.motion.turn);
+    Pull& sum = acted_[member];
+    sum.force = sum.force + rotate(back, impulse_ns);
+    sum.torque = sum.torque + rotate(back, turning_nms);
+}
+
+void Loads::end_step(const Composites& composites, const Wrench* first, const Wrench* second, Vec3 gravity_m_s2, double step_s) {
+    MELD_EXPECT(sums_.size() == composites.all().size(), "{} of {} composites", sums_.size(), composites.all().size());
+    for (std::size_t c = 0; c < sums_.size(); ++c) {
+        const Composite& composite = composites.all()[c];
+        if (composite.asleep != 0) continue;
+        Sums& sums = sums_[c];
+        const Quat back = conjugate(composite.motion.turn);
+        const Vec3 w = rotate(back, composite.motion.spin_rad_s);
+        sums.time_s += step_s;
+        sums.gravity = sums.gravity + step_s * rotate(back, gravity_m_s2);
+        Symmetric& square = sums.spin_spin;
+        square.xx += step_s * w.x * w.x, square.xy += step_s * w.x * w.y, square.xz += step_s * w.x * w.z;
+        square.yy += step_s * w.y * w.y, square.yz += step_s * w.y * w.z, square.zz += step_s * w.z * w.z;
+        for (const Wrench* wrenches : {first, second}) {
+            if (!wrenches) continue;
+            for (std::uint32_t m = composite.first; m < composite.first + composite.count; ++m) {
+                const Wrench& wrench = wrenches[composites.members()[m].slot];
+                push(composite, m, step_s * widened(wrench.force), step_s * widened(wrench.torque));
+            }
+        }
+    }
+}
+
+void Loads::forget() { sums_.clear(), acted_.clear(); }
+
+Loads::Solved Loads::solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies,
+                               Kept& kept) const {
+    const double share = 1 / sums.time_s;
+    const Vec3 gravity = share * sums.gravity;
+    const Symmetric& q = sums.spin_spin;
+    const double trace = q.xx + q.yy + q.zz;
+    const auto all = composites.members(composite);
+    std::vector<PieceMember> members;
+    members.reserve(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const Composites::Member& member = all[i];
+        const BodyProperties& properties = bodies.properties[member.slot];
+        const double mass = static_cast<double>(properties.mass), radius = bodies.place[member.slot].radius;
+        // What turns away from the axis: -w x (w x r) = |w|^2 r - w (w.r).
+        const Vec3 outwards = share * (trace * member.offset_m - q * member.offset_m);
+        const Pull& acted = acted_[composite.first + i];
+        members.push_back({.id = member.id,
+                           .place_m = member.offset_m,
+                           .radius_m = radius,
+                           .mass_kg = mass,
+                           .inertia_kg_m2 = static_cast<double>(properties.inertia_factor) * mass * radius * radius,
+                           .fixed = (properties.flags & kFixed) != 0,
+                           .acts = {share * acted.force + mass * (gravity + outwards), share * acted.torque}});
+    }
+    std::vector<PieceConnection> connections;
+    std::vector<BodyId> others;
+    for (std::uint32_t one = 0; one < all.size(); ++one) {
+        const auto neighbours = composites.connections().neighbours(all[one].id);
+        others.assign(neighbours.begin(), neighbours.end());
+        std::ranges::sort(others);
+        const BreakingLimits mine = limits_of(all[one].id);
+        for (const BodyId id : others) {
+            if (id < all[one].id) continue;
+            // Not a member if it was connected after the step.
+            const auto other = std::ranges::lower_bound(all, id, {}, &Composites::Member::id);
+            if (other == all.end() || other->id != id) continue;
+            const BreakingLimits theirs = limits_of(id);
+            connections.push_back({.one = one,
+                                   .other = static_cast<std::uint32_t>(other - all.begin()),
+                                   .limits = {std::min(mine.force_n, theirs.force_n), std::min(mine.torque_nm, theirs.torque_nm)}});
+        }
+    }
+    OverloadedPiece piece(std::move(members), std::move(connections));
+    Solved solved;
+    solved.found = piece.solve(kept.lattice, kMostBreaks);
+    for (const PieceConnection& connection : piece.connections()) {
+        const ConnectionPair pair{piece.members()[connection.one].id, piece.members()[connection.other].id};
+        if (connection.broken)
+            solved.broken.push_back(pair);
+        else
+            solved.carried.push_back({pair, connection.load});
+    }
+    return solved;
+}
+
+Result<std::vector<ConnectionPair>> Loads::solve(const Composites& composites, const Bodies& bodies, Workers& workers) {
+    const std::span<const Composite> all = composites.all();
+    begin(composites, false);
+    // Lattices of composites that are the same again, by their first members, which are in order.
+    std::vector<Kept> kept(all.size());
+    auto former = kept_.begin();
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        kept[c].first = composites.members()[all[c].first].id;
+        while (former != kept_.end() && former->first < kept[c].first) ++former;
+        if (former != kept_.end() && former->first == kept[c].first) kept[c].lattice = std::move(former->lattice);
+    }
+    kept_ = std::move(kept);
+    std::vector<Solved> solved(all.size());
+    workers.run(all.size(), [&](int, std::size_t c) {
+        if (sums_[c].time_s > 0) solved[c] = solve_one(composites, all[c], sums_[c], bodies, kept_[c]);
+    });
+    std::vector<CarriedLoad> carried;
+    // Of those that have slept since the last call.
+    for (const CarriedLoad& load : carried_) {
+        const std::uint32_t composite = composites.composite_of(load.pair.first);
+        if (composite != kNoComposite && sums_[composite].time_s == 0 &&
+            composites.connections().connected(load.pair.first, load.pair.second))
+            carried.push_back(load);
+    }
+    std::vector<ConnectionPair> broken;
+    bool found = true;
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        found = found && solved[c].found;
+        carried.insert(carried.end(), solved[c].carried.begin(), solved[c].carried.end());
+        broken.insert(broken.end(), solved[c].broken.begin(), solved[c].broken.end());
+    }
+    std::ranges::sort(carried, {}, &CarriedLoad::pair);
+    std::ranges::sort(broken);
+    carried_ = std::move(carried);
+    std::ranges::fill(sums_, Sums{});
+    std::ranges::fill(acted_, Pull{});
+    if (!found)
+        return fail("the loads of some connections were not found (the forces on a composite are not finite, or its shape is too slender)",
+                    "Look at the forces on its bodies, or connect fewer of them");
+    return broken;
+}
+
+std::optional<ConnectionLoad> Loads::of(BodyId one, BodyId other) const {
+    const ConnectionPair pair = std::minmax(one, other);
+    const auto at = std::ranges::lower_bound(carried_, pair, {}, &CarriedLoad::pair);
+    return at != carried_.end() && at->pair == pair ? std::optional(at->load) : std::nullopt;
+}
+
+void Loads::write(ByteWriter& out) const {
+    out.write_count(limits_.size());
+    for (const auto& [body, limits] : limits_) out.write(body), out.write(limits.force_n), out.write(limits.torque_nm);
+    out.write_count(carried_.size());
+    for (const auto& [pair, load] : carried_)
+        for (const BodyId body : {pair.first, pair.second}) out.write(body);
+    for (const auto& [pair, load] : carried_) out.write(load);
+    out.write_count(sums_.size());
+    for (const Sums& sums : sums_) out.write(sums);
+    out.write_count(acted_.size());
+    for (const Pull& pull : acted_) out.write(pull);
+}
+
+void Loads::read(ByteReader& in) {
+    for (auto left = in.read_count(sizeof(BodyId) + 2 * sizeof(double)); left > 0; --left) {
+        const auto body = in.read<BodyId>();
+        const auto force = in.read<double>(), torque = in.read<double>();
+        set_limits(body, {force, torque});
+    }
+    carried_.resize(in.read_count(2 * sizeof(BodyId) + sizeof(ConnectionLoad)));
+    for (CarriedLoad& load : carried_) load.pair.first = in.read<BodyId>(), load.pair.second = in.read<BodyId>();
+    for (CarriedLoad& load : carried_) load.load = in.read<ConnectionLoad>();
+    sums_.resize(in.read_count(sizeof(Sums)));
+    for (Sums& sums : sums_) sums = in.read<Sums>();
+    acted_.resize(in.read_count(sizeof(Pull)));
+    for (Pull& pull : acted_) pull = in.read<Pull>();
+}
+
+std::size_t Loads::bytes() const {
+    std::size_t sum = limits_.capacity() * sizeof(limits_[0]) + sums_.capacity() * sizeof(Sums) + acted_.capacity() * sizeof(Pull) +
+                      carried_.capacity() * sizeof(CarriedLoad) + kept_.capacity() * sizeof(Kept);
+    for (const Kept& kept : kept_) sum += kept.lattice ? kept.lattice->bytes() : 0;
+    return sum;
+}
+
+}  // namespace meld::physics

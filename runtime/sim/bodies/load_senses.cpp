@@ -1,0 +1,137 @@
+#include "runtime/sim/bodies/load_senses.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "runtime/base/assert.h"
+#include "runtime/engine/tuple/facts.h"
+
+namespace meld::sim {
+
+namespace {
+
+// Catoms that a worker takes at once: whole groups of the agenda.
+constexpr Catom kLoadsOfJob = 1024;
+// Smaller changes, as a share of the greatest load of all, are rounding.
+constexpr double kRounding = 1e-6;
+
+// The predicate that stores it, if the program reads it.
+std::optional<u32> stored(const Subdomain& subdomain, BodyQuantity quantity, PredicateKind kind) {
+    const auto sense = std::ranges::find(body_senses(), quantity, &BodySense::quantity);
+    MELD_CHECK(sense != body_senses().end(), "the table has no such sense");
+    const std::optional<u32> p = tuple::find_predicate(subdomain.module, sense->word, sense->arguments);
+    // A program may use the name for something else.
+    if (!p || subdomain.module.predicates[*p].kind != kind || subdomain.module.predicates[*p].fields[0].type != ValueType::Node) return {};
+    const u16 base = subdomain.module.predicates[*p].base;
+    return base == kNone16 || subdomain.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
+}
+
+}  // namespace
+
+void LoadSenses::start(const Subdomain& subdomain, const world::World& world) {
+    load_ = stored(subdomain, BodyQuantity::Load, PredicateKind::Sensed);
+    broke_ = stored(subdomain, BodyQuantity::Broke, PredicateKind::Linear);
+    threshold_ = world.physics.sense.load;
+}
+
+void LoadSenses::note_broken(Subdomain& subdomain, std::span<const physics::ConnectionPair> broken) const {
+    if (!broke_ || broken.empty()) return;
+    for (const auto& [one, other] : broken)
+        for (const auto& [at, to] : {std::pair{one, other}, std::pair{other, one}}) {
+            const std::optional<Catom> catom = subdomain.ensemble.find(at);
+            MELD_CHECK(catom && subdomain.owned(*catom), "catom @{} was connected elsewhere", at);
+            Value value{};
+            value.catom = to;
+            subdomain.give(*broke_, *catom, &value);
+        }
+    subdomain.note_change();
+}
+
+void LoadSenses::sense(Subdomain& subdomain, const physics::Scene& scene) const {
+    if (!load_) return;
+    Least least;
+    for (const physics::CarriedLoad& each : scene.loads()) {
+        least.force_n = std::max(least.force_n, std::hypot(each.load.tension_n, each.load.shear_n));
+        least.torque_nm = std::max(least.torque_nm, each.load.torque_nm());
+    }
+    least.force_n *= kRounding, least.torque_nm *= kRounding;
+    const u64 dirty = subdomain.module.columns[subdomain.module.predicates[*load_].column].own_dirty;
+    const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
+    subdomain.workers.run((count + kLoadsOfJob - 1) / kLoadsOfJob, [&](int worker, std::size_t job) {
+        const auto first = static_cast<Catom>(job) * kLoadsOfJob;
+        for (Catom c = first; c < std::min(count, first + kLoadsOfJob); ++c)
+            if (subdomain.owned(c) && sense_catom(subdomain, scene, c, least, worker)) subdomain.mark_shared(c, dirty);
+    });
+}
+
+void LoadSenses::lose(Subdomain& subdomain, const physics::Scene& scene, std::span<const physics::BodyId> lost) const {
+    if (!load_) return;
+    for (const physics::BodyId id : lost) {
+        if (!scene.has(id)) continue;
+        for (const physics::BodyId other : scene.connected_to(id)) {
+            const std::optional<Catom> catom = subdomain.ensemble.find(other);
+            if (!catom) continue;
+            for (const Reading& each : sensed(subdomain, *catom))
+                if (each.other == id) subdomain.take(*load_, *catom, arguments_of(each).data());
+        }
+    }
+}
+
+std::vector<LoadSenses::Reading> LoadSenses::sensed(const Subdomain& subdomain, Catom catom) const {
+    std::vector<Reading> found;
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *load_, catom, [&](const Value* v) {
+        found.push_back({.other = v[0].catom, .tension_n = v[1].real, .shear_n = v[2].real, .torque_nm = v[3].real});
+    });
+    return found;
+}
+
+std::array<Value, 4> LoadSenses::arguments_of(const Reading& reading) {
+    std::array<Value, 4> arguments{};
+    arguments[0].catom = reading.other;
+    arguments[1].real = reading.tension_n, arguments[2].real = reading.shear_n, arguments[3].real = reading.torque_nm;
+    return arguments;
+}
+
+bool LoadSenses::differs(const Reading& last, const Reading& now, const Least& least) const {
+    const double force = std::hypot(now.tension_n - last.tension_n, now.shear_n - last.shear_n);
+    if (force > threshold_ * std::hypot(last.tension_n, last.shear_n) + least.force_n) return true;
+    return std::abs(now.torque_nm - last.torque_nm) > threshold_ * last.torque_nm + least.torque_nm;
+}
+
+void LoadSenses::change(Subdomain& subdomain, u32 predicate, Catom catom, const Reading& reading, bool holds, int worker) {
+    const std::array<Value, 4> arguments = arguments_of(reading);
+    if (holds)
+        subdomain.give_shared(predicate, catom, arguments.data(), worker);
+    else
+        subdomain.take_shared(predicate, catom, arguments.data(), worker);
+}
+
+bool LoadSenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, const Least& least, int worker) const {
+    const std::vector<Reading> last = sensed(subdomain, catom);
+    std::vector<Reading> now;
+    const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
+    for (const physics::BodyId other : scene.connected_to(body)) {
+        const std::optional<physics::ConnectionLoad> load = scene.load(body, other);
+        if (!load) continue;
+        // Zero has one sign where facts are stored.
+        const Reading found{
+            .other = other, .tension_n = load->tension_n + 0.0, .shear_n = load->shear_n + 0.0, .torque_nm = load->torque_nm() + 0.0};
+        const auto former = std::ranges::find(last, found.other, &Reading::other);
+        now.push_back(former == last.end() || differs(*former, found, least) ? found : *former);
+    }
+    bool changed = false;
+    const auto change_those_not_in = [&](const std::vector<Reading>& these, const std::vector<Reading>& others, bool holds) {
+        for (const Reading& each : these) {
+            if (std::ranges::find(others, each) != others.end()) continue;
+            change(subdomain, *load_, catom, each, holds, worker);
+            changed = true;
+        }
+    };
+    change_those_not_in(last, now, false);
+    change_those_not_in(now, last, true);
+    return changed;
+}
+
+}  // namespace meld::sim
