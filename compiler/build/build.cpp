@@ -2,60 +2,32 @@
 #include "compiler/build/build.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <deque>
-#include <memory>
+#include <functional>
 #include <span>
 
+#include "compiler/build/content_hash.h"
 #include "compiler/build/load_backend.h"
+#include "compiler/build/pieces.h"
 #include "runtime/module/abi/module_note.h"
 
 namespace meld {
 namespace {
 
-// Increased when the way a module is compiled or linked changes, so that old cache entries are no longer found; Clang's version is part of
-// it.
-constexpr const char* kRecipe = "3, clang " CLAYMELD_LLVM_VERSION;
-
 // What linking adds to the objects.
 constexpr std::size_t kSpaceOfModule_bytes = 1 << 17;
 
-class ContentHash {
-  public:
-    ContentHash() : state_(XXH3_createState(), &XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
-
-    // The length goes first, so that moving a byte from one text to the next changes the hash.
-    void add(const std::string& text) {
-        add(text.size());
-        XXH3_128bits_update(state_.get(), text.data(), text.size());
-    }
-    void add(std::uint64_t number) { XXH3_128bits_update(state_.get(), &number, sizeof number); }
-
-    std::string digest() const {
-        const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
-        return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
-    }
-
-  private:
-    std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
-};
-
-std::string content_hash(const std::string& cpp_text, const std::string& name, const std::string& target, const BuildOptions& options) {
+// Of the text and all that is done with it.
+std::string content_hash(const std::function<void(ContentHash&)>& add_text, const std::string& name, const std::string& target,
+                         const BuildOptions& options) {
     ContentHash hash;
-    hash.add(kRecipe);
-    hash.add(cpp_text);
+    add_recipe(hash, target, options);
+    add_text(hash);
     hash.add(name);
-    hash.add(target);
-    hash.add(static_cast<std::uint64_t>(options.optimisation));
     hash.add(options.schema_hash);
     hash.add(options.abi_version);
-    hash.add(options.headers.size());
-    for (const auto& [path, text] : options.headers) {
-        hash.add(path);
-        hash.add(text);
-    }
     hash.add(options.linked.empty() ? "" : options.extern_header);
     hash.add(options.linked.size());
     for (const ExternSource& source : options.linked) {
@@ -135,20 +107,19 @@ Result<void> link_and_publish(const Backend& backend, const std::vector<std::str
     return sealed_file.publish(module_path);
 }
 
-}  // namespace
+using Objects = Result<std::vector<std::string>>;
 
-Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options) {
-    if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
-    const std::string target = host_target();
-    const std::string module_path = fmt::format("{}/{}.so", options.cache_dir, content_hash(cpp_text, name, target, options));
+// Takes the module from the cache, or links what `compile` makes.
+Result<std::string> find_or_build(const std::string& hash, const std::string& target, const BuildOptions& options,
+                                  const std::function<Objects(const Backend&)>& compile) {
+    const std::string module_path = fmt::format("{}/{}.so", options.cache_dir, hash);
     if (is_intact(module_path, options)) {
         touch(module_path);
         return module_path;
     }
     const Result<const Backend*> backend = load_backend();
     if (!backend) return tl::unexpected(backend.error());
-    Result<std::vector<std::string>> objects = (*backend)->compile_object(cpp_text + note_text(target, options), name, options.headers,
-                                                                          {.optimisation = options.optimisation, .target_cpu = target});
+    Objects objects = compile(**backend);
     if (!objects) return tl::unexpected(objects.error());
     std::vector<ExternObject> linked;
     for (const ExternSource& source : options.linked) {
@@ -163,6 +134,33 @@ Result<std::string> build_module(const std::string& cpp_text, const std::string&
         return tl::unexpected(published.error());
     evict(options.cache_dir, module_path, options.limits);
     return module_path;
+}
+
+}  // namespace
+
+Result<std::string> build_module(const std::string& cpp_text, const std::string& name, const BuildOptions& options) {
+    if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
+    const std::string target = host_target();
+    const std::string hash = content_hash([&](ContentHash& all) { all.add(cpp_text); }, name, target, options);
+    return find_or_build(hash, target, options, [&](const Backend& backend) {
+        return backend.compile_object(cpp_text + note_text(target, options), name, options.headers,
+                                      {.optimisation = options.optimisation, .target_cpu = target});
+    });
+}
+
+Result<std::string> build_module(const TextInParts& text, const std::string& name, const BuildOptions& options) {
+    if (const Result<void> made = make_cache_dir(options.cache_dir); !made) return tl::unexpected(made.error());
+    const std::string target = host_target();
+    const auto add_text = [&](ContentHash& all) {
+        all.add(text.shared);
+        all.add(text.parts.size());
+        for (const TextPart& part : text.parts) all.add(part.text);
+    };
+    return find_or_build(content_hash(add_text, name, target, options), target, options, [&](const Backend& backend) -> Objects {
+        std::vector<Piece> pieces = divide_in_pieces(text);
+        pieces.push_back({note_text(target, options), PieceEffort::Tables});
+        return compile_pieces(backend, text.shared, pieces, target, options);
+    });
 }
 
 }  // namespace meld

@@ -94,11 +94,12 @@ struct CachedFile {
     fs::path path;
     fs::file_time_type used;
     std::uintmax_t size_bytes;
+    bool piece;
 };
 
-// The modules in the folder, oldest first; stale temporary files are removed on the way.
-std::vector<CachedFile> list_modules(const std::string& folder) {
-    std::vector<CachedFile> modules;
+// The modules and pieces in the folder, oldest first; stale temporary files are removed on the way.
+std::vector<CachedFile> list_files(const std::string& folder) {
+    std::vector<CachedFile> files;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
         std::error_code gone;
@@ -108,13 +109,13 @@ std::vector<CachedFile> list_modules(const std::string& folder) {
         const std::string name = entry->path().filename().string();
         if (name.starts_with(kTemporaryPrefix)) {
             if (owner_is_dead(name) || fs::file_time_type::clock::now() - used > kTemporaryLifetime) fs::remove(entry->path(), gone);
-        } else if (entry->path().extension() == ".so") {
-            modules.push_back({entry->path(), used, size_bytes});
+        } else if (const fs::path kind = entry->path().extension(); kind == kModuleExtension || kind == kPieceExtension) {
+            files.push_back({entry->path(), used, size_bytes, kind == kPieceExtension});
         }
     }
-    std::sort(modules.begin(), modules.end(),
+    std::sort(files.begin(), files.end(),
               [](const CachedFile& a, const CachedFile& b) { return a.used != b.used ? a.used < b.used : a.path < b.path; });
-    return modules;
+    return files;
 }
 
 }  // namespace
@@ -156,17 +157,20 @@ Result<void> make_cache_dir(const std::string& folder) {
 }
 
 void evict(const std::string& folder, const std::string& keep, const CacheLimits& limits) {
-    const std::vector<CachedFile> modules = list_modules(folder);
-    std::size_t files = modules.size();
+    const std::vector<CachedFile> files = list_files(folder);
+    std::size_t modules = 0, pieces = 0;
     std::uintmax_t size_bytes = 0;
-    for (const CachedFile& module : modules) size_bytes += module.size_bytes;
-    for (const CachedFile& module : modules) {
-        if (files <= limits.files && size_bytes <= limits.size_bytes) return;
-        if (module.path == fs::path(keep)) continue;
+    for (const CachedFile& file : files) {
+        size_bytes += file.size_bytes;
+        ++(file.piece ? pieces : modules);
+    }
+    for (const CachedFile& file : files) {
+        const bool crowded = file.piece ? pieces > limits.pieces : modules > limits.files;
+        if ((!crowded && size_bytes <= limits.size_bytes) || file.path == fs::path(keep)) continue;
         std::error_code ignored;
-        fs::remove(module.path, ignored);
-        --files;
-        size_bytes -= module.size_bytes;
+        fs::remove(file.path, ignored);
+        --(file.piece ? pieces : modules);
+        size_bytes -= file.size_bytes;
     }
 }
 

@@ -10,8 +10,14 @@
 
 namespace meld {
 
+// The ends of the names of what is in the cache: modules, and pieces of long modules (pieces.h).
+inline constexpr const char* kModuleExtension = ".so";
+inline constexpr const char* kPieceExtension = ".piece";
+
 struct CacheLimits {
-    std::size_t files = 256;
+    std::size_t files = 256;  // Modules.
+    std::size_t pieces = 4096;
+    // All together.
     std::uintmax_t size_bytes = std::uintmax_t{512} << 20;
 };
 
@@ -24,8 +30,8 @@ std::string default_cache_dir();
 // may put another folder in its place.
 Result<void> make_cache_dir(const std::string& folder);
 
-// Removes the least recently used modules until the limits hold, but never `keep`, and temporary files left by killed processes. Other
-// processes may do the same at the same time.
+// Removes the least recently used modules and pieces until the limits hold, but never `keep`, and temporary files left by killed
+// processes. Other processes may do the same at the same time.
 void evict(const std::string& folder, const std::string& keep, const CacheLimits& limits);
 
 // Marks a module as used just now.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -87,10 +88,47 @@ void with_progress(const std::string& what, const std::function<void()>& work) {
     });
 }
 
-Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const CompileOptions& options) {
+// From so many functions of rules on, a module is compiled in pieces. No example has as many.
+constexpr std::size_t kManyFunctions = 80;
+// From so many on, code is generated quickly.
+constexpr std::size_t kVeryManyFunctions = 600;
+
+// Tests compile short programs in pieces too, of about so many parts each.
+std::optional<std::size_t> parts_of_piece() {
+    const char* const said = std::getenv("CLAYMELD_PARTS_OF_PIECE");
+    return said == nullptr || *said == '\0' ? std::nullopt : std::optional<std::size_t>(std::max(1, std::atoi(said)));
+}
+
+// Where a level is asked for, the module is compiled as a whole.
+bool in_pieces(const plan::Plan& plan, const CompileOptions& options) {
+    if (plan.program.rules.empty()) return false;
+    return parts_of_piece() || (!options.optimisation && emit::functions_of_rules(plan) >= kManyFunctions);
+}
+
+TextInParts text_in_parts(const plan::Plan& plan) {
+    emit::ModuleParts emitted = emit::emit_parts(plan);
+    TextInParts text;
+    text.shared = std::move(emitted.shared);
+    const PieceEffort rules = emit::functions_of_rules(plan) < kVeryManyFunctions ? PieceEffort::Rules : PieceEffort::ManyRules;
+    for (emit::ModulePart& part : emitted.parts) {
+        const bool tables = part.kind == emit::ModulePart::Kind::Tables;
+        const PieceEffort effort = tables ? PieceEffort::Tables : part.kind == emit::ModulePart::Kind::Kernel ? PieceEffort::Kernel : rules;
+        text.parts.push_back({part.name, std::move(part.text), effort, tables});
+    }
+    if (const std::optional<std::size_t> parts = parts_of_piece()) text.parts_of_piece = *parts;
+    return text;
+}
+
+Result<std::string> build(const plan::Plan& plan, const CompileOptions& options) {
     BuildOptions build_options;
     if (!options.cache_dir.empty()) build_options.cache_dir = options.cache_dir;
-    build_options.optimisation = options.optimisation.value_or(optimisation_for(cpp, plan));
+    std::optional<TextInParts> parts;
+    std::string cpp;
+    if (plan.in_pieces())
+        parts = text_in_parts(plan);
+    else
+        cpp = emit::emit_module(plan);
+    build_options.optimisation = options.optimisation.value_or(parts ? 1 : optimisation_for(cpp, plan));
     build_options.headers = module_headers();
     build_options.extern_header = kExtern;
     for (const std::string& path : options.link) {
@@ -103,9 +141,16 @@ Result<std::string> build(const std::string& cpp, const plan::Plan& plan, const 
     build_options.schema_hash = emit::schema_hash(plan);
     build_options.abi_version = kAbiVersion;
     Result<std::string> module;
-    const auto build = [&] { module = build_module(cpp, plan.program.name, build_options); };
+    const auto build = [&] {
+        module = parts ? build_module(*parts, plan.program.name, build_options) : build_module(cpp, plan.program.name, build_options);
+    };
+    std::size_t size_bytes = cpp.size();
+    if (parts) {
+        size_bytes = parts->shared.size();
+        for (const TextPart& part : parts->parts) size_bytes += part.text.size();
+    }
     if (options.progress)
-        with_progress(fmt::format("compiling {}, {} kB of C++", plan.program.name, cpp.size() / 1000), build);
+        with_progress(fmt::format("compiling {}, {} kB of C++", plan.program.name, size_bytes / 1000), build);
     else
         build();
     return module;
@@ -155,16 +200,16 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
         out.result = check::print(program);
         return {};
     }
-    const plan::Plan plan = plan::make_plan(std::move(program), options.plan);
+    plan::Plan plan = plan::make_plan(std::move(program), options.plan);
     if (options.last == Stage::Plan) out.result = plan.stored.empty() ? check::print(plan.program) : plan::print(plan);
     if (options.last == Stage::Explain) out.result = plan::explain(plan);
     if (!out.result.empty()) return {};
-    std::string cpp = emit::emit_module(plan);
+    if (in_pieces(plan, options)) emit::divide(plan);
     if (options.last == Stage::Cpp) {
-        out.result = std::move(cpp);
+        out.result = emit::emit_module(plan);
         return {};
     }
-    Result<std::string> module = build(cpp, plan, options);
+    Result<std::string> module = build(plan, options);
     if (!module) return tl::unexpected<Error>(module.error());
     out.result = *module;
     return {};

@@ -74,7 +74,7 @@ bool names_itself(const RulePlan& r) {
     return named;
 }
 
-std::string offer_function(const plan::Plan& plan, const RulePlan& r) { return rule_function(plan.program, r.rule) + "_offer"; }
+std::string offer_function(const plan::Plan& plan, const RulePlan& r) { return rule_function(plan, r.rule) + "_offer"; }
 
 }  // namespace
 
@@ -126,6 +126,13 @@ void RuleEmitter::offer() {
     w_.close();
 }
 
+void declare_concerned(const plan::Plan& plan, Writer& w) {
+    for (const plan::ColumnId id : plan.columns.ids())
+        if (!offers_of(plan, id).empty())
+            w.line("u32 {}(Eval* e, u32 catom, const void* before, const void* after, const i32* neighbours, u32 count, u32* out);",
+                   concerned_function(id));
+}
+
 void emit_concerned(const plan::Plan& plan, Writer& w) {
     for (const plan::ColumnId id : plan.columns.ids()) {
         const std::vector<const RulePlan*> offers = offers_of(plan, id);
@@ -136,8 +143,8 @@ void emit_concerned(const plan::Plan& plan, Writer& w) {
         w.raw("");
         w.line("// The neighbours that a change of {} concerns.", plan.program.predicates[p].name);
         w.open(fmt::format(
-            "static u32 {}(Eval* e, u32 catom, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) {{",
-            concerned_function(id)));
+            "{}u32 {}(Eval* e, u32 catom, const void* before, const void* after, const i32* neighbours, u32 count, u32* out) {{",
+            shared(plan), concerned_function(id)));
         w.raw("Self s;");
         w.raw("s.e = e;");
         w.raw("s.g = &e->subdomain->geometry;");

@@ -41,9 +41,9 @@ void emit_actions(const plan::Plan& plan, Writer& w) {
 void emit_try(const plan::Plan& plan, std::size_t i, bool fixed, const std::string& call, const std::string& stop, Writer& w) {
     const RulePlan& r = plan.linear_rules[i];
     w.open(fmt::format("if (active[{}] >> {} & 1) {{", i / 64, i % 64));
-    w.line("e.rule = {};", r.rule.index());
-    if (plan.places) w.line("note_place(e, {});", r.rule.index());
-    w.line("fired = {}{};", rule_function(plan.program, r.rule), call);
+    w.line("e.rule = {};", rule_number(plan, r.rule));
+    if (plan.places) w.line("note_place(e, {});", rule_number(plan, r.rule));
+    w.line("fired = {}{};", rule_function(plan, r.rule), call);
     if (const std::optional<Marks> marks = fixed ? marks_of(plan, r) : std::nullopt) {
         for (std::size_t word = 0; word * 64 < plan.linear_rules.size(); ++word) {
             std::uint64_t woken = 0;
@@ -136,7 +136,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("s.again = false;");
     if (!plan.initial_facts.empty()) {
         w.open("if (todo & kDirtyBorn && id_of(*s.g, s.catom) >= e.subdomain->first_unborn) {");
-        for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(plan, r), rule_function(plan.program, r.rule));
+        for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(plan, r), rule_function(plan, r.rule));
         w.raw("todo |= s.raised;");
         w.raw("s.raised = 0;");
         w.close();
@@ -225,6 +225,40 @@ bool follows_rows(const plan::Plan& plan) {
     return std::ranges::any_of(plan.columns.ids(), [&](plan::ColumnId c) { return plan.columns[c].follows_rows; });
 }
 
+// In a module in pieces: what other parts define.
+void declare_called(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    for (std::size_t i = 0; i < plan.strata.size(); ++i)
+        w.line("u64 evaluate_{}(Self& s{});", i, plan.strata[i].deltas.inputs != 0 ? ", u64 todo" : "");
+    for (const auto* rules : {&plan.initial_facts, &plan.linear_rules})
+        for (const RulePlan& r : *rules) w.line("bool {}(Self& s);", rule_function(plan, r.rule));
+}
+
+// The same as emit_look_closer(), which would be long for many columns: a table of them.
+void emit_look_closer_by_table(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    w.raw("// As for few columns: asks for the rows that have changed at the neighbours of a catom that is evaluated soon.");
+    w.open("inline void look_closer(const Self& s, u32 catom, u64 todo, const i32* neighbour) {");
+    w.raw("struct Followed {");
+    w.raw("    u64 dirty;");
+    w.raw("    u16 column;");
+    w.raw("    u32 row_bytes;");
+    w.raw("};");
+    w.open("static constexpr Followed kFollowed[] = {");
+    for (const plan::ColumnId column : plan.columns.ids())
+        if (const plan::Column& c = plan.columns[column]; c.follows_rows)
+            w.line("{{{}, {}, {}}},", hex(c.reader_dirty), column.index(), c.row_bytes);
+    w.close("};");
+    w.open("for (const Followed& c : kFollowed) {");
+    w.raw("if ((todo & c.dirty) == 0) continue;");
+    w.raw("const RowChanges* const* const changes = s.e->subdomain->changes[c.column];");
+    w.raw("for (i32 port = 0; port < s.ports; ++port)");
+    w.raw("    if (neighbour[port] >= 0) __builtin_prefetch(changes[neighbour[port]]);");
+    w.raw("ask_for_halves(rows_of(s, c.column, catom), c.row_bytes);");
+    w.close();
+    w.close();
+}
+
 // For delta rules: once the heads of rows are there, what they lead to.
 void emit_look_closer(const plan::Plan& plan, Writer& w) {
     w.raw("");
@@ -252,6 +286,7 @@ void emit_tries(const plan::Plan& plan, bool fixed, const std::string& call, con
 }
 
 void emit_evaluate(const plan::Plan& plan, Writer& w) {
+    if (plan.in_pieces()) declare_called(plan, w);
     emit_actions(plan, w);
     emit_lists(plan, w);
     emit_catom(plan, w);
@@ -261,9 +296,9 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         emit_look_ahead(plan, w);
     else
         emit_links_ahead(plan, w);
-    if (closer) emit_look_closer(plan, w);
+    if (closer) (plan.in_pieces() ? emit_look_closer_by_table : emit_look_closer)(plan, w);
     w.raw("");
-    w.open("static void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {");
+    w.open(fmt::format("{}void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {{", shared(plan)));
     w.raw("Self s;");
     w.raw("s.e = e;");
     w.raw("s.g = &e->subdomain->geometry;");

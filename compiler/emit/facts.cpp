@@ -21,6 +21,15 @@ void emit_facts(const plan::Plan& plan, Writer& w) {
             rows.push_back(row + "},");
         }
         w.raw("");
+        if (lists.empty() && plan.in_pieces()) {
+            w.line("extern const u64 {}[{}][{}];", name, p.facts.size(), p.arguments.size());
+            w.part(fmt::format("facts of {}", p.name));
+            w.open(fmt::format("extern const u64 {}[{}][{}] = {{", name, p.facts.size(), p.arguments.size()));
+            for (const std::string& row : rows) w.raw(row);
+            w.close("};");
+            w.part("");
+            continue;
+        }
         // Other tables have lists of the same names.
         if (!lists.empty()) {
             w.line("namespace lists_of_{} {{", name);

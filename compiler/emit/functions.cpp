@@ -36,8 +36,9 @@ void emit_extern(const plan::Plan& plan, FunctionId id, Writer& w) {
 
 std::string signature(const plan::Plan& plan, FunctionId id) {
     const Function& f = plan.program.functions[id];
-    std::string text = fmt::format("{} {} {}([[maybe_unused]] Self& s, [[maybe_unused]] u32 rule", linkage(plan.program.functions.count()),
-                                   cpp_type(f.result), function_name(plan.program, id));
+    std::string text = fmt::format("{} {} {}([[maybe_unused]] Self& s, [[maybe_unused]] u32 rule",
+                                   plan.in_pieces() ? "" : linkage(plan, plan.program.functions.count()), cpp_type(f.result),
+                                   function_name(plan.program, id));
     for (std::size_t i = 0; i < f.parameter_count; ++i) {
         const Variable& v = f.variables[VariableId(i)];
         text += fmt::format(", [[maybe_unused]] {} {}_{}", cpp_type(v.type), clean(v.name), i);
@@ -213,7 +214,8 @@ void emit_constants(const plan::Plan& plan, Writer& w) {
         const Constant& c = plan.program.constants[id];
         if (!computed_once(c)) continue;
         const std::string name = constant_name(plan.program, id);
-        w.open(fmt::format("static {} {}_value(Self& s, u32 rule) {{", cpp_type(c.type), name));
+        w.part(name);
+        w.open(fmt::format("{}{} {}_value(Self& s, u32 rule) {{", shared(plan), cpp_type(c.type), name));
         w.line("if (s.{}.known) return s.{}.value;", name, name);
         w.raw("const u64 calls = s.calls;");
         w.raw("s.calls = 0;");
@@ -234,17 +236,25 @@ void emit_functions(const plan::Plan& plan, Writer& w) {
         if (!functions[id].external) w.raw(signature(plan, id) + ";");
     for (const ConstantId id : plan.program.constants.ids())
         if (computed_once(plan.program.constants[id]))
-            w.line("static {} {}_value(Self& s, u32 rule);", cpp_type(plan.program.constants[id].type), constant_name(plan.program, id));
+            w.line("{}{} {}_value(Self& s, u32 rule);", shared(plan), cpp_type(plan.program.constants[id].type),
+                   constant_name(plan.program, id));
     for (const FunctionId id : functions.ids())
-        if (!functions[id].external) emit_function(plan, id, w);
+        if (!functions[id].external) {
+            w.part("function " + functions[id].name);
+            emit_function(plan, id, w);
+        }
     emit_constants(plan, w);
+    w.part("");
 }
 
 void emit_externs(const plan::Plan& plan, Writer& w) {
     const auto& functions = plan.program.functions;
     if (std::none_of(functions.begin(), functions.end(), [](const Function& f) { return f.external; })) return;
     w.raw("// Memory for what externs make; see meld/extern.h.");
-    w.raw("extern \"C\" void* meld_allocate(Eval* e, u64 bytes) { return scratch(*e, bytes); }");
+    const std::string allocate = "extern \"C\" void* meld_allocate(Eval* e, u64 bytes)";
+    w.part("externs");
+    w.raw(allocate + " { return scratch(*e, bytes); }");
+    w.part("");
     for (const FunctionId id : plan.program.functions.ids())
         if (plan.program.functions[id].external) emit_extern(plan, id, w);
 }

@@ -31,7 +31,7 @@ Type RuleEmitter::accumulated_type(const Accumulator& f) const {
 
 void RuleEmitter::accumulate(const Accumulator& f, const std::string& value) {
     if (f.aggregate != Aggregate::Custom) {
-        w_.line("{}.add(*s.e, {}, {});", f.made, scope_.rule_index, value.empty() ? "1" : value);
+        w_.line("{}.add(*s.e, {}, {});", f.made, scope_.site(), value.empty() ? "1" : value);
         return;
     }
     const std::string next = call_with(scope_, f.function, {f.made, value});
@@ -40,7 +40,7 @@ void RuleEmitter::accumulate(const Accumulator& f, const std::string& value) {
 }
 
 std::string RuleEmitter::accumulated(const Accumulator& f) const {
-    return f.aggregate == Aggregate::Custom ? f.made : fmt::format("{}.result(*s.e, {})", f.made, scope_.rule_index);
+    return f.aggregate == Aggregate::Custom ? f.made : fmt::format("{}.result(*s.e, {})", f.made, scope_.site());
 }
 
 void RuleEmitter::step(const plan::AggregateOver& s) {
@@ -77,7 +77,7 @@ std::string RuleEmitter::head_value(PredicateId id, std::size_t argument, const 
     const Type type = p.arguments[argument].type;
     const std::string value = term_as(scope_, t, type);
     if (type != Type::Float || t.op == Op::Float || t.is_variable()) return value;
-    return fmt::format("checked_real(*s.e, {}, {})", scope_.rule_index, value);
+    return fmt::format("checked_real(*s.e, {}, {})", scope_.site(), value);
 }
 
 void RuleEmitter::make_row(const MakeFact& h) {
@@ -287,7 +287,7 @@ void RuleEmitter::count_sent(const MakeFact& h, const std::string& port) {
     const auto word = [&](std::size_t argument) {
         return as_row ? as_word("row." + field_name(argument)) : fmt::format("reinterpret_cast<u64>(values[{}].list)", argument - 1);
     };
-    w_.line("count_sent(*s.e, {}, {}, {}, {});", scope_.rule_index, h.predicate.index(), port, message_bits(plan_, h.predicate, word));
+    w_.line("count_sent(*s.e, {}, {}, {}, {});", scope_.site(), h.predicate.index(), port, message_bits(plan_, h.predicate, word));
 }
 
 bool RuleEmitter::consumes(const plan::ForAll& h) const {

@@ -7,11 +7,11 @@ namespace meld::emit {
 
 using namespace check;
 
-std::uint32_t first_rule(const plan::Plan& plan, PredicateId id) {
+std::string first_rule(const plan::Plan& plan, PredicateId id) {
     for (const RuleId r : plan.program.rules.ids())
         for (const Head& h : plan.program.rules[r].heads)
-            if (h.kind == Head::Kind::Fact && h.atom.predicate == id) return static_cast<std::uint32_t>(r.index());
-    return 0;
+            if (h.kind == Head::Kind::Fact && h.atom.predicate == id) return rule_number(plan, r);
+    return "0";
 }
 
 namespace {
@@ -21,14 +21,27 @@ std::string presence(const Stored& s, const std::string& record, const std::stri
     return fmt::format("({}.present_{} & {:#x}u) != 0", record, s.presence_offset, s.presence_mask);
 }
 
+void emit_load_once(PredicateId id, const std::string& name, Writer& w) {
+    w.open(fmt::format("inline void load_{}(Self& s) {{", name));
+    w.line("if (!s.loaded[{}]) open_{}(s);", id.index(), name);
+    w.close();
+}
+
 void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     const Stored& s = plan.of(id);
     const std::string name = predicate_name(plan.program, id);
     const std::string view = "s." + name;
-    const std::uint32_t rule = first_rule(plan, id);
+    const std::string rule = first_rule(plan, id);
     w.raw("");
-    w.open(fmt::format("MELD_STEP static void open_{}(Self& s) {{", name));
+    const std::string open = fmt::format("MELD_STEP {}void open_{}(Self& s)", shared(plan), name);
+    if (plan.in_pieces()) {
+        w.raw(open + ";");
+        emit_load_once(id, name, w);
+        w.part(part_of(plan, id));
+    }
+    w.open(open + " {");
     w.line("s.loaded[{}] = true;", id.index());
+    if (plan.in_pieces() && !plan.program.predicates[id].linear()) w.line("set_number({}.predicate, {});", view, id.index());
     if (s.storage == Storage::Rows) {
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
         w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
@@ -59,9 +72,10 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
         }
     }
     w.close();
-    w.open(fmt::format("inline void load_{}(Self& s) {{", name));
-    w.line("if (!s.loaded[{}]) open_{}(s);", id.index(), name);
-    w.close();
+    if (plan.in_pieces())
+        w.part("");
+    else
+        emit_load_once(id, name, w);
 }
 
 // In a module with counters, if a view of the predicate has changed.
@@ -132,6 +146,7 @@ std::string message_bits(const plan::Plan& plan, PredicateId id, const std::func
 void emit_load_and_save(const plan::Plan& plan, Writer& w) {
     for (const PredicateId id : plan.program.predicates.ids())
         if (has_view(plan, id)) emit_load(plan, id, w);
+    w.part(kMainPart);
     w.raw("");
     w.raw("// Writes what has changed back: exported columns at the end of the tick, the others now.");
     w.open("MELD_STEP static void save(Self& s) {");
@@ -165,6 +180,7 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
         w.close();
     }
     w.close();
+    w.part("");
 }
 
 }  // namespace meld::emit

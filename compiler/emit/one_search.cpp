@@ -83,7 +83,7 @@ void RuleEmitter::end_search(const std::vector<PredicateId>& read) {
     const std::size_t again = rule_plan_.search.put_back.size() + (rule_plan_.search.changed.step != OneSearch::kNone ? 1 : 0);
     if (again > 0) w_.line("s.e->derivations += {}firings;", again == 1 ? "" : fmt::format("{} * ", again));
     w_.raw("s.fired += firings - 1;");
-    if (plan_.counts) w_.line("s.e->counters->rules[{}].evaluations += firings - 1;", rule_plan_.rule.index());
+    if (plan_.counts) w_.line("s.e->counters->rules[{}].evaluations += firings - 1;", rule_number(plan_, rule_plan_.rule));
 }
 
 // The loop over the facts of a match, without those that are taken.

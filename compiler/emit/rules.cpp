@@ -17,7 +17,7 @@ void RuleEmitter::view() {
                 scope_.rule.name, rule_plan_.heads.size());
     if (rule_plan_.branches.empty()) comment(scope_.rule);
     for (const RulePlan& b : rule_plan_.branches) comment(plan_.program.rules[b.rule]);
-    w_.open(fmt::format("{} void {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
+    w_.open(fmt::format("{} void {}(Self& s) {{", linkage(plan_, plan_.program.rules.count()), rule_function(plan_, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     leaves_out_ = true;
     if (rule_plan_.branches.empty()) count(rule_plan_.rule, Part::Whole);
@@ -46,7 +46,7 @@ void RuleEmitter::branches() {
         w_.open("{");
         const std::size_t outside = w_.depth();
         scope_.rule_index = b.rule.index();
-        w_.line("s.e->rule = {};", b.rule.index());
+        w_.line("s.e->rule = {};", rule_number(plan_, b.rule));
         count(b.rule, Part::Branch);
         steps(b.steps);
         propose(b.derived());
@@ -61,8 +61,8 @@ void RuleEmitter::affected(std::size_t number, const RulePlan* offer) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.inputs != 0, "rule {} is no delta rule", scope_.rule.name);
     const MakeFact& head = rule_plan_.derived();
     w_.raw("");
-    w_.open(fmt::format("{} void {}_affected{}(Self& s, AffectedGroups<{}_t>& affected) {{", linkage(plan_.program.rules.count()),
-                        rule_function(plan_.program, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
+    w_.open(fmt::format("{} void {}_affected{}(Self& s, AffectedGroups<{}_t>& affected) {{", linkage(plan_, plan_.program.rules.count()),
+                        rule_function(plan_, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
     const std::size_t outside = w_.depth();
     steps(rule_plan_.steps);
     if (offer != nullptr) {
@@ -84,8 +84,8 @@ void RuleEmitter::affected(std::size_t number, const RulePlan* offer) {
 void RuleEmitter::semi_naive(std::size_t number) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.given.empty(), "rule {} is not semi-naive", scope_.rule.name);
     w_.raw("");
-    w_.open(fmt::format("{} void {}_semi_naive{}(Self& s) {{", linkage(plan_.program.rules.count()),
-                        rule_function(plan_.program, rule_plan_.rule), number));
+    w_.open(fmt::format("{} void {}_semi_naive{}(Self& s) {{", linkage(plan_, plan_.program.rules.count()),
+                        rule_function(plan_, rule_plan_.rule), number));
     const std::size_t outside = w_.depth();
     leaves_out_ = true;
     count(rule_plan_.rule, Part::Whole);
@@ -100,8 +100,8 @@ void RuleEmitter::group() {
     MELD_EXPECT(rule_plan_.given.size() == plan::group_arguments(plan_.program.predicates[head.predicate]),
                 "rule {} is given {} of a group", scope_.rule.name, rule_plan_.given.size());
     w_.raw("");
-    w_.open(fmt::format("{} void {}_group(Self& s, const {}& group, [[maybe_unused]] Near near) {{", linkage(plan_.program.rules.count()),
-                        rule_function(plan_.program, rule_plan_.rule), row_type(head.predicate)));
+    w_.open(fmt::format("{} void {}_group(Self& s, const {}& group, [[maybe_unused]] Near near) {{",
+                        linkage(plan_, plan_.program.rules.count()), rule_function(plan_, rule_plan_.rule), row_type(head.predicate)));
     const std::size_t outside = w_.depth();
     near_ = head.predicate;
     count(rule_plan_.rule, Part::Whole);
@@ -116,7 +116,8 @@ void RuleEmitter::linear(bool marks) {
     marks_ = marks;
     MELD_EXPECT(scope_.rule.linear && rule_plan_.branches.empty(), "view {} among linear rules", scope_.rule.name);
     comment(scope_.rule);
-    w_.open(fmt::format("{} bool {}(Self& s) {{", linkage(plan_.program.rules.count()), rule_function(plan_.program, rule_plan_.rule)));
+    w_.open(fmt::format("{} bool {}(Self& s) {{", plan_.in_pieces() ? "" : linkage(plan_, plan_.program.rules.count()),
+                        rule_function(plan_, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     count(rule_plan_.rule, Part::Whole);
     if (rule_plan_.sweep.applies()) sweep();
@@ -146,7 +147,7 @@ void RuleEmitter::linear(bool marks) {
 }
 
 void RuleEmitter::about_to_fire() {
-    if (plan_.counts) w_.line("++s.e->counters->rules[{}].firings;", rule_plan_.rule.index());
+    if (plan_.counts) w_.line("++s.e->counters->rules[{}].firings;", rule_number(plan_, rule_plan_.rule));
     tell_firing();
 }
 
@@ -168,19 +169,19 @@ void RuleEmitter::tell_firing() {
         w_.line("static constexpr BoundVariable kBound[] = {{{}}};", variables);
         w_.line("const Value bound[] = {{{}}};", values);
     }
-    w_.line("tell_fired(*s.e, {}, {}, {});", rule_plan_.rule.index(), count, count > 0 ? "kBound, bound" : "nullptr, nullptr");
+    w_.line("tell_fired(*s.e, {}, {}, {});", rule_number(plan_, rule_plan_.rule), count, count > 0 ? "kBound, bound" : "nullptr, nullptr");
     w_.close();
 }
 
 void RuleEmitter::count_evaluation(RuleId rule) {
-    if (plan_.counts) w_.line("++s.e->counters->rules[{}].evaluations;", rule.index());
+    if (plan_.counts) w_.line("++s.e->counters->rules[{}].evaluations;", rule_number(plan_, rule));
 }
 void RuleEmitter::count(RuleId rule, Part part) {
     if (plan_.counts) {
         if (part == Part::Whole) count_evaluation(rule);
-        w_.line("const CountedRule counted(*s.e, {});", rule.index());
+        w_.line("const CountedRule counted(*s.e, {});", rule_number(plan_, rule));
     }
-    if (plan_.places && part == Part::Branch) w_.line("note_place(*s.e, {});", rule.index());
+    if (plan_.places && part == Part::Branch) w_.line("note_place(*s.e, {});", rule_number(plan_, rule));
 }
 
 void RuleEmitter::choose() {
@@ -221,7 +222,8 @@ void RuleEmitter::restore(const Scope& before) {
 
 void RuleEmitter::comment(const check::Rule& rule) {
     w_.raw("");
-    w_.line("// {}", rule.line ? fmt::format("Line {}", rule.line) : std::string("Made by the compiler"));
+    // A piece is to stay the same where lines before it come and go.
+    if (!plan_.in_pieces()) w_.line("// {}", rule.line ? fmt::format("Line {}", rule.line) : std::string("Made by the compiler"));
     std::string line;
     for (const char c : rule.text + "\n") {
         if (c != '\n') {
@@ -275,7 +277,7 @@ void RuleEmitter::step(const plan::Test& s) {
 void RuleEmitter::step(const plan::Set& s) {
     const Type type = scope_.rule.variables[s.variable].type;
     const std::string value = term_as(scope_, s.value, type);
-    bind(s.variable, type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope_.rule_index, value) : value);
+    bind(s.variable, type == Type::Float ? fmt::format("checked_real(*s.e, {}, {})", scope_.site(), value) : value);
     only_if_defined(plan::may_fail(plan_.program, s.value));
 }
 

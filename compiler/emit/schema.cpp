@@ -68,9 +68,9 @@ std::set<PredicateId> predicates_read(const check::Program& program) {
     return read;
 }
 
-void emit_predicate_table(const plan::Plan& plan, Writer& w) {
+void emit_predicate_table(const plan::Plan& plan, const char* storage, Writer& w) {
     const std::set<PredicateId> read = predicates_read(plan.program);
-    w.open("static constexpr PredicateInfo kPredicates[] = {");
+    w.open(fmt::format("{} PredicateInfo kPredicates[] = {{", storage));
     for (const PredicateId id : plan.program.predicates.ids()) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
@@ -143,7 +143,7 @@ std::set<PredicateId> sent_facts(const plan::Plan& plan) {
     return sent;
 }
 
-void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w) {
+void emit_column_table(const plan::Plan& plan, const TypeTable& types, const char* storage, Writer& w) {
     for (const plan::ColumnId id : plan.columns.ids()) {
         if (has_initial(plan, id)) emit_initial(plan, id, w);
         const Lists lists = lists_of(plan, id, types);
@@ -159,7 +159,7 @@ void emit_column_table(const plan::Plan& plan, const TypeTable& types, Writer& w
             name);
     };
     const std::set<PredicateId> sent = sent_facts(plan);
-    w.open("static constexpr ColumnInfo kColumns[] = {");
+    w.open(fmt::format("{} ColumnInfo kColumns[] = {{", storage));
     for (const plan::ColumnId id : plan.columns.ids()) {
         const plan::Column& c = plan.columns[id];
         const std::size_t lists = lists_of(plan, id, types).count;
@@ -198,7 +198,7 @@ void emit_parameter_table(const plan::Plan& plan, const TypeTable& types, Writer
     for (const Constant& c : plan.program.constants)
         rows += fmt::format("    {{{}, ValueType::{}, {}, {}, {}}},\n", quoted(c.prelude || c.computed.valid() ? "" : c.name),
                             value_type(c.type), constant_value(c, lists, w), types.number(c.type), c.argument);
-    w.open("static const ParameterInfo kParameters[] = {");
+    w.open(fmt::format("{} const ParameterInfo kParameters[] = {{", plan.in_pieces() ? "extern" : "static"));
     if (!rows.empty()) w.block(rows);
     if (plan.program.constants.empty()) w.raw("{\"\", ValueType::Int, {.integer = 0}, 0, false},");
     w.close("};");
@@ -331,10 +331,25 @@ std::uint64_t schema_hash(const plan::Plan& plan) {
     const TypeTable types(plan);
     types.emit(w);
     emit_fields(plan, types, w);
-    emit_predicate_table(plan, w);
-    emit_column_table(plan, types, w);
+    // The same in pieces.
+    constexpr const char* kStorage = "static constexpr";
+    emit_predicate_table(plan, kStorage, w);
+    emit_column_table(plan, types, kStorage, w);
     return XXH3_64bits(w.text().data(), w.text().size());
 }
+
+namespace {
+
+// What other parts of a module in pieces define, and the numbers of its rules, which they use.
+void declare_tables(const plan::Plan& plan, Writer& w) {
+    w.raw("extern const PredicateInfo kPredicates[];");
+    w.raw("extern const ColumnInfo kColumns[];");
+    w.raw("extern const ParameterInfo kParameters[];");
+    w.raw("void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count);");
+    for (const RuleId id : plan.program.rules.ids()) w.line("extern const u32 {} = {};", rule_number(plan, id), id.index());
+}
+
+}  // namespace
 
 void emit_types(const plan::Plan& plan, Writer& w) {
     w.raw("");
@@ -342,12 +357,16 @@ void emit_types(const plan::Plan& plan, Writer& w) {
 }
 
 void emit_schema(const plan::Plan& plan, Writer& w) {
+    w.part("schema");
     w.raw("");
     const TypeTable types(plan);
+    if (plan.in_pieces()) declare_concerned(plan, w);
     emit_fields(plan, types, w);
-    emit_predicate_table(plan, w);
-    emit_column_table(plan, types, w);
+    emit_predicate_table(plan, shared_table(plan), w);
+    emit_column_table(plan, types, shared_table(plan), w);
     emit_parameter_table(plan, types, w);
+    w.part(kTablesPart);
+    if (plan.in_pieces()) declare_tables(plan, w);
     emit_rule_table(plan, w);
     emit_link_table(plan, w);
     const auto waits = [](const plan::Plan& all) {

@@ -67,8 +67,7 @@ void emit_evaluate_singles(const plan::Plan& plan, Writer& w) {
 void RuleEmitter::single() {
     single_ = true;
     w_.raw("");
-    w_.open(fmt::format("[[gnu::always_inline]] inline bool {}_single(Self& s, Singles& one) {{",
-                        rule_function(plan_.program, rule_plan_.rule)));
+    w_.open(fmt::format("[[gnu::always_inline]] inline bool {}_single(Self& s, Singles& one) {{", rule_function(plan_, rule_plan_.rule)));
     const std::size_t outside = w_.depth();
     if (rule_plan_.sweep.applies() && std::ranges::count(plan_.singles.messages, rule_plan_.sweep.messages) != 0) {
         sweep_single();

@@ -11,8 +11,12 @@ using plan::Recursion;
 using plan::StratumPlan;
 
 std::string now_at(const plan::Plan& plan, const RulePlan& r) {
-    const std::string rule = fmt::format("s.e->rule = {};", r.rule.index());
-    return plan.places ? fmt::format("{} note_place(*s.e, {});", rule, r.rule.index()) : rule;
+    const std::string number = rule_number(plan, r.rule), rule = fmt::format("s.e->rule = {};", number);
+    return plan.places ? fmt::format("{} note_place(*s.e, {});", rule, number) : rule;
+}
+
+bool calls_catom(const plan::Plan& plan, PredicateId id) {
+    return combines_at_catom(plan.program.predicates[id]) && !plan::picks(plan, id);
 }
 
 namespace {
@@ -40,15 +44,11 @@ void decides(const plan::Plan& plan, PredicateId id, Writer& w) {
 
 void run_all_rules(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
     if (plan::may_fail(plan.program, stratum)) w.raw("derive_anew(*s.e);");
-    for (const RulePlan& r : stratum.rules) w.line("{} {}(s);", now_at(plan, r), rule_function(plan.program, r.rule));
+    for (const RulePlan& r : stratum.rules) w.line("{} {}(s);", now_at(plan, r), rule_function(plan, r.rule));
     if (!stratum.predicates.empty()) decides(plan, stratum.predicates[0], w);
 }
 
 std::string own_bit(const plan::Plan& plan, PredicateId id) { return hex(plan.columns[plan.of(id).column].own_dirty); }
-
-bool calls_catom(const plan::Plan& plan, PredicateId id) {
-    return combines_at_catom(plan.program.predicates[id]) && !plan::picks(plan, id);
-}
 
 // A combination that needs the catom, or the neighbours that an aggregate waits for.
 void emit_reduction(const plan::Plan& plan, const StratumPlan& stratum, PredicateId id, Writer& w) {
@@ -97,6 +97,8 @@ std::string reduction(const plan::Plan& plan, PredicateId id) {
     std::string text;
     if (calls_catom(plan, id))
         text = fmt::format(", [&s](Eval&, const {0}_t::Row* rows, u32 n, {0}_t::Row& out) {{ combine_{0}(s, rows, n, out); }}", name);
+    else if (plan.in_pieces() && combines(p.aggregate) && !combines_at_catom(p))
+        text = fmt::format(", OwnCombine<{}_t>{{{}}}", name, first_rule(plan, id));
     else if (p.complete_link.valid())
         text = fmt::format(", OwnCombine<{}_t>{{}}", name);
     return p.complete_link.valid() ? text + fmt::format(", needed_{}(s)", name) : text;
@@ -126,7 +128,7 @@ void evaluate_in_rounds(const plan::Plan& plan, const StratumPlan& stratum, Writ
     w.line(
         "if (++passes > s.e->subdomain->max_growing_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
         "static_cast<i64>(s.e->subdomain->max_growing_derivations));",
-        culprit(plan, stratum).index());
+        rule_number(plan, culprit(plan, stratum)));
     w.close();
     for (const PredicateId p : stratum.predicates) {
         const std::string name = predicate_name(plan.program, p);
@@ -147,15 +149,15 @@ void emit_guilty(const plan::Plan& plan, const StratumPlan& stratum, std::size_t
     for (const PredicateId p : stratum.predicates) w.line("{};", grew(p, "end_round"));
     const auto try_rule = [&](RuleId rule, const std::string& function) {
         w.line("{}(s);", function);
-        for (const PredicateId p : stratum.predicates) w.line("if ({}) return {};", grew(p, "grew"), rule.index());
+        for (const PredicateId p : stratum.predicates) w.line("if ({}) return {};", grew(p, "grew"), rule_number(plan, rule));
     };
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) {
         const RuleId rule = stratum.semi_naive[i].rule;
-        try_rule(rule, fmt::format("{}_semi_naive{}", rule_function(plan.program, rule), i));
+        try_rule(rule, fmt::format("{}_semi_naive{}", rule_function(plan, rule), i));
     }
     for (const RulePlan& r : stratum.rules)
-        if (!by_round) try_rule(r.rule, rule_function(plan.program, r.rule));
-    w.line("return {};", culprit(plan, stratum).index());
+        if (!by_round) try_rule(r.rule, rule_function(plan, r.rule));
+    w.line("return {};", rule_number(plan, culprit(plan, stratum)));
     w.close();
 }
 
@@ -185,8 +187,8 @@ void evaluate_local_sets(const plan::Plan& plan, const StratumPlan& stratum, std
                view(plan, p));
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i)
         w.line("if (grew) {}{}_semi_naive{}(s);",
-               plan.places ? fmt::format("note_place(*s.e, {}), ", stratum.semi_naive[i].rule.index()) : "",
-               rule_function(plan.program, stratum.semi_naive[i].rule), i);
+               plan.places ? fmt::format("note_place(*s.e, {}), ", rule_number(plan, stratum.semi_naive[i].rule)) : "",
+               rule_function(plan, stratum.semi_naive[i].rule), i);
     const std::string most = fmt::format("s.e->subdomain->max_{}_derivations", plan::may_grow(plan, stratum) ? "growing" : "finite");
     std::string many;
     for (const PredicateId p : stratum.predicates)
@@ -246,7 +248,7 @@ void evaluate_mutually(const plan::Plan& plan, const StratumPlan& stratum, Write
     w.line(
         "if (++rounds > s.e->subdomain->max_growing_derivations) trap(*s.e, Trap::TooManyDerivations, {}, "
         "static_cast<i64>(s.e->subdomain->max_growing_derivations));",
-        culprit(plan, stratum).index());
+        rule_number(plan, culprit(plan, stratum)));
     w.close();
     each("again = again || m_{0}.replaced;");
     w.close();
@@ -271,8 +273,8 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
         const RulePlan& r = stratum.deltas.affected[i];
         w.open(fmt::format("if (todo & {}) {{", hex(r.inputs)));
         if (r.unchanged != 0) w.line("if (todo & {}) return false;", hex(r.unchanged));
-        if (plan.places) w.line("note_place(*s.e, {});", r.rule.index());
-        w.line("{}_affected{}(s, affected);", rule_function(plan.program, r.rule), i);
+        if (plan.places) w.line("note_place(*s.e, {});", rule_number(plan, r.rule));
+        w.line("{}_affected{}(s, affected);", rule_function(plan, r.rule), i);
         w.close();
     }
     w.line("if (s.e->trap != Trap::None || !affected.few(*s.e, s.{})) {{", name);
@@ -288,8 +290,8 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
     w.line("affected.first[i] = s.{}.proposed.count;", name);
     w.line("const Near near = {{affected.at[i], s.{}.count}};", name);
     for (const RulePlan& r : stratum.deltas.regroup) {
-        if (plan.places) w.line("note_place(*s.e, {});", r.rule.index());
-        w.line("{}_group(s, affected.groups.rows[i], near);", rule_function(plan.program, r.rule));
+        if (plan.places) w.line("note_place(*s.e, {});", rule_number(plan, r.rule));
+        w.line("{}_group(s, affected.groups.rows[i], near);", rule_function(plan, r.rule));
     }
     w.close();
     decides(plan, stratum.predicates[0], w);
@@ -314,7 +316,7 @@ void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_
     if (stratum.recursion == Recursion::LocalSets) emit_guilty(plan, stratum, number, w);
     w.raw("");
     w.line("// Stratum {}:{}. Returns the dirty bits of what changed.", number, names);
-    w.open(fmt::format("MELD_STEP static u64 evaluate_{}(Self& s{}) {{", number, rows ? ", u64 todo" : ""));
+    w.open(fmt::format("MELD_STEP {}u64 evaluate_{}(Self& s{}) {{", shared(plan), number, rows ? ", u64 todo" : ""));
     w.raw("u64 changed = 0;");
     for (const PredicateId p : stratum.predicates) w.line("load_{}(s);", predicate_name(plan.program, p));
     const bool fails = plan::may_fail(plan.program, stratum);
@@ -351,7 +353,10 @@ void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_
 }  // namespace
 
 void emit_strata(const plan::Plan& plan, Writer& w) {
-    for (std::size_t i = 0; i < plan.strata.size(); ++i) emit_stratum(plan, plan.strata[i], i, w);
+    for (std::size_t i = 0; i < plan.strata.size(); ++i) {
+        w.part(part_of(plan, plan.strata[i].predicates[0]));
+        emit_stratum(plan, plan.strata[i], i, w);
+    }
 }
 
 }  // namespace meld::emit

@@ -45,7 +45,7 @@ void RuleEmitter::sweep() {
     lower(rule_plan_.sweep.state);
     raise(rule_plan_.sweep.state);
     w_.raw("s.fired += taken - 1;");
-    if (plan_.counts) w_.line("s.e->counters->rules[{}].evaluations += taken - 1;", rule_plan_.rule.index());
+    if (plan_.counts) w_.line("s.e->counters->rules[{}].evaluations += taken - 1;", rule_number(plan_, rule_plan_.rule));
     w_.raw("return true;");
     w_.close();
     w_.close();

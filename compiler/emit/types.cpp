@@ -109,12 +109,16 @@ std::string hashed(const Type& type, const std::string& value) {
 namespace {
 
 // How all candidates of a group become one value, if that needs nothing from the catom.
-void emit_combine(const Predicate& p, Writer& w) {
+void emit_combine(const plan::Plan& plan, PredicateId id, Writer& w) {
+    const Predicate& p = plan.program.predicates[id];
     if (!combines(p.aggregate) || combines_at_catom(p)) return;
     const Type& type = p.arguments[p.aggregate_at].type;
-    w.open("static void combine(Eval& e, const Row* rows, u32 n, Row& out) {");
+    const bool given = plan.in_pieces();
+    if (given) w.raw("static constexpr bool kNamesRule = true;");
+    w.open(fmt::format("static void combine(Eval& e, {}const Row* rows, u32 n, Row& out) {{", given ? "u32 rule, " : ""));
     w.line("{};", aggregate_object(p.aggregate, type, type, "", "made"));
-    w.line("out.{0} = combine_rows(e, kFirstRule, made, rows, n, [](const Row& row) {{ return row.{0}; }});", field_name(p.aggregate_at));
+    w.line("out.{0} = combine_rows(e, {1}, made, rows, n, [](const Row& row) {{ return row.{0}; }});", field_name(p.aggregate_at),
+           given ? "rule" : "kFirstRule");
     w.close();
 }
 
@@ -176,8 +180,9 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     w.line("static constexpr Reduce kReduce = Reduce::{};", info(picked.value_or(p.aggregate)).reduction_name);
     w.line("static constexpr bool kRanked = {}, kLinks = {}, kKeyed = {}, kWaits = {};", s.ranked, links, !fields.key.empty(), s.waits);
     w.line("static constexpr bool kFollowed = {}, kGrows = {};", followed, plan::may_grow(plan, id));
-    if (s.ranked || links || followed) w.line("static constexpr u16 kPredicate = {};", id.index());
-    if (combines(p.aggregate)) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
+    if ((s.ranked || links || followed) && plan.in_pieces()) w.raw("static constexpr bool kShared = true;");
+    if ((s.ranked || links || followed) && !plan.in_pieces()) w.line("static constexpr u16 kPredicate = {};", id.index());
+    if (combines(p.aggregate) && !plan.in_pieces()) w.line("static constexpr u32 kFirstRule = {};", first_rule(plan, id));
     const auto signature = [](const std::vector<std::size_t>& f) {
         return f.empty() ? "const Row&, const Row&" : "const Row& a, const Row& b";
     };
@@ -209,19 +214,21 @@ std::string rows_of(const plan::Plan& plan, PredicateId id) {
     // Also of predicates that do not grow in rounds: rows that are alike share a type.
     if (!p.linear() && std::ranges::any_of(plan.strata, [](const plan::StratumPlan& one) { return !one.semi_naive.empty(); }))
         emit_words(p, fields.key, w);
-    emit_combine(p, w);
+    emit_combine(plan, id, w);
     return w.text();
 }
 
 }  // namespace
 
-void emit_predicates(const plan::Plan& plan, Writer& w) {
+std::map<PredicateId, std::string> emit_predicates(const plan::Plan& plan, Writer& w) {
+    std::map<PredicateId, std::string> row_types;
     // Predicates with equal rows share a type, and so the code that is compiled for it.
     std::map<std::string, std::string> known;
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;
         const std::string name = predicate_name(plan.program, id) + "_t", signature = plan.program.predicates[id].signature();
         const auto [same, fresh] = known.try_emplace(rows_of(plan, id), name);
+        row_types[id] = same->second;
         w.raw("");
         if (!fresh) {
             w.line("using {} = {};  // {}", name, same->second, signature);
@@ -231,6 +238,7 @@ void emit_predicates(const plan::Plan& plan, Writer& w) {
         w.lines(same->first);
         w.close("};");
     }
+    return row_types;
 }
 
 void emit_self(const plan::Plan& plan, Writer& w) {

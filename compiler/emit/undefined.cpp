@@ -80,9 +80,10 @@ class Readers {
 };
 
 // `failed` is one of these rules.
-std::string is_one_of(const std::set<std::size_t>& rules) {
+std::string is_one_of(const plan::Plan& plan, const std::set<std::size_t>& rules) {
     std::string text;
-    for (const std::size_t rule : rules) text += fmt::format("{}failed == {}", text.empty() ? "" : " || ", rule);
+    for (const std::size_t rule : rules)
+        text += fmt::format("{}failed == {}", text.empty() ? "" : " || ", rule_number(plan, plan::RuleId(rule)));
     return text;
 }
 
@@ -116,7 +117,7 @@ void emit_stops(const plan::Plan& plan, Writer& w) {
         each_read(rule.steps, [&](PredicateId p) { read.push_back(p); });
         each_read(rule.heads, [&](PredicateId p) { read.push_back(p); });
         const std::set<std::size_t> failing = readers.failing(read);
-        if (!failing.empty()) w.line("if (({}){}) return true;", is_one_of(failing), may_fire(plan, rule));
+        if (!failing.empty()) w.line("if (({}){}) return true;", is_one_of(plan, failing), may_fire(plan, rule));
     }
     w.raw("return false;");
     w.close();
@@ -126,7 +127,7 @@ void emit_stops(const plan::Plan& plan, Writer& w) {
     const std::set<std::size_t> failing = readers.failing(actions);
     w.raw("");
     w.raw("// Whether an action is derived from it.");
-    w.line("static bool would_act([[maybe_unused]] u32 failed) {{ return {}; }}", failing.empty() ? "false" : is_one_of(failing));
+    w.line("static bool would_act([[maybe_unused]] u32 failed) {{ return {}; }}", failing.empty() ? "false" : is_one_of(plan, failing));
 }
 
 }  // namespace meld::emit

@@ -21,15 +21,44 @@ std::string predicate_name(const Program& program, PredicateId id) {
 
 std::string record_name(plan::ColumnId id) { return fmt::format("record_{}", id.index()); }
 
-std::string rule_function(const Program& program, plan::RuleId id) {
-    const Rule& rule = program.rules[id];
+std::string rule_function(const plan::Plan& plan, plan::RuleId id) {
+    if (plan.in_pieces()) return plan.stable_names[id.index()];
+    const Rule& rule = plan.program.rules[id];
     const std::string head = rule.name.substr(0, rule.name.find('@'));
     return fmt::format("{}_at_line_{}_r{}", "rule_" + clean(head), rule.line, id.index());
 }
 
-const char* linkage(std::size_t functions) {
+std::string rule_number(const plan::Plan& plan, plan::RuleId id) {
+    return plan.in_pieces() ? kRuleNumber + plan.stable_names[id.index()] : std::to_string(id.index());
+}
+
+const char* linkage(const plan::Plan& plan, std::size_t functions) {
     constexpr std::size_t kMany = 100;
-    return functions > kMany ? "[[gnu::noinline]] static" : "static";
+    return functions > kMany || plan.in_pieces() ? "[[gnu::noinline]] static" : "static";
+}
+
+const char* shared(const plan::Plan& plan) { return plan.in_pieces() ? "" : "static "; }
+const char* shared_table(const plan::Plan& plan) { return plan.in_pieces() ? "extern const" : "static constexpr"; }
+
+std::string part_of(const plan::Plan& plan, PredicateId id) {
+    PredicateId first = id;
+    for (const plan::StratumPlan& s : plan.strata)
+        if (std::ranges::find(s.predicates, id) != s.predicates.end()) first = s.predicates[0];
+    return plan.program.predicates[first].signature();
+}
+
+void Writer::close_namespace() {
+    if (in_namespace_) raw("}");
+    in_namespace_ = false;
+}
+
+void Writer::part(const std::string& name, Where where) {
+    if (!in_pieces_) return;
+    close_namespace();
+    parts_.push_back({out_.size(), name});
+    if (where == Where::Kernel) return;
+    raw("namespace program {");
+    in_namespace_ = true;
 }
 
 std::string cpp_type(const Type& type) {
@@ -92,7 +121,7 @@ std::string quoted(const std::string& text) {
 
 std::string Scope::local(plan::VariableId v) const { return fmt::format("{}_{}", clean(rule.variables[v].name), v.index()); }
 
-std::string Scope::site() const { return caller.empty() ? std::to_string(rule_index) : caller; }
+std::string Scope::site() const { return caller.empty() ? rule_number(plan, plan::RuleId(rule_index)) : caller; }
 
 std::string Scope::at(plan::VariableId v) const {
     MELD_EXPECT(v == rule.site || places.contains(v), "rule {}: {} is no place that is known", rule.name, rule.variables[v].name);

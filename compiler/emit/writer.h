@@ -21,8 +21,17 @@ using plan::RulePlan;
 using plan::Storage;
 using plan::Stored;
 
+// Where in a text a part of the module begins that may be compiled by itself; the same part may go on later.
+struct PartBegin {
+    std::size_t at;
+    std::string name;
+};
+
 class Writer {
   public:
+    // In pieces: part() counts.
+    explicit Writer(bool in_pieces = false) : in_pieces_(in_pieces) {}
+
     template <class... A>
     void line(fmt::format_string<A...> format, A&&... a) {
         raw(fmt::format(format, std::forward<A>(a)...));
@@ -51,6 +60,11 @@ class Writer {
         raw(text);
     }
     std::size_t depth() const { return depth_; }
+    // What follows belongs to this part, and is in the module's namespace unless it belongs to the kernel. Without a name: all see it.
+    enum class Where { Module, Kernel };
+    void part(const std::string& name, Where where = Where::Module);
+    void end_parts() { part(""), close_namespace(); }
+    const std::vector<PartBegin>& parts() const { return parts_; }
     // The whole text, once every block is closed.
     const std::string& text() const {
         MELD_EXPECT(depth_ == 0, "{} blocks are open", depth_);
@@ -61,18 +75,36 @@ class Writer {
     // Deeper blocks cannot be told apart by eye, and the spaces before them would grow with the square of the depth.
     static constexpr std::size_t kMaxIndent = 32;
 
+    void close_namespace();
+
     std::string out_;
     std::size_t depth_ = 0;
+    bool in_pieces_, in_namespace_ = false;
+    std::vector<PartBegin> parts_;
 };
+
+// Parts of a module in pieces: what calls the others; what tells where rules are in the text, which changes with every line; and functions
+// of the kernel. Parts of predicates have names with an arity.
+inline const std::string kMainPart = "main", kTablesPart = "tables", kKernelPart = "(kernel)";
+// The names of the numbers of rules begin so.
+inline const std::string kRuleNumber = "number_of_";
 
 // Names of emitted things. All are lower-case with a number, so no Meld name can meet a C++ keyword or another one.
 std::string clean(const std::string& name);                                 // letters, digits and _ only
 std::string predicate_name(const check::Program& program, PredicateId id);  // dist_7
 std::string record_name(plan::ColumnId id);                                 // record_2
-std::string rule_function(const check::Program& program, plan::RuleId id);  // dist_at_line_12_r3
+std::string rule_function(const plan::Plan& plan, plan::RuleId id);         // dist_at_line_12_r3
+// The number of a rule as a C++ expression.
+std::string rule_number(const plan::Plan& plan, plan::RuleId id);
+// Before what another part of the module uses: `static ` unless it is compiled in pieces.
+const char* shared(const plan::Plan& plan);
+// The same of constant tables.
+const char* shared_table(const plan::Plan& plan);
+// The part of the module that a predicate belongs to, with what derives it.
+std::string part_of(const plan::Plan& plan, PredicateId id);
 // The declaration of one of this many functions that are each called from few places: `static`, and if there are many, never inlined,
 // because Clang takes more than proportionally longer for long functions.
-const char* linkage(std::size_t functions);
+const char* linkage(const plan::Plan& plan, std::size_t functions);
 std::string cpp_type(const check::Type& type);  // i64 double bool u64
 std::string field_name(std::size_t argument);   // a1: the first after the catom
 std::string hex(std::uint64_t bits);            // 0x20ull
@@ -148,7 +180,7 @@ void each_rounds_index(const plan::Plan& plan, const plan::StratumPlan& stratum,
 // How many words have a bit for each linear rule.
 inline std::size_t words_of_rules(const plan::Plan& plan) { return (plan.linear_rules.size() + 63) / 64; }
 // The first rule that derives the predicate, which a trap names.
-std::uint32_t first_rule(const plan::Plan& plan, PredicateId id);
+std::string first_rule(const plan::Plan& plan, PredicateId id);
 
 // A call of a function of the program.
 std::string call(const Scope& scope, check::FunctionId id, const std::vector<check::Term>& operands);
@@ -158,7 +190,12 @@ std::string call_with(const Scope& scope, check::FunctionId id, const std::vecto
 // ---- the parts of a module, in order
 void emit_types(const plan::Plan& plan, Writer& w);
 void emit_records(const plan::Plan& plan, Writer& w);
-void emit_predicates(const plan::Plan& plan, Writer& w);
+// Returns the type that serves each predicate with a view.
+std::map<PredicateId, std::string> emit_predicates(const plan::Plan& plan, Writer& w);
+// The kernel's functions for these types, if the module is compiled in pieces: declared to all, and each type's in a part of its own.
+void emit_kernels(const plan::Plan& plan, const std::map<PredicateId, std::string>& row_types, Writer& w);
+// Whether the combination of the rows of a group needs the catom.
+bool calls_catom(const plan::Plan& plan, PredicateId id);
 void emit_self(const plan::Plan& plan, Writer& w);
 void emit_load_and_save(const plan::Plan& plan, Writer& w);
 void emit_externs(const plan::Plan& plan, Writer& w);
@@ -187,6 +224,8 @@ bool keeps_best(const plan::Plan& plan, const plan::StratumPlan& stratum);
 std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId column);
 std::string concerned_function(plan::ColumnId column);
 void emit_concerned(const plan::Plan& plan, Writer& w);
+// For the parts of a module in pieces that name them.
+void declare_concerned(const plan::Plan& plan, Writer& w);
 
 // Whether some stratum has delta rules or is evaluated semi-naively.
 bool has_deltas(const plan::Plan& plan);

@@ -156,8 +156,12 @@ struct Plan {
     bool idle_births = false;  // As in ModuleInfo.
     bool counts = false;       // The module is to count what its rules do.
     bool places = false;       // It is to say at any time which rule runs; so does one that counts.
-    bool checked = false;      // Its code is to check what it takes for granted (runtime/module/kernel/check.h).
+    // By RuleId, if the module is compiled in pieces (compiler/emit/emit.h), which do not change where lines and rules before them
+    // come and go: the names of their functions. Otherwise empty.
+    std::vector<std::string> stable_names;
+    bool checked = false;  // Its code is to check what it takes for granted (runtime/module/kernel/check.h).
 
+    bool in_pieces() const { return !stable_names.empty(); }
     const Stored& of(PredicateId p) const {
         MELD_EXPECT(p.valid() && p.index() < stored.size(), "predicate {} of {}", p.index(), stored.size());
         return stored[p.index()];

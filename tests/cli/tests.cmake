@@ -6,6 +6,10 @@ foreach(class Usage Programs Worlds Files Endings Hostile)
 endforeach()
 add_test(NAME cli_messages COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/messages_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+# Very long programs.
+add_test(NAME cli_pieces COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/pieces_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(cli_pieces PROPERTIES PROCESSORS 2 TIMEOUT 240)
 # What they write, and where.
 foreach(class Paths Locks Streams Shown Disks)
   string(TOLOWER ${class} name)

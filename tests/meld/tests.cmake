@@ -8,6 +8,12 @@ foreach(folder ${folders})
       --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${folder})
   endif()
 endforeach()
+# Some of them in pieces, as very long modules are compiled.
+foreach(name recursion negation undefined functions)
+  add_test(NAME meld_${name}_in_pieces COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
+    --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR}/${name})
+  set_property(TEST meld_${name}_in_pieces APPEND PROPERTY ENVIRONMENT CLAYMELD_PARTS_OF_PIECE=2)
+endforeach()
 # All files with all numbers of processes and threads.
 add_test(NAME meld_sizes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${CMAKE_CURRENT_LIST_DIR})

@@ -30,11 +30,25 @@ struct ExternObject {
     std::vector<std::string> symbols;  // The symbols that it defines for others.
 };
 
-// The functions of the library; compile_object.h, compile_extern.h and link_module.h describe them.
+// What the pieces of a very long module have in common: declarations, which Clang has parsed already.
+struct SharedPart {
+    std::string text;
+    std::string parsed;  // Of compile_shared().
+};
+// What a piece holds, which decides how much is done for its code: the kernel's functions, which all rules call; rules of a long module;
+// those of a longer one; data alone.
+enum class PieceEffort { Kernel, Rules, ManyRules, Tables };
+
+// The functions of the library; compile_object.h, compile_piece.h, compile_extern.h and link_module.h describe them.
 struct Backend {
     Result<std::vector<std::string>> (*compile_object)(const std::string& cpp_text, const std::string& name,
                                                        const std::vector<std::pair<std::string, std::string>>& headers,
                                                        const ObjectOptions& options);
+    Result<std::string> (*compile_shared)(const std::string& text, const std::vector<std::pair<std::string, std::string>>& headers,
+                                          const ObjectOptions& options);
+    Result<std::string> (*compile_piece)(const std::string& text, const SharedPart& shared,
+                                         const std::vector<std::pair<std::string, std::string>>& headers, PieceEffort effort,
+                                         const ObjectOptions& options);
     Result<ExternObject> (*compile_extern)(const ExternSource& source, const std::string& header, const ObjectOptions& options);
     Result<void> (*link_module)(const std::vector<std::string>& object_paths, const std::string& output_path);
 };

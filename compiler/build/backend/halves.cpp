@@ -2,25 +2,17 @@
 // half.
 #include "compiler/build/backend/halves.h"
 
-#include <llvm/Analysis/CGSCCPassManager.h>
-#include <llvm/Analysis/LoopAnalysisManager.h>
 #include <llvm/Bitcode/BitcodeReader.h>
 #include <llvm/IR/LLVMContext.h>
-#include <llvm/IR/LegacyPassManager.h>
 #include <llvm/IR/Module.h>
-#include <llvm/MC/TargetRegistry.h>
-#include <llvm/Passes/PassBuilder.h>
 #include <llvm/Support/MemoryBuffer.h>
-#include <llvm/Support/raw_ostream.h>
-#include <llvm/Target/TargetMachine.h>
-#include <llvm/Target/TargetOptions.h>
-#include <llvm/Transforms/IPO/GlobalDCE.h>
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
 
+#include "compiler/build/backend/generate.h"
 #include "runtime/base/process/parallel_for.h"
 
 namespace meld {
@@ -74,30 +66,6 @@ void keep_half(llvm::Module& module, std::size_t half) {
         }
 }
 
-llvm::OptimizationLevel level_of(int optimisation) {
-    constexpr std::array levels = {&llvm::OptimizationLevel::O1, &llvm::OptimizationLevel::O2, &llvm::OptimizationLevel::O3};
-    return *levels.at(static_cast<std::size_t>(optimisation - 1));
-}
-
-void optimise(llvm::Module& module, llvm::TargetMachine& machine, int optimisation) {
-    llvm::PipelineTuningOptions tuning;
-    tuning.LoopUnrolling = false;  // As compile_object() asks Clang not to.
-    llvm::PassBuilder builder(&machine, tuning);
-    llvm::LoopAnalysisManager loops;
-    llvm::FunctionAnalysisManager functions;
-    llvm::CGSCCAnalysisManager components;
-    llvm::ModuleAnalysisManager modules;
-    builder.registerModuleAnalyses(modules);
-    builder.registerCGSCCAnalyses(components);
-    builder.registerFunctionAnalyses(functions);
-    builder.registerLoopAnalyses(loops);
-    builder.crossRegisterProxies(loops, functions, components, modules);
-    llvm::ModulePassManager passes;
-    passes.addPass(llvm::GlobalDCEPass());  // Removes functions that only the other half uses.
-    passes.addPass(builder.buildPerModuleDefaultPipeline(level_of(optimisation)));
-    passes.run(module, modules);
-}
-
 Result<std::string> compile_half(const std::string& bitcode, std::size_t half, const ObjectOptions& options) {
     const auto broken = [](const std::string& why) {
         return fail("LLVM cannot compile what Clang made: " + why, "This is a bug in Claymeld; please report it with the program",
@@ -107,20 +75,7 @@ Result<std::string> compile_half(const std::string& bitcode, std::size_t half, c
     llvm::Expected<std::unique_ptr<llvm::Module>> module = llvm::parseBitcodeFile(llvm::MemoryBufferRef(bitcode, "module"), context);
     if (!module) return broken(llvm::toString(module.takeError()));
     keep_half(**module, half);
-    std::string why;
-    const llvm::Target* target = llvm::TargetRegistry::lookupTarget((*module)->getTargetTriple(), why);
-    if (target == nullptr) return broken(why);
-    const auto effort = llvm::CodeGenOpt::getLevel(options.optimisation);
-    const std::unique_ptr<llvm::TargetMachine> machine(
-        target->createTargetMachine((*module)->getTargetTriple(), options.target_cpu, "", {}, llvm::Reloc::PIC_, std::nullopt, *effort));
-    optimise(**module, *machine, options.optimisation);
-    llvm::SmallVector<char, 0> object;
-    llvm::raw_svector_ostream out(object);
-    llvm::legacy::PassManager passes;
-    if (machine->addPassesToEmitFile(passes, out, nullptr, llvm::CodeGenFileType::ObjectFile))
-        return broken("no object files for this machine");
-    passes.run(**module);
-    return std::string(object.begin(), object.end());
+    return generate_object(**module, options, CodePasses::All);
 }
 
 }  // namespace

@@ -25,10 +25,10 @@ void initialise_native_target() {
 
 }  // namespace
 
-ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files, ClangOutput output) {
+bool run_clang_action(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files,
+                      clang::FrontendAction& action, std::string& messages, llvm::SmallVectorImpl<char>& bytes) {
     initialise_native_target();
-    ClangRun out;
-    llvm::raw_string_ostream message_stream(out.messages);
+    llvm::raw_string_ostream message_stream(messages);
     auto diagnostic_options = llvm::makeIntrusiveRefCnt<clang::DiagnosticOptions>();
     diagnostic_options->ShowPresumedLoc = true;  // follow #line to the .meld file
     clang::TextDiagnosticPrinter printer(message_stream, diagnostic_options.get());
@@ -37,20 +37,25 @@ ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRef
     std::vector<const char*> pointers;
     for (const std::string& argument : arguments) pointers.push_back(argument.c_str());
     auto invocation = std::make_shared<clang::CompilerInvocation>();
-    if (!clang::CompilerInvocation::CreateFromArgs(*invocation, pointers, diagnostics)) return out;
-    llvm::SmallVector<char, 0> bytes;
+    if (!clang::CompilerInvocation::CreateFromArgs(*invocation, pointers, diagnostics)) return false;
     clang::CompilerInstance compiler;
     compiler.setInvocation(invocation);
     compiler.createDiagnostics(&printer, false);
     compiler.setVerboseOutputStream(std::make_unique<llvm::raw_null_ostream>());  // "1 error generated."
     compiler.createFileManager(std::move(files));
     compiler.setOutputStream(std::make_unique<llvm::raw_svector_ostream>(bytes));
+    return compiler.ExecuteAction(action);
+}
+
+ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files, ClangOutput output) {
     std::unique_ptr<clang::CodeGenAction> action;
     if (output == ClangOutput::Object)
         action = std::make_unique<clang::EmitObjAction>();
     else
         action = std::make_unique<clang::EmitBCAction>();
-    if (compiler.ExecuteAction(*action)) out.output.assign(bytes.begin(), bytes.end());
+    ClangRun out;
+    llvm::SmallVector<char, 0> bytes;
+    if (run_clang_action(arguments, std::move(files), *action, out.messages, bytes)) out.output.assign(bytes.begin(), bytes.end());
     return out;
 }
 

@@ -1,6 +1,7 @@
 // One run of Clang's front end and LLVM's code generator over given arguments and files.
 #pragma once
 
+#include <clang/Frontend/FrontendAction.h>
 #include <llvm/ADT/IntrusiveRefCntPtr.h>
 #include <llvm/Support/VirtualFileSystem.h>
 
@@ -18,6 +19,10 @@ struct ClangRun {
     std::string output;  // Empty: it did not compile.
     std::string messages;
 };
+
+// Takes the action with these arguments, and returns whether it did; messages are appended. `bytes` is where its output goes, if any.
+bool run_clang_action(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files,
+                      clang::FrontendAction& action, std::string& messages, llvm::SmallVectorImpl<char>& bytes);
 
 // Compiles like Clang's compiler proper with these arguments. May be called from several threads at once.
 ClangRun run_clang(const std::vector<std::string>& arguments, llvm::IntrusiveRefCntPtr<llvm::vfs::FileSystem> files,

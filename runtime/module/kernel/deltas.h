@@ -71,12 +71,12 @@ struct AffectedGroups {
         groups.reset();
         met_count = 0;
     }
-    void add(Eval& e, const Row& group) { groups.add(e, group); }
+    MELD_PART void add(Eval& e, const Row& group) { groups.add(e, group); }
 
     // Whether a row that a rule derives from a neighbour (now, or no longer: gone) can decide its group otherwise: decide_group() keeps a
     // value unless what supports it goes or something better comes. A group without one may wait for another candidate from now on.
     // False too for a group that was added just before.
-    bool concerns(const Relation<T>& r, const Row& offer, bool gone) {
+    MELD_PART bool concerns(const Relation<T>& r, const Row& offer, bool gone) {
         for (u32 i = groups.count; i > 0 && i + kMet > groups.count; --i)
             if (T::key(groups.rows[i - 1], offer) == 0) return false;
         const u32 at = find(r, offer);
@@ -92,20 +92,20 @@ struct AffectedGroups {
         return at;
     }
     // Groups whose quarantine has ended; groups that changed in the last tick come with them, which is harmless.
-    void add_woken(Eval& e, const RowChanges* changes) {
+    MELD_PART void add_woken(Eval& e, const RowChanges* changes) {
         for (; changes != nullptr; changes = changes->next)
             for (u32 i = 0; i < changes->removed + changes->added + changes->woken; ++i) groups.add(e, rows_in<Row>(changes)[i]);
     }
 
     // Finds where the groups are at the catom.
-    void find_places(Eval& e, const Relation<T>& r) {
+    MELD_PART void find_places(Eval& e, const Relation<T>& r) {
         at = static_cast<u32*>(scratch(e, u64{groups.count} * sizeof(u32)));
         KERNEL_CHECK(e, one_a_group<T>(r.rows, r.count));
         for (u32 i = 0; i < groups.count; ++i) at[i] = r.near(groups.rows[i]).at;
     }
     // Asks the processor for the rows of the neighbours near these places, where searches for them begin: one after the other, each search
     // would wait for its first row.
-    void ask_around(const Relation<T>& r, const RowsHead* heads, const i32* neighbour, i32 ports) const {
+    MELD_PART void ask_around(const Relation<T>& r, const RowsHead* heads, const i32* neighbour, i32 ports) const {
         for (i32 port = 0; port < ports; ++port) {
             if (neighbour[port] < 0) continue;
             const RowsHead& head = heads[neighbour[port]];
@@ -179,7 +179,7 @@ template <class T, class Combine = OwnCombine<T>>
     using Row = typename T::Row;
     return decide_affected<T>(e, r, affected, [&](const Row* current, Row* p, u32 n, Row& out) {
         if constexpr (T::kRanked)
-            return decide_group<T>(e, current, p, n, out);
+            return decide_group<T>(e, r.predicate, current, p, n, out);
         else {
             sort_candidates<T>(e, p, n);
             return n > 0 && reduce_group<T>(e, current, p, n, combine, needed, out);

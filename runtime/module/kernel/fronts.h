@@ -49,7 +49,7 @@ struct Front : Mutual<T> {
                 }
                 if (superseded) continue;
                 lost.add(e, old[i]);
-                e.host->lose(&e, T::kPredicate, T::hash(old[i]), old[i].rank);
+                e.host->lose(&e, r.predicate.value(), T::hash(old[i]), old[i].rank);
             }
         r.start_round();
     }

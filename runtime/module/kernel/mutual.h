@@ -58,7 +58,7 @@ struct Mutual {
     // fronts (fronts.h) hold several: the values that follow from a loss come back with others.
     i64 trusted(Eval& e, const Row& p) {
         Tombstone memory{};
-        const Tombstone* known = lost_before<T>(e, p, memory);
+        const Tombstone* known = lost_before<T>(e, r.predicate, p, memory);
         for (u32 i = 0; i < lost.count; ++i)
             if (same_group(lost.rows[i], p)) {
                 memory = after_loss(known, lost.rows[i].rank, e.subdomain->now);
@@ -83,7 +83,7 @@ struct Mutual {
                 }
                 if (superseded) continue;
                 lost.add(e, old[i]);
-                e.host->lose(&e, T::kPredicate, T::hash(old[i]), old[i].rank);
+                e.host->lose(&e, r.predicate.value(), T::hash(old[i]), old[i].rank);
             }
         r.start_round();
     }
@@ -140,7 +140,7 @@ struct Mutual {
         });
     }
     bool finish(Eval& e) {
-        count_waiting<T>(e, waiting);
+        count_waiting<T>(e, r.predicate, waiting);
         wake_at(e, wake);
         return r.end_rounds(before, before_count);
     }

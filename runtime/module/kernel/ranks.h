@@ -20,13 +20,13 @@ inline Tombstone after_loss(const Tombstone* known, u32 rank, i64 now) {
 }
 
 template <class T>
-const Tombstone* lost_before(Eval& e, const typename T::Row& group, Tombstone& out) {
+const Tombstone* lost_before(Eval& e, PredicateNumber<T> predicate, const typename T::Row& group, Tombstone& out) {
     if constexpr (!T::kLinks)
         return nullptr;
     else if (!e.subdomain->tombstones)
         return nullptr;
     else
-        return e.host->tombstone(&e, T::kPredicate, T::hash(group), &out) ? &out : nullptr;
+        return e.host->tombstone(&e, predicate.value(), T::hash(group), &out) ? &out : nullptr;
 }
 
 inline void wake_at(Eval& e, i64 tick) {
@@ -58,6 +58,7 @@ template <class T>
 struct GroupDecision {
     using Row = typename T::Row;
     Eval& e;
+    [[no_unique_address]] PredicateNumber<T> predicate;
     const Row* current;
     const Row* proposals;
     u32 n;
@@ -92,7 +93,7 @@ struct GroupDecision {
 
   private:
     const Tombstone* remembered(const Row& group) {
-        if (!asked) lost = lost_before<T>(e, group, memory);
+        if (!asked) lost = lost_before<T>(e, predicate, group, memory);
         asked = true;
         return lost;
     }
@@ -116,7 +117,7 @@ struct GroupDecision {
             remembered(*current);
             memory = after_loss(lost, current->rank, now);
             lost = &memory;
-            e.host->lose(&e, T::kPredicate, T::hash(*current), current->rank);
+            e.host->lose(&e, predicate.value(), T::hash(*current), current->rank);
         }
         return nullptr;
     }
@@ -129,7 +130,7 @@ struct GroupDecision {
             }
             if (ready(p) > now) {
                 quarantined = true;
-                count_waiting<T>(e, 1);
+                count_waiting<T>(e, predicate, 1);
             } else {
                 KERNEL_CHECK(e, best == nullptr || !T::better(*best, p));
                 best = &p;
@@ -147,7 +148,7 @@ struct GroupDecision {
             if (at > now && (wake == 0 || at < wake)) wake = at;
         }
         if constexpr (T::kFollowed)
-            e.host->wake_group(&e, wake, T::kPredicate, proposals);
+            e.host->wake_group(&e, wake, predicate.value(), proposals);
         else
             wake_at(e, wake);
     }
@@ -155,10 +156,11 @@ struct GroupDecision {
 
 // Returns whether `out` holds a value.
 template <class T>
-bool decide_group(Eval& e, const typename T::Row* current, const typename T::Row* proposals, u32 n, typename T::Row& out) {
+bool decide_group(Eval& e, PredicateNumber<T> predicate, const typename T::Row* current, const typename T::Row* proposals, u32 n,
+                  typename T::Row& out) {
     KERNEL_CHECK(e, of_one_group<T>(proposals, n));
     KERNEL_CHECK(e, current == nullptr || n == 0 || T::key(*current, proposals[0]) == 0);
-    GroupDecision<T> group{e, current, proposals, n};
+    GroupDecision<T> group{e, predicate, current, proposals, n};
     const typename T::Row* value = nullptr;
     if (!e.subdomain->tombstones) {
         value = group.without_losses();
@@ -221,7 +223,7 @@ MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
     const u32 n = r.proposed.count;
     if constexpr (!T::kKeyed) {
         Row* out = static_cast<Row*>(scratch(e, sizeof(Row)));
-        const bool holds = decide_group<T>(e, r.count ? r.rows : nullptr, p, n, *out);
+        const bool holds = decide_group<T>(e, r.predicate, r.count ? r.rows : nullptr, p, n, *out);
         r.start_round();
         if (holds == (r.count == 1) && (!holds || (T::same(*out, r.rows[0]) && out->rank == r.rows[0].rank))) return false;
         r.replace(out, holds ? 1 : 0);
@@ -240,7 +242,7 @@ MELD_STEP bool evaluate_ranked(Eval& e, Relation<T>& r) {
             if (side <= 0)
                 while (i < n && T::key(p[i], p[from]) == 0) ++i;
             Row out;
-            const bool holds = decide_group<T>(e, current, p + from, i - from, out);
+            const bool holds = decide_group<T>(e, r.predicate, current, p + from, i - from, out);
             if (holds) next.add(e, out);
             changed = changed || holds != (current != nullptr) || (holds && (!T::same(out, *current) || out.rank != current->rank));
             if (current != nullptr) ++held;

@@ -28,12 +28,29 @@ inline constexpr bool kManyLinks = true;
 inline constexpr bool kManyLinks = false;
 #endif
 
-// An evaluation has found derivations of T in quarantine.
+// The number of the predicate with rows of type T: a constant of T, or, if T serves several predicates, set when a view is opened.
 template <class T>
-void count_waiting(Eval& e, u32 derivations) {
+struct PredicateNumber {
+    static u16 value() { return T::kPredicate; }
+};
+template <class T>
+    requires(T::kShared)
+struct PredicateNumber<T> {
+    u16 number;
+    u16 value() const { return number; }
+};
+
+template <class T>
+void set_number(PredicateNumber<T>& predicate, u16 number) {
+    if constexpr (requires { predicate.number; }) predicate.number = number;
+}
+
+// An evaluation has found derivations in quarantine.
+template <class T>
+void count_waiting(Eval& e, PredicateNumber<T> predicate, u32 derivations) {
     if (!kCounts || derivations == 0) return;
-    e.counters->predicates[T::kPredicate].waiting += derivations;
-    e.counters->predicates[T::kPredicate].last_tick = e.subdomain->now;
+    e.counters->predicates[predicate.value()].waiting += derivations;
+    e.counters->predicates[predicate.value()].last_tick = e.subdomain->now;
 }
 
 inline void check_fact_limit(Eval& e, u32 count, u32 rule) {
@@ -75,6 +92,7 @@ struct Relation {
     bool supported;             // Some proposal of this round supports the only row (decides_nothing()).
     u32 rule;  // The rule that a trap names: the first that derives T, then the one that made most of the latest proposals.
     bool changed;
+    [[no_unique_address]] PredicateNumber<T> predicate;
 
     // Called by the emitted load function.
     void open(const Row* from, u32 n, u32 first_rule) {
@@ -89,7 +107,7 @@ struct Relation {
         proposed.reset();
         if constexpr (kManyLinks) supported = false;
     }
-    void propose(Eval& e, const Row& row) {
+    MELD_PART void propose(Eval& e, const Row& row) {
         ++e.derivations;
         KERNEL_CHECK(e, proposed.count <= proposed.capacity);
         if constexpr (kManyLinks && T::kRanked && !T::kKeyed && !T::kWaits)

@@ -8,6 +8,11 @@
 #include "runtime/module/kernel/check.h"
 #include "runtime/module/kernel/library.h"
 
+// Marks the smaller parts of which the rules of a very long module have one copy, instead of one for each place that uses it.
+#ifndef MELD_PART
+#define MELD_PART
+#endif
+
 namespace meld {
 
 // ---- rows in scratch memory
@@ -61,8 +66,9 @@ inline void copy_row(u8* to, const u8* from, u32 size) {
 
 // Merge sort of the runs that are there: what a catom derives from each neighbour is mostly in order already. Shorter runs than kLeastRun
 // are lengthened row by row, so the cost does not depend on the input by more than a constant factor. Stable. One copy serves all row
-// types: a module of twenty predicates compiles in half the time.
-[[gnu::noinline]] inline void sort_bytes(Eval& e, u8* rows, u32 count, u32 size, bool (*less)(const void*, const void*)) {
+// types: a module of twenty predicates compiles in half the time. A template, so that one piece of a module can have it for all.
+template <u32 = 0>
+[[gnu::noinline]] void sort_bytes(Eval& e, u8* rows, u32 count, u32 size, bool (*less)(const void*, const void*)) {
     constexpr u32 kLeastRun = 8;
     u32 sorted = 1;
     while (sorted < count && !less(rows + u64{sorted} * size, rows + u64{sorted - 1} * size)) ++sorted;
@@ -174,7 +180,7 @@ inline void ask_for_halves(const RowsHead& head, u32 row_bytes) {
 // The same among a neighbour's rows. The search begins where the catom itself has the group and moves away in growing steps: rows of many
 // catoms are not in the cache, and this touches fewer lines of it.
 template <class T>
-u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group, Near near) {
+MELD_PART u32 find_row(const typename T::Row* rows, u32 count, const typename T::Row& group, Near near) {
     if (count == 0) return 0;
     u32 at = first_look(count, near);
     u32 low = 0, high = count;
@@ -241,6 +247,13 @@ void sort_candidates(Eval& e, typename T::Row* rows, u32 n) {
 template <class T>
 struct OwnCombine {
     void operator()(Eval& e, const typename T::Row* rows, u32 n, typename T::Row& out) const { T::combine(e, rows, n, out); }
+};
+// T serves several predicates, so the rule that a trap names is given.
+template <class T>
+    requires(T::kNamesRule)
+struct OwnCombine<T> {
+    u32 rule;
+    void operator()(Eval& e, const typename T::Row* rows, u32 n, typename T::Row& out) const { T::combine(e, rule, rows, n, out); }
 };
 
 // Reduces the candidates of one group, at least one, to its row. `held` is the group's previous row, or null; `needed` has a bit for the
