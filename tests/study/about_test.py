@@ -179,7 +179,7 @@ class Mistakes(Case):
                                 ("digests", "digests is a file of digests, which does not say of which run", USAGE),
                                 ("study.toml", "study.toml is a study, and it has many runs. Give a row with --row", USAGE),
                                 ("study.toml#9", "the study has no row '9'. Its rows are 1 to 2", USAGE),
-                                ("w.toml#1", "there is no key 'body'", USAGE)):
+                                ("w.toml#1", "there is no key 'lattice'", USAGE)):
             with self.subTest(run):
                 self.assertIn(said, self.call("meldsim", "about", run, code=code)[1])
         self.write("broken.vtkhdf", b"\x89HDF\r\n\x1a\n" + bytes(500))

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
+#include <utility>
 
 namespace meld::check {
 
@@ -27,7 +28,8 @@ std::string fact_form_help(const Program& program, const std::string& name) {
     const Predicate* found = nullptr;
     for (const Predicate& p : program.predicates) {
         if (p.name != name || p.auxiliary || p.refused) continue;
-        if (found == nullptr || p.arguments.size() < found->arguments.size()) found = &p;
+        // What the world senses under the same name is not meant where the program has its own.
+        if (found == nullptr || std::pair(p.prelude, p.arguments.size()) < std::pair(found->prelude, found->arguments.size())) found = &p;
     }
     if (found == nullptr) return "";
     return fmt::format("`{}` is a predicate; write a fact of it, as `{}`", name, form_of(*found));

@@ -117,6 +117,13 @@ bool Resolver::is_predicate(const std::string& name) const {
     return found != names_.predicates.end() && found->first.first == name;
 }
 
+std::vector<PredicateId> Resolver::predicates_named(const std::string& name) const {
+    std::vector<PredicateId> of_world, of_program;
+    for (auto at = names_.predicates.lower_bound({name, 0}); at != names_.predicates.end() && at->first.first == name; ++at)
+        (program_.predicates[at->second].prelude ? of_world : of_program).push_back(at->second);
+    return of_program.empty() ? of_world : of_program;
+}
+
 void Resolver::condition(const syntax::Expr& e, std::vector<Clause>& out) {
     const auto* equal = std::get_if<syntax::Binary>(&e.node);
     const bool patterns =
@@ -285,9 +292,7 @@ std::optional<FunctionId> Resolver::fold_function(const std::string& name, const
 
 // The number of facts at the execution site, which place_counts() inserts when the site is known.
 void Resolver::proved(const syntax::Proved& tree, Span span, std::vector<Clause>& out) {
-    std::vector<PredicateId> named;
-    for (const auto& [key, id] : names_.predicates)
-        if (key.first == tree.predicate.text) named.push_back(id);
+    const std::vector<PredicateId> named = predicates_named(tree.predicate.text);
     if (names_.tree.is_lost(tree.predicate.text)) {
         refused_ = true;
         return;

@@ -152,9 +152,9 @@ void Resolver::deletion(const syntax::Atom& tree, std::vector<Head>& out) {
         unknown_predicate({name, tree.arguments[1]->span}, std::nullopt, Part::Body);
         return;
     }
-    for (const auto& [key, id] : names_.predicates) {
+    for (const PredicateId id : predicates_named(name)) {
         const Predicate& p = program_.predicates[id];
-        if (key.first != name || p.arguments.size() < 1 + values) continue;
+        if (p.arguments.size() < 1 + values) continue;
         fits = true;
         refused_ = refused_ || p.refused;
         if (!p.linear()) {

@@ -43,6 +43,8 @@ class Resolver {
     void clause(const syntax::Clause& tree, std::vector<Clause>& out);
     // An equality with a pattern builds or takes apart a value; the other side is a variable, made if necessary.
     bool is_predicate(const std::string& name) const;
+    // All predicates of a name that stands alone. What the world senses under it is not meant where the program has its own.
+    std::vector<PredicateId> predicates_named(const std::string& name) const;
     void condition(const syntax::Expr& e, std::vector<Clause>& out);
     void body_atom(const syntax::Atom& tree, std::vector<Clause>& out);
     void body_aggregate(const syntax::BodyAggregate& tree, Span span, std::vector<Clause>& out);
