@@ -28,7 +28,7 @@ if(CLAYMELD_SANITIZE)
   endif()
   add_link_options(-fsanitize=${CLAYMELD_SANITIZE})
 endif()
-# GCC collects garbage when it has 128 MiB of it, again and again, which takes a sixth of its time. Where each core has memory enough,
+# GCC collects garbage when it has 128 MiB of it, again and again, which takes a tenth of its time. Where each core has memory enough,
 # it begins at a gigabyte.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   cmake_host_system_information(RESULT memory_mib QUERY TOTAL_PHYSICAL_MEMORY)
@@ -109,7 +109,7 @@ function(meld_unite target)
   endif()
 endfunction()
 
-# Code that no tick runs is optimised less, and compiled in a fifth less time.
+# Code that no tick runs is optimised less, and compiled in less time.
 function(meld_optimise_less target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
 endfunction()

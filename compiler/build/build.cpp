@@ -112,7 +112,7 @@ using Objects = Result<std::vector<std::string>>;
 // Takes the module from the cache, or links what `compile` makes.
 Result<std::string> find_or_build(const std::string& hash, const std::string& target, const BuildOptions& options,
                                   const std::function<Objects(const Backend&)>& compile) {
-    const std::string module_path = fmt::format("{}/{}.so", options.cache_dir, hash);
+    const std::string module_path = fmt::format("{}/{}{}", options.cache_dir, hash, kModuleExtension);
     if (is_intact(module_path, options)) {
         touch(module_path);
         return module_path;
@@ -154,11 +154,14 @@ Result<std::string> build_module(const TextInParts& text, const std::string& nam
     const auto add_text = [&](ContentHash& all) {
         all.add(text.shared);
         all.add(text.parts.size());
-        for (const TextPart& part : text.parts) all.add(part.text);
+        for (const TextPart& part : text.parts) {
+            all.add(static_cast<std::uint64_t>(part.passes));
+            all.add(part.text);
+        }
     };
     return find_or_build(content_hash(add_text, name, target, options), target, options, [&](const Backend& backend) -> Objects {
         std::vector<Piece> pieces = divide_in_pieces(text);
-        pieces.push_back({note_text(target, options), PieceEffort::Tables});
+        pieces.push_back({note_text(target, options), CodePasses::None});
         return compile_pieces(backend, text.shared, pieces, target, options);
     });
 }

@@ -31,7 +31,7 @@ struct BuildOptions {
 struct TextPart {
     std::string name;  // Decides which parts are one piece: the same after a change in other parts.
     std::string text;
-    PieceEffort effort = PieceEffort::Rules;
+    CodePasses passes = CodePasses::Few;
     bool alone = false;  // Changes often.
 };
 struct TextInParts {

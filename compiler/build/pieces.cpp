@@ -2,8 +2,6 @@
 #include "compiler/build/pieces.h"
 
 #include <fmt/format.h>
-#include <sched.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cstring>
@@ -12,7 +10,9 @@
 
 #include "compiler/build/module_cache.h"
 #include "runtime/base/files/input_file.h"
+#include "runtime/base/hash.h"
 #include "runtime/base/process/parallel_for.h"
+#include "runtime/base/process/processors.h"
 
 namespace meld {
 namespace {
@@ -23,14 +23,6 @@ constexpr const char* kRecipe = "4, clang " CLAYMELD_LLVM_VERSION;
 
 // Larger than any object of a piece.
 constexpr std::size_t kMostPiece_bytes = std::size_t{1} << 30;
-
-// Those that this process may use.
-std::size_t processors() {
-    cpu_set_t set;
-    return sched_getaffinity(0, sizeof set, &set) == 0 ? static_cast<std::size_t>(CPU_COUNT(&set)) : 1;
-}
-
-std::uint64_t checksum_of(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 // A file of the cache is what was made, and its checksum.
 std::string path_of(const BuildOptions& options, const std::string& hash) {
@@ -43,14 +35,14 @@ std::optional<std::string> find(const std::string& path) {
     if (!file || file->size() < sizeof checksum) return std::nullopt;
     std::memcpy(&checksum, file->data() + file->size() - sizeof checksum, sizeof checksum);
     file->resize(file->size() - sizeof checksum);
-    if (checksum != checksum_of(*file)) return std::nullopt;
+    if (checksum != hash_text(*file)) return std::nullopt;
     touch(path);
     return std::move(*file);
 }
 
 Result<void> keep(const std::string& path, const std::string& made, const BuildOptions& options) {
     TemporaryFile file(options.cache_dir, kPieceExtension);
-    const std::uint64_t checksum = checksum_of(made);
+    const std::uint64_t checksum = hash_text(made);
     std::string bytes = made;
     bytes.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
     if (const Result<void> written = file.write(bytes); !written) return written;
@@ -112,15 +104,15 @@ std::vector<Piece> divide_in_pieces(const TextInParts& text) {
     std::size_t parts = 0;  // Of the last piece.
     for (const TextPart& part : text.parts) {
         if (part.alone) {
-            alone.push_back({part.text, part.effort});
+            alone.push_back({part.text, part.passes});
             continue;
         }
-        if (parts == 0 || pieces.back().effort != part.effort) {
-            pieces.push_back({"", part.effort});
+        if (parts == 0 || pieces.back().passes != part.passes) {
+            pieces.push_back({"", part.passes});
             parts = 0;
         }
         pieces.back().text += part.text;
-        if (++parts == text.parts_of_piece * 2 || XXH3_64bits(part.name.data(), part.name.size()) % text.parts_of_piece == 0) parts = 0;
+        if (++parts == text.parts_of_piece * 2 || hash_text(part.name) % text.parts_of_piece == 0) parts = 0;
     }
     pieces.insert(pieces.begin(), alone.begin(), alone.end());
     return pieces;
@@ -135,7 +127,7 @@ Result<std::vector<std::string>> compile_pieces(const Backend& backend, const st
     for (std::size_t i = 0; i < pieces.size(); ++i) {
         ContentHash hash;
         hash.add(shared.hash());
-        hash.add(static_cast<std::uint64_t>(pieces[i].effort));
+        hash.add(static_cast<std::uint64_t>(pieces[i].passes));
         hash.add(pieces[i].text);
         paths[i] = path_of(options, hash.digest());
         if (std::optional<std::string> found = find(paths[i]))
@@ -152,14 +144,14 @@ Result<std::vector<std::string>> compile_pieces(const Backend& backend, const st
     const auto compile = [&](std::size_t i) -> Result<void> {
         const Result<const SharedPart*> part = shared.get();
         if (!part) return tl::unexpected(part.error());
-        Result<std::string> made = backend.compile_piece(pieces[i].text, **part, options.headers, pieces[i].effort,
+        Result<std::string> made = backend.compile_piece(pieces[i].text, **part, options.headers, pieces[i].passes,
                                                          {.optimisation = options.optimisation, .target_cpu = target});
         if (!made) return tl::unexpected(made.error());
         objects[i] = std::move(*made);
         return keep(paths[i], objects[i], options);
     };
-    const std::size_t threads = std::min<std::size_t>(missing.size(), processors());
-    Workers(static_cast<int>(threads)).run(missing.size(), [&](int, std::size_t k) {
+    const int threads = std::min(static_cast<int>(missing.size()), processors());
+    Workers(threads).run(missing.size(), [&](int, std::size_t k) {
         const Result<void> made = compile(missing[k]);
         const std::lock_guard lock(mutex);
         if (!made && !failed) failed = made.error();

@@ -11,10 +11,10 @@ namespace meld {
 
 struct Piece {
     std::string text;
-    PieceEffort effort = PieceEffort::Rules;
+    CodePasses passes = CodePasses::Few;
 };
 
-// Where a piece ends is decided by the names of its parts alone, so that a new part changes one piece.
+// Where a piece ends is decided by the names of its parts, and by a greatest number of them, so that a new part changes few pieces.
 std::vector<Piece> divide_in_pieces(const TextInParts& text);
 
 // The objects of the pieces: from the cache, or compiled and put there. A damaged one is compiled again.

@@ -109,11 +109,11 @@ TextInParts text_in_parts(const plan::Plan& plan) {
     emit::ModuleParts emitted = emit::emit_parts(plan);
     TextInParts text;
     text.shared = std::move(emitted.shared);
-    const PieceEffort rules = emit::functions_of_rules(plan) < kVeryManyFunctions ? PieceEffort::Rules : PieceEffort::ManyRules;
+    const CodePasses rules = emit::functions_of_rules(plan) < kVeryManyFunctions ? CodePasses::Few : CodePasses::Quick;
     for (emit::ModulePart& part : emitted.parts) {
         const bool tables = part.kind == emit::ModulePart::Kind::Tables;
-        const PieceEffort effort = tables ? PieceEffort::Tables : part.kind == emit::ModulePart::Kind::Kernel ? PieceEffort::Kernel : rules;
-        text.parts.push_back({part.name, std::move(part.text), effort, tables});
+        const CodePasses passes = tables ? CodePasses::None : part.kind == emit::ModulePart::Kind::Kernel ? CodePasses::All : rules;
+        text.parts.push_back({part.name, std::move(part.text), passes, tables});
     }
     if (const std::optional<std::size_t> parts = parts_of_piece()) text.parts_of_piece = *parts;
     return text;
@@ -204,7 +204,7 @@ Result<void> compile(const std::string& path, const CompileOptions& options, Com
     if (options.last == Stage::Plan) out.result = plan.stored.empty() ? check::print(plan.program) : plan::print(plan);
     if (options.last == Stage::Explain) out.result = plan::explain(plan);
     if (!out.result.empty()) return {};
-    if (in_pieces(plan, options)) emit::divide(plan);
+    if (in_pieces(plan, options)) emit::name_for_pieces(plan);
     if (options.last == Stage::Cpp) {
         out.result = emit::emit_module(plan);
         return {};

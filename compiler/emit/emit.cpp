@@ -104,6 +104,24 @@ std::vector<PartBegin> emit_all(const plan::Plan& plan, std::string& text) {
 
 }  // namespace
 
+std::size_t functions_of_rules(const plan::Plan& plan) {
+    std::size_t count = plan.linear_rules.size() + plan.initial_facts.size();
+    for (const plan::StratumPlan& s : plan.strata)
+        count += s.rules.size() + s.semi_naive.size() + s.deltas.affected.size() + s.deltas.regroup.size();
+    return count;
+}
+
+// A name says which of the rules of its head a rule is. The number of a rule, or its line, would change with every rule before it, not
+// only with those of its head.
+void name_for_pieces(plan::Plan& plan) {
+    std::map<std::string, std::size_t> met;
+    plan.stable_names.clear();
+    for (const check::Rule& rule : plan.program.rules) {
+        const std::string head = clean(rule.name.substr(0, rule.name.find('@')));
+        plan.stable_names.push_back(fmt::format("rule_{}_n{}", head, met[head]++));
+    }
+}
+
 std::string emit_module(const plan::Plan& plan) {
     std::string text;
     if (!plan.in_pieces()) {

@@ -14,7 +14,7 @@ namespace meld::emit {
 std::string emit_module(const plan::Plan& plan);
 
 // A module that is compiled in pieces: declarations that all parts see, and parts, each of which holds what is likely to change with one
-// rule, and stays the same when rules before it come and go.
+// rule, and stays the same when rules of other heads come and go.
 struct ModulePart {
     std::string name;
     std::string text;
@@ -27,8 +27,8 @@ struct ModuleParts {
 };
 // How many functions a plan has of its rules: by it, a module counts as very long.
 std::size_t functions_of_rules(const plan::Plan& plan);
-// Lets the module be emitted for compilation in pieces.
-void divide(plan::Plan& plan);
+// Gives the rules names that let the module be emitted for compilation in pieces.
+void name_for_pieces(plan::Plan& plan);
 ModuleParts emit_parts(const plan::Plan& plan);
 
 // A hash of everything that the columns of a running ensemble depend on: predicates, fields, offsets. Two modules with the same hash can

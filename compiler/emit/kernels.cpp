@@ -1,6 +1,5 @@
 // Emits, for a module that is compiled in pieces, which of the kernel's functions its row types need. All pieces see that there are such
 // functions; each is compiled once, in the part of its type.
-#include <algorithm>
 #include <map>
 #include <set>
 
@@ -12,23 +11,6 @@ namespace meld::emit {
 using namespace check;
 using plan::Recursion;
 using plan::StratumPlan;
-
-std::size_t functions_of_rules(const plan::Plan& plan) {
-    std::size_t count = plan.linear_rules.size() + plan.initial_facts.size();
-    for (const StratumPlan& s : plan.strata)
-        count += s.rules.size() + s.semi_naive.size() + s.deltas.affected.size() + s.deltas.regroup.size();
-    return count;
-}
-
-// A name says which of the rules of its head a rule is. The number of a rule, or its line, would change with every rule before it.
-void divide(plan::Plan& plan) {
-    std::map<std::string, std::size_t> met;
-    plan.stable_names.clear();
-    for (const Rule& rule : plan.program.rules) {
-        const std::string head = clean(rule.name.substr(0, rule.name.find('@')));
-        plan.stable_names.push_back(fmt::format("rule_{}_n{}", head, met[head]++));
-    }
-}
 
 namespace {
 

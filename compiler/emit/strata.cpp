@@ -309,7 +309,7 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
 
 void emit_stratum(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
     std::string names;
-    for (const PredicateId p : stratum.predicates) names += " " + plan.program.predicates[p].name;
+    for (const PredicateId p : stratum.predicates) names += " " + name_without_line(plan.program.predicates[p]);
     const bool rows = stratum.deltas.inputs != 0;
     for (const PredicateId p : stratum.predicates) emit_reduction(plan, stratum, p, w);
     if (rows) emit_row_evaluation(plan, stratum, number, w);

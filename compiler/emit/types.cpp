@@ -226,7 +226,9 @@ std::map<PredicateId, std::string> emit_predicates(const plan::Plan& plan, Write
     std::map<std::string, std::string> known;
     for (const PredicateId id : plan.program.predicates.ids()) {
         if (!has_view(plan, id)) continue;
-        const std::string name = predicate_name(plan.program, id) + "_t", signature = plan.program.predicates[id].signature();
+        const Predicate& p = plan.program.predicates[id];
+        const std::string name = predicate_name(plan.program, id) + "_t";
+        const std::string signature = fmt::format("{}/{}", name_without_line(p), p.arguments.size());
         const auto [same, fresh] = known.try_emplace(rows_of(plan, id), name);
         row_types[id] = same->second;
         w.raw("");

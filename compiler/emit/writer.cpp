@@ -14,10 +14,12 @@ std::string clean(const std::string& name) {
 }
 
 std::string predicate_name(const Program& program, PredicateId id) {
-    std::string name = clean(program.predicates[id].name);
+    std::string name = clean(name_without_line(program.predicates[id]));
     if (name.empty() || !std::islower(static_cast<unsigned char>(name[0]))) name = "p" + name;
     return fmt::format("{}_{}", name, id.index());
 }
+
+std::string name_without_line(const Predicate& predicate) { return predicate.name.substr(0, predicate.name.find('@')); }
 
 std::string record_name(plan::ColumnId id) { return fmt::format("record_{}", id.index()); }
 
@@ -44,7 +46,8 @@ std::string part_of(const plan::Plan& plan, PredicateId id) {
     PredicateId first = id;
     for (const plan::StratumPlan& s : plan.strata)
         if (std::ranges::find(s.predicates, id) != s.predicates.end()) first = s.predicates[0];
-    return plan.program.predicates[first].signature();
+    const Predicate& p = plan.program.predicates[first];
+    return fmt::format("{}/{}", name_without_line(p), p.arguments.size());
 }
 
 void Writer::close_namespace() {

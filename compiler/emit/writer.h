@@ -86,14 +86,16 @@ class Writer {
 // Parts of a module in pieces: what calls the others; what tells where rules are in the text, which changes with every line; and functions
 // of the kernel. Parts of predicates have names with an arity.
 inline const std::string kMainPart = "main", kTablesPart = "tables", kKernelPart = "(kernel)";
-// The names of the numbers of rules begin so.
-inline const std::string kRuleNumber = "number_of_";
+// The names of the numbers of rules begin so, with a capital as no other emitted name does.
+inline const std::string kRuleNumber = "NumberOf_";
 
 // Names of emitted things. All are lower-case with a number, so no Meld name can meet a C++ keyword or another one.
 std::string clean(const std::string& name);                                 // letters, digits and _ only
 std::string predicate_name(const check::Program& program, PredicateId id);  // dist_7
-std::string record_name(plan::ColumnId id);                                 // record_2
-std::string rule_function(const plan::Plan& plan, plan::RuleId id);         // dist_at_line_12_r3
+// The name of a predicate for comments and parts. Those that the compiler makes are named by lines too, which change with the text.
+std::string name_without_line(const check::Predicate& predicate);
+std::string record_name(plan::ColumnId id);                          // record_2
+std::string rule_function(const plan::Plan& plan, plan::RuleId id);  // dist_at_line_12_r3
 // The number of a rule as a C++ expression.
 std::string rule_number(const plan::Plan& plan, plan::RuleId id);
 // Before what another part of the module uses: `static ` unless it is compiled in pieces.

@@ -156,8 +156,8 @@ struct Plan {
     bool idle_births = false;  // As in ModuleInfo.
     bool counts = false;       // The module is to count what its rules do.
     bool places = false;       // It is to say at any time which rule runs; so does one that counts.
-    // By RuleId, if the module is compiled in pieces (compiler/emit/emit.h), which do not change where lines and rules before them
-    // come and go: the names of their functions. Otherwise empty.
+    // By RuleId, if the module is compiled in pieces (compiler/emit/emit.h), which do not change where lines, and rules of other
+    // heads, come and go: the names of their functions. Otherwise empty.
     std::vector<std::string> stable_names;
     bool checked = false;  // Its code is to check what it takes for granted (runtime/module/kernel/check.h).
 

@@ -20,15 +20,6 @@ Vec3 spin_of(const BodyVelocity& velocity, double radius) {
     const float(&u)[3] = velocity.surface;
     return (1 / radius) * Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
 }
-// Of a body about the point at `arm` from its centre.
-Symmetric inertia_about(double mass, double own, Vec3 arm) {
-    const double square = dot(arm, arm);
-    return {own + mass * (square - arm.x * arm.x), -mass * arm.x * arm.y, -mass * arm.x * arm.z,
-            own + mass * (square - arm.y * arm.y), -mass * arm.y * arm.z, own + mass * (square - arm.z * arm.z)};
-}
-void operator+=(Symmetric& sum, const Symmetric& m) {
-    sum.xx += m.xx, sum.xy += m.xy, sum.xz += m.xz, sum.yy += m.yy, sum.yz += m.yz, sum.zz += m.zz;
-}
 
 }  // namespace
 

@@ -14,6 +14,17 @@ constexpr Vec3 operator*(const Symmetric& m, Vec3 v) {
     return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z, m.xz * v.x + m.yz * v.y + m.zz * v.z};
 }
 
+constexpr void operator+=(Symmetric& sum, const Symmetric& m) {
+    sum.xx += m.xx, sum.xy += m.xy, sum.xz += m.xz, sum.yy += m.yy, sum.yz += m.yz, sum.zz += m.zz;
+}
+
+// Of a body whose own inertia about its centre is the same about all axes, about the point at `arm` from the centre.
+constexpr Symmetric inertia_about(double mass, double own, Vec3 arm) {
+    const double square = dot(arm, arm);
+    return {own + mass * (square - arm.x * arm.x), -mass * arm.x * arm.y, -mass * arm.x * arm.z,
+            own + mass * (square - arm.y * arm.y), -mass * arm.y * arm.z, own + mass * (square - arm.z * arm.z)};
+}
+
 // Of a matrix that is positive definite.
 constexpr Symmetric inverse(const Symmetric& m) {
     const double a = m.yy * m.zz - m.yz * m.yz, b = m.xz * m.yz - m.xy * m.zz, c = m.xy * m.yz - m.xz * m.yy;

@@ -84,7 +84,10 @@ Result<void> Scene::set_breaking(BodyId body, const BreakingLimits& limits) {
 }
 
 Result<std::vector<ConnectionPair>> Scene::solve_loads(Workers& workers) {
-    if (!world_->loads.wanted()) return std::vector<ConnectionPair>();
+    if (!world_->loads.wanted()) {
+        world_->loads.forget();
+        return std::vector<ConnectionPair>();
+    }
     auto broken = world_->loads.solve(world_->composites, world_->bodies, workers);
     if (!broken) return world_->wrong(broken.error().problem, broken.error().suggestion);
     for (const auto& [one, other] : *broken)

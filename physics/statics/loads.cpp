@@ -10,6 +10,9 @@
 
 namespace meld::physics {
 
+// Of a map, with its three pointers, its colour and the heap.
+constexpr std::size_t kLimitNode_bytes = sizeof(std::pair<const BodyId, BreakingLimits>) + 48;
+
 struct Loads::Kept {
     BodyId first = kMaxBodies;
     std::optional<StiffLattice> lattice = {};
@@ -32,20 +35,15 @@ double ConnectionLoad::tearing_n() const {
 }
 
 void Loads::set_limits(BodyId body, const BreakingLimits& limits) {
-    remove_body(body);
-    if (limits == BreakingLimits{}) return;
-    const auto at = std::ranges::lower_bound(limits_, body, {}, [](const auto& entry) { return entry.first; });
-    limits_.emplace(at, body, limits);
+    if (limits == BreakingLimits{})
+        limits_.erase(body);
+    else
+        limits_[body] = limits;
 }
 
 BreakingLimits Loads::limits_of(BodyId body) const {
-    const auto at = std::ranges::lower_bound(limits_, body, {}, [](const auto& entry) { return entry.first; });
-    return at != limits_.end() && at->first == body ? at->second : BreakingLimits{};
-}
-
-void Loads::remove_body(BodyId body) {
-    const auto at = std::ranges::lower_bound(limits_, body, {}, [](const auto& entry) { return entry.first; });
-    if (at != limits_.end() && at->first == body) limits_.erase(at);
+    const auto at = limits_.find(body);
+    return at != limits_.end() ? at->second : BreakingLimits{};
 }
 
 void Loads::begin(const Composites& composites, bool recomposed) {
@@ -85,7 +83,10 @@ void Loads::end_step(const Composites& composites, const Wrench* first, const Wr
     }
 }
 
-void Loads::forget() { sums_.clear(), acted_.clear(); }
+void Loads::forget() {
+    sums_.clear(), acted_.clear();
+    if (!wanted()) carried_.clear();
+}
 
 Loads::Solved Loads::solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies,
                                Kept& kept) const {
@@ -219,7 +220,7 @@ void Loads::read(ByteReader& in) {
 }
 
 std::size_t Loads::bytes() const {
-    std::size_t sum = limits_.capacity() * sizeof(limits_[0]) + sums_.capacity() * sizeof(Sums) + acted_.capacity() * sizeof(Pull) +
+    std::size_t sum = limits_.size() * kLimitNode_bytes + sums_.capacity() * sizeof(Sums) + acted_.capacity() * sizeof(Pull) +
                       carried_.capacity() * sizeof(CarriedLoad) + kept_.capacity() * sizeof(Kept);
     for (const Kept& kept : kept_) sum += kept.lattice ? kept.lattice->bytes() : 0;
     return sum;

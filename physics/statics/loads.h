@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -35,7 +36,7 @@ class Loads {
     bool wanted() const { return wanted_ || !limits_.empty(); }
     void set_limits(BodyId body, const BreakingLimits& limits);
     BreakingLimits limits_of(BodyId body) const;
-    void remove_body(BodyId body);
+    void remove_body(BodyId body) { limits_.erase(body); }
 
     // At the beginning of a step. What was added up is lost if the members of some composite have changed.
     void begin(const Composites& composites, bool recomposed);
@@ -43,7 +44,7 @@ class Loads {
     void push(const Composite& composite, std::uint32_t member, Vec3 impulse_ns, Vec3 turning_nms);
     // After a step: what the wrenches (null: none) and gravity did in it.
     void end_step(const Composites& composites, const Wrench* first, const Wrench* second, Vec3 gravity_m_s2, double step_s);
-    // A step has failed.
+    // A step has failed, or nobody wants loads any more.
     void forget();
 
     // The loads of all composites that have moved or were awake since the last call, and the connections that break, sorted. Of each
@@ -71,8 +72,7 @@ class Loads {
     Solved solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies, Kept& kept) const;
 
     bool wanted_ = false;
-    // By body, those that are not infinite; sorted.
-    std::vector<std::pair<BodyId, BreakingLimits>> limits_;
+    std::map<BodyId, BreakingLimits> limits_;  // Those that are not infinite.
     std::vector<Sums> sums_;
     std::vector<Pull> acted_;
     std::vector<Kept> kept_;

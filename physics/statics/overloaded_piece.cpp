@@ -41,11 +41,8 @@ std::vector<Pull> OverloadedPiece::balanced(const Part& part) const {
     for (const std::uint32_t i : part.members) {
         const PieceMember& m = members_[i];
         const Vec3 arm = m.place_m - centre;
-        const double square = dot(arm, arm);
         torque = torque + (m.acts.torque + cross(arm, m.acts.force));
-        inertia.xx += m.inertia_kg_m2 + m.mass_kg * (square - arm.x * arm.x), inertia.xy -= m.mass_kg * arm.x * arm.y;
-        inertia.yy += m.inertia_kg_m2 + m.mass_kg * (square - arm.y * arm.y), inertia.xz -= m.mass_kg * arm.x * arm.z;
-        inertia.zz += m.inertia_kg_m2 + m.mass_kg * (square - arm.z * arm.z), inertia.yz -= m.mass_kg * arm.y * arm.z;
+        inertia += inertia_about(m.mass_kg, m.inertia_kg_m2, arm);
     }
     const Vec3 turning = inverse(inertia) * torque;
     std::vector<Pull> acts;

@@ -52,6 +52,18 @@ class Pieces(Case):
         # Without the one, with the other.
         self.assertLessEqual(self.compile(still_more.replace("p30(A, X + 20) :- p29(A, X), X < 800.\n", "")), 2)
 
+    def test_lines_before_rules_over_two_links_change_no_piece(self):
+        """The compiler makes predicates of its own for them, and names these by lines."""
+        text = large_program.linked(PREDICATES) + "".join(
+            f"type far{i}(node, max int).\nfar{i}(A, X) :- neighbor(A, B), neighbor(B, C), p{i}(C, X).\n" for i in range(1, 9))
+        self.assertGreater(self.compile(text), 10)
+        # The tables, and the names of predicates.
+        self.assertLessEqual(self.compile("// A line.\n\n" + text), 2)
+
+    def test_predicates_may_be_called_as_rules_are_numbered(self):
+        text = large_program.linked(PREDICATES).replace("p7(", "number_of_parts(").replace("p8(", "numberOf_rule_p9_n0(")
+        self.assertGreater(self.compile(text), 10)
+
     def test_the_text_grows_as_the_program_does(self):
         for kind, program in large_program.KINDS.items():
             self.write("p.meld", program(100))

@@ -1,6 +1,6 @@
-"""Random bodies that connect and release at random while they fall, push each other and die, and whose connections break: the same facts
-and digests with any number of threads and through a checkpoint; and whatever happened, what is connected keeps its shape, and neighbours
-are those that touch.
+"""Random bodies that connect and release at random while they fall, push each other and die, and whose connections may break: the same
+facts and digests with any number of threads and through a checkpoint; and whatever happened, what is connected keeps its shape, and
+neighbours are those that touch.
 
 Usage: grips_test.py MELDSIM [FIRST_SEED [SEEDS]]
 """

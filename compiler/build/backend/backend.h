@@ -35,9 +35,9 @@ struct SharedPart {
     std::string text;
     std::string parsed;  // Of compile_shared().
 };
-// What a piece holds, which decides how much is done for its code: the kernel's functions, which all rules call; rules of a long module;
-// those of a longer one; data alone.
-enum class PieceEffort { Kernel, Rules, ManyRules, Tables };
+// What is done for code. All: the passes of LLVM for the level of optimisation. Few: those that matter most. Quick: the same, and code
+// that is generated instruction by instruction, in a fifth of the time. None: such code without passes, for tables of data.
+enum class CodePasses { All, Few, Quick, None };
 
 // The functions of the library; compile_object.h, compile_piece.h, compile_extern.h and link_module.h describe them.
 struct Backend {
@@ -47,7 +47,7 @@ struct Backend {
     Result<std::string> (*compile_shared)(const std::string& text, const std::vector<std::pair<std::string, std::string>>& headers,
                                           const ObjectOptions& options);
     Result<std::string> (*compile_piece)(const std::string& text, const SharedPart& shared,
-                                         const std::vector<std::pair<std::string, std::string>>& headers, PieceEffort effort,
+                                         const std::vector<std::pair<std::string, std::string>>& headers, CodePasses passes,
                                          const ObjectOptions& options);
     Result<ExternObject> (*compile_extern)(const ExternSource& source, const std::string& header, const ObjectOptions& options);
     Result<void> (*link_module)(const std::vector<std::string>& object_paths, const std::string& output_path);

@@ -4,7 +4,6 @@
 #include <clang/CodeGen/CodeGenAction.h>
 #include <clang/Frontend/CompilerInstance.h>
 #include <clang/Serialization/ASTWriter.h>
-#include <fmt/format.h>
 #include <llvm/IR/LLVMContext.h>
 
 #include <memory>
@@ -38,29 +37,9 @@ class ParseShared : public clang::ASTFrontendAction {
 
 std::vector<std::string> piece_arguments(const std::string& source, const ObjectOptions& options) {
     std::vector<std::string> arguments = front_end_arguments(source, options);
-    arguments.pop_back();
     arguments.insert(arguments.end(),
                      {"-fvisibility=hidden", "-DMELD_PART=[[gnu::noinline]]", "-fno-pch-timestamp", "-disable-llvm-passes"});
     return arguments;
-}
-
-CodePasses passes_for(PieceEffort effort) {
-    switch (effort) {
-        case PieceEffort::Kernel:
-            return CodePasses::All;
-        case PieceEffort::Rules:
-            return CodePasses::Few;
-        case PieceEffort::ManyRules:
-            return CodePasses::Quick;
-        case PieceEffort::Tables:
-            break;
-    }
-    return CodePasses::None;
-}
-
-tl::unexpected<Error> does_not_compile(const char* what, const std::string& messages) {
-    return fail(fmt::format("the C++ generated for {} does not compile:\n{}", what, messages),
-                "This is a bug in Claymeld; please report it with the program", ExitCode::OurBug);
 }
 
 }  // namespace
@@ -75,12 +54,12 @@ Result<std::string> compile_shared(const std::string& text, const std::vector<st
     llvm::SmallVector<char, 0> none;
     ParseShared action;
     if (!run_clang_action(arguments, files, action, messages, none) || !action.complete())
-        return does_not_compile("the declarations of a module", messages);
+        return text_does_not_compile("the declarations of a module", messages);
     return std::string(action.parsed().begin(), action.parsed().end());
 }
 
 Result<std::string> compile_piece(const std::string& text, const SharedPart& shared,
-                                  const std::vector<std::pair<std::string, std::string>>& headers, PieceEffort effort,
+                                  const std::vector<std::pair<std::string, std::string>>& headers, CodePasses passes,
                                   const ObjectOptions& options) {
     auto files = in_memory_files(headers);
     add_file(*files, kShared, shared.text);
@@ -92,10 +71,10 @@ Result<std::string> compile_piece(const std::string& text, const SharedPart& sha
     llvm::SmallVector<char, 0> none;
     llvm::LLVMContext context;
     clang::EmitLLVMOnlyAction action(&context);
-    if (!run_clang_action(arguments, files, action, messages, none)) return does_not_compile("a piece of a module", messages);
+    if (!run_clang_action(arguments, files, action, messages, none)) return text_does_not_compile("a piece of a module", messages);
     const std::unique_ptr<llvm::Module> module = action.takeModule();
-    if (module == nullptr) return does_not_compile("a piece of a module", messages);
-    return generate_object(*module, options, options.optimisation == 0 ? CodePasses::None : passes_for(effort));
+    if (module == nullptr) return text_does_not_compile("a piece of a module", messages);
+    return generate_object(*module, options, options.optimisation == 0 ? CodePasses::None : passes);
 }
 
 }  // namespace meld

@@ -18,7 +18,7 @@ Result<std::string> compile_shared(const std::string& text, const std::vector<st
 // Compiles a piece after these declarations, with the same headers and options. What pieces use of each other is visible in the module
 // alone. May be called from several threads at once. Errors are ours: ExitCode::OurBug.
 Result<std::string> compile_piece(const std::string& text, const SharedPart& shared,
-                                  const std::vector<std::pair<std::string, std::string>>& headers, PieceEffort effort,
+                                  const std::vector<std::pair<std::string, std::string>>& headers, CodePasses passes,
                                   const ObjectOptions& options);
 
 }  // namespace meld

@@ -13,7 +13,7 @@ namespace meld {
 // The options as clang's compiler proper takes them; its defaults already mean no exceptions and no errno from <math.h>.
 std::vector<std::string> front_end_arguments(const std::string& source, const ObjectOptions& options) {
     // clang-format off
-    std::vector<std::string> arguments = {
+    return {
         "-triple", llvm::sys::getDefaultTargetTriple(), "-target-cpu", options.target_cpu,
         "-emit-obj", "-x", "c++", "-std=c++20", "-O" + std::to_string(options.optimisation),
         "-ffp-contract=off", "-fno-rtti", "-mrelocation-model", "pic", "-pic-level", "2",
@@ -24,8 +24,6 @@ std::vector<std::string> front_end_arguments(const std::string& source, const Ob
         // Loops here are over a dozen ports or a handful of rows: unrolled they are only larger, and take a third longer to compile.
         "-fno-unroll-loops", options.optimisation < 2 ? "-DMELD_STEP=[[gnu::noinline]]" : "-DMELD_STEP="};
     // clang-format on
-    arguments.push_back(source);
-    return arguments;
 }
 
 void add_file(llvm::vfs::InMemoryFileSystem& files, const std::string& path, llvm::StringRef text) {
@@ -38,6 +36,11 @@ llvm::IntrusiveRefCntPtr<llvm::vfs::InMemoryFileSystem> in_memory_files(const st
         add_file(*files, fmt::format("{}freestanding/{}", kMemoryRoot, header.name), header.text);
     for (const auto& [path, text] : headers) add_file(*files, kMemoryRoot + path, text);
     return files;
+}
+
+tl::unexpected<Error> text_does_not_compile(const std::string& what, const std::string& messages) {
+    return fail(fmt::format("the C++ generated for {} does not compile:\n{}", what, messages),
+                "This is a bug in Claymeld; please report it with the program", ExitCode::OurBug);
 }
 
 }  // namespace meld

@@ -72,14 +72,15 @@ void optimise(llvm::Module& module, llvm::TargetMachine& machine, int optimisati
 
 }  // namespace
 
+tl::unexpected<Error> module_does_not_compile(const std::string& why) {
+    return fail("LLVM cannot compile what Clang made: " + why, "This is a bug in Claymeld; please report it with the program",
+                ExitCode::OurBug);
+}
+
 Result<std::string> generate_object(llvm::Module& module, const ObjectOptions& options, CodePasses which) {
-    const auto broken = [](const std::string& why) {
-        return fail("LLVM cannot compile what Clang made: " + why, "This is a bug in Claymeld; please report it with the program",
-                    ExitCode::OurBug);
-    };
     std::string why;
     const llvm::Target* target = llvm::TargetRegistry::lookupTarget(module.getTargetTriple(), why);
-    if (target == nullptr) return broken(why);
+    if (target == nullptr) return module_does_not_compile(why);
     const auto effort = llvm::CodeGenOpt::getLevel(which == CodePasses::All || which == CodePasses::Few ? options.optimisation : 0);
     const std::unique_ptr<llvm::TargetMachine> machine(
         target->createTargetMachine(module.getTargetTriple(), options.target_cpu, "", {}, llvm::Reloc::PIC_, std::nullopt, *effort));
@@ -88,7 +89,7 @@ Result<std::string> generate_object(llvm::Module& module, const ObjectOptions& o
     llvm::raw_svector_ostream out(object);
     llvm::legacy::PassManager passes;
     if (machine->addPassesToEmitFile(passes, out, nullptr, llvm::CodeGenFileType::ObjectFile))
-        return broken("no object files for this machine");
+        return module_does_not_compile("no object files for this machine");
     passes.run(module);
     return std::string(object.begin(), object.end());
 }

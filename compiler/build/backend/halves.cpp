@@ -67,13 +67,9 @@ void keep_half(llvm::Module& module, std::size_t half) {
 }
 
 Result<std::string> compile_half(const std::string& bitcode, std::size_t half, const ObjectOptions& options) {
-    const auto broken = [](const std::string& why) {
-        return fail("LLVM cannot compile what Clang made: " + why, "This is a bug in Claymeld; please report it with the program",
-                    ExitCode::OurBug);
-    };
     llvm::LLVMContext context;
     llvm::Expected<std::unique_ptr<llvm::Module>> module = llvm::parseBitcodeFile(llvm::MemoryBufferRef(bitcode, "module"), context);
-    if (!module) return broken(llvm::toString(module.takeError()));
+    if (!module) return module_does_not_compile(llvm::toString(module.takeError()));
     keep_half(**module, half);
     return generate_object(**module, options, CodePasses::All);
 }

@@ -13,6 +13,7 @@
 #include "runtime/base/files/output_file.h"
 #include "runtime/base/hash.h"
 #include "runtime/base/process/interrupt.h"
+#include "runtime/base/process/processors.h"
 #include "runtime/base/process/stage_clock.h"
 #include "runtime/base/terminal/progress.h"
 #include "runtime/base/units.h"
@@ -20,7 +21,6 @@
 #include "runtime/driver/grade/confined.h"
 #include "runtime/driver/grade/grade_run.h"
 #include "runtime/driver/grade/grade_store.h"
-#include "runtime/driver/pictures/frame_observer.h"
 
 namespace meld::driver {
 

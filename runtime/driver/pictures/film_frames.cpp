@@ -12,6 +12,7 @@
 #include "runtime/base/files/standard_streams.h"
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/process/parallel_for.h"
+#include "runtime/base/process/processors.h"
 #include "runtime/base/units.h"
 #include "runtime/driver/pictures/frame_observer.h"
 

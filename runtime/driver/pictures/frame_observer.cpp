@@ -1,7 +1,6 @@
 #include "runtime/driver/pictures/frame_observer.h"
 
 #include <fmt/format.h>
-#include <sched.h>
 
 #include <algorithm>
 #include <limits>
@@ -48,13 +47,6 @@ Result<void> Onlooker::reach(std::int64_t tick) {
 
 Result<picture::Frame> Onlooker::look(const picture::Look& look) {
     return picture::look_at(timeline_.simulation().subdomain(), drawing_(), look);
-}
-
-int processors() {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    const int available = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
-    return std::clamp(available, 1, 64);
 }
 
 }  // namespace meld::driver

@@ -57,7 +57,4 @@ class Onlooker {
     Pace pace_;
 };
 
-// As many as this process may use at once.
-int processors();
-
 }  // namespace meld::driver

@@ -10,6 +10,7 @@
 
 #include "runtime/base/files/standard_streams.h"
 #include "runtime/base/process/parallel_for.h"
+#include "runtime/base/process/processors.h"
 #include "runtime/base/terminal/progress.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/transport/collective_result.h"

@@ -310,13 +310,6 @@ void Evaluator::gather(const SubdomainView& subdomain) {
     if (subdomain.now % kSweepTicks == 0) tombstones_.sweep(subdomain.now, subdomain.greatest_rank, subdomain.latency);
 }
 
-void Evaluator::add_pending(std::vector<u32>& catoms) const {
-    const auto add = [&](const auto& changes) {
-        for (const auto& change : changes) catoms.push_back(change.catom);
-    };
-    for (const auto& t : threads_) add(t->records), add(t->rows), add(t->row_changes);
-}
-
 void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const {
     const auto add = [&](const auto& changes) {
         for (const auto& change : changes)

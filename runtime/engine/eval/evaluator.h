@@ -77,7 +77,7 @@ class Evaluator {
 
     // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for
     // the catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
-    // `before_commit` is called in each evaluation when its changes are known and not yet made: see add_pending(). It may make room for
+    // `before_commit` is called in each evaluation when its changes are known and not yet made: see add_changed(). It may make room for
     // more indices. `reader`: the catom that reads a mailbox, if something may arrive there for one that is not evaluated.
     void read_apart(std::function<void()> before_commit, std::function<bool(u32)> acts, std::function<u32(u32)> reader = {}) {
         apart_ = true;
@@ -85,8 +85,6 @@ class Evaluator {
         acts_ = std::move(acts);
         reader_ = std::move(reader);
     }
-    // Adds the catoms of which the evaluation changes exported columns, once for each, in an order that depends on the threads.
-    void add_pending(std::vector<u32>& catoms) const;
 
     // Catoms that are not evaluated any more: what is new to them is dropped. Empty: there are none.
     void leave_out(std::function<bool(u32)> left_out) { left_out_ = std::move(left_out); }
@@ -149,7 +147,7 @@ class Evaluator {
     void each_evaluated(const Visit& visit) const {
         taken().each(visit);
     }
-    // Adds those of them that have changed one of these exported columns, in any order; some may come again.
+    // Adds those of them that have changed one of these exported columns, or are about to, in any order; some may come again.
     void add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const;
     const Statistics& statistics() const { return statistics_; }
     // What is counted over the run; null: nothing.

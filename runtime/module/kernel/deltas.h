@@ -76,7 +76,7 @@ struct AffectedGroups {
     // Whether a row that a rule derives from a neighbour (now, or no longer: gone) can decide its group otherwise: decide_group() keeps a
     // value unless what supports it goes or something better comes. A group without one may wait for another candidate from now on.
     // False too for a group that was added just before.
-    MELD_PART bool concerns(const Relation<T>& r, const Row& offer, bool gone) {
+    bool concerns(const Relation<T>& r, const Row& offer, bool gone) {
         for (u32 i = groups.count; i > 0 && i + kMet > groups.count; --i)
             if (T::key(groups.rows[i - 1], offer) == 0) return false;
         const u32 at = find(r, offer);

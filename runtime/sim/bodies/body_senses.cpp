@@ -18,14 +18,6 @@ namespace {
 // Whole bricks of the ensemble, so that one worker writes all target bits of a brick.
 constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
 
-// The predicate that stores it, if the program reads it.
-std::optional<u32> stored(const Subdomain& subdomain, const BodySense& sense) {
-    const std::optional<u32> p = tuple::find_sensed(subdomain.module, sense.word, sense.arguments);
-    if (!p || subdomain.module.predicates[*p].base == kNone16) return std::nullopt;
-    const u16 base = subdomain.module.predicates[*p].base;
-    return subdomain.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
-}
-
 double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
     switch (quantity) {
         case BodyQuantity::Orientation:
@@ -72,6 +64,14 @@ bool touches(const PhysicsScene& physics, const world::World& world, u64 one, u6
 }
 
 }  // namespace
+
+std::optional<u32> stored(const Subdomain& subdomain, const BodySense& sense, PredicateKind kind) {
+    const ModuleInfo& module = subdomain.module;
+    const std::optional<u32> p = tuple::find_predicate(module, sense.word, sense.arguments);
+    if (!p || module.predicates[*p].kind != kind || module.predicates[*p].base == kNone16) return std::nullopt;
+    const u16 base = module.predicates[*p].base;
+    return module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
+}
 
 void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense) {
     const std::optional<u32> base = stored(subdomain, sense);

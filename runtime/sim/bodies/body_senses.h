@@ -14,6 +14,9 @@
 
 namespace meld::sim {
 
+// The predicate that stores what is sensed, if the program reads it. Where the program uses the word for something else: none.
+std::optional<u32> stored(const Subdomain& subdomain, const BodySense& sense, PredicateKind kind = PredicateKind::Sensed);
+
 class BodySenses {
   public:
     // Whether the program senses accelerations.

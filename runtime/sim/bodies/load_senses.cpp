@@ -7,6 +7,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/engine/tuple/facts.h"
+#include "runtime/sim/bodies/body_senses.h"
 
 namespace meld::sim {
 
@@ -17,22 +18,19 @@ constexpr Catom kLoadsOfJob = 1024;
 // Smaller changes, as a share of the greatest load of all, are rounding.
 constexpr double kRounding = 1e-6;
 
-// The predicate that stores it, if the program reads it.
-std::optional<u32> stored(const Subdomain& subdomain, BodyQuantity quantity, PredicateKind kind) {
+// As stored(), of a quantity. `broke` names a catom, which a predicate of the program's own need not do.
+std::optional<u32> stored_of(const Subdomain& subdomain, BodyQuantity quantity, PredicateKind kind) {
     const auto sense = std::ranges::find(body_senses(), quantity, &BodySense::quantity);
     MELD_CHECK(sense != body_senses().end(), "the table has no such sense");
-    const std::optional<u32> p = tuple::find_predicate(subdomain.module, sense->word, sense->arguments);
-    // A program may use the name for something else.
-    if (!p || subdomain.module.predicates[*p].kind != kind || subdomain.module.predicates[*p].fields[0].type != ValueType::Node) return {};
-    const u16 base = subdomain.module.predicates[*p].base;
-    return base == kNone16 || subdomain.module.predicates[base].column == kNone16 ? std::nullopt : std::optional<u32>(base);
+    const std::optional<u32> base = stored(subdomain, *sense, kind);
+    return base && subdomain.module.predicates[*base].fields[0].type == ValueType::Node ? base : std::nullopt;
 }
 
 }  // namespace
 
 void LoadSenses::start(const Subdomain& subdomain, const world::World& world) {
-    load_ = stored(subdomain, BodyQuantity::Load, PredicateKind::Sensed);
-    broke_ = stored(subdomain, BodyQuantity::Broke, PredicateKind::Linear);
+    load_ = stored_of(subdomain, BodyQuantity::Load, PredicateKind::Sensed);
+    broke_ = stored_of(subdomain, BodyQuantity::Broke, PredicateKind::Linear);
     threshold_ = world.physics.sense.load;
 }
 

@@ -31,9 +31,9 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
         facts_.evaluator.make_nodes([this](u32 catom, u32 n) { return Births::number(members_, catom, n); });
     if (!world.apart()) return;
     network_.emplace(module, world, members_, facts_);
-    const auto before_commit = [this, changing = std::vector<u32>()]() mutable {
+    const auto before_commit = [this, all = std::vector<bool>(module.column_count, true), changing = std::vector<u32>()]() mutable {
         changing.clear();
-        facts_.evaluator.add_pending(changing);
+        facts_.evaluator.add_changed(all, changing);
         for (const u32 catom : changing) network_->before_change(catom);
         refresh();
     };

@@ -63,6 +63,8 @@ const Totals& Tick::end() {
     liveness::enter(liveness::Phase::Exchange);
     enter(s.log(), TickLog::Stage::Exchange);
     exchange_.run();
+    // Links to ghosts that have changed, and linear facts under way, have got mailboxes.
+    if (s.network_) s.refresh();
     s.share_routes();
     enter(s.log(), TickLog::Stage::Agreement);
     s.status_.totals = agree(totals_of_this_process(failure));

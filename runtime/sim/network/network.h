@@ -73,14 +73,14 @@ class Network {
     // Linear facts that did not arrive since the last call.
     u64 take_lost() { return std::exchange(lost_, 0); }
 
-    // The mailboxes of this process and what is under way to them, for a snapshot; and back for those of catoms that `find` finds here,
-    // once all catoms of the ensemble are back. Not before follow_links_empty().
+    // What the catoms of this process know over their links and what is under way, for a snapshot; and back for those catoms that `find`
+    // finds here, once all of the ensemble are back. Not before read_in_place().
     void save(i64 now, ByteWriter& out) const;
     // Of a run in whose world nothing was under way, everything is told anew. takes_lost: one process goes on with what is under way over
     // links that have gone, since a run waits for it and counts it as lost when it would have arrived.
     void load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
-    // Gives links mailboxes that hold nothing, and to which nothing is under way.
-    void follow_links_empty() { follow(0, false); }
+    // No link has a mailbox, and nothing is under way.
+    void read_in_place() { follow(0, false); }
 
     std::size_t bytes() const;
 

@@ -226,7 +226,7 @@ void Loader::load_totals(const Totals& saved) {
 }
 
 Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
-    if (subdomain_.network_) subdomain_.network_->follow_links_empty();
+    if (subdomain_.network_) subdomain_.network_->read_in_place();
     for (std::size_t share = 0; share < shares_.count(); ++share) {
         const Result<BlockView> block = shares_.rest(share, room_);
         if (!block) return tl::unexpected<Error>(block.error());

@@ -2,6 +2,7 @@
 #include "physics/statics/stiff_lattice.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <cmath>
@@ -107,9 +108,61 @@ TEST(StiffLattice, BalancesWhatNothingHolds) {
     EXPECT_LT(imbalance(lattice, acts, by_beams), 1e-6);
 }
 
+// Radii differ, so that forces divide by the stiffness of each beam.
+TEST(StiffLattice, IsTheSolutionOfADenseMatrix) {
+    Lattice lattice = box(3, 2, 3, 0.3);
+    lattice.hold(0, {-1, 0, 0}), lattice.hold(7, {0, 0, -1});
+    std::mt19937 random(3);
+    for (Beam& beam : lattice.beams) beam.radius_m = std::uniform_real_distribution<double>(0.3, 0.9)(random);
+    const std::size_t bodies = lattice.places.size();
+    // As docs/physics.md says, relative to the stiffness along: 0.4 across, r^2/4 in bending, r^2/5 in torsion.
+    const auto stiffness_of = [](const Beam& beam) {
+        const Eigen::Vector3d e(beam.along.x, beam.along.y, beam.along.z);
+        const Eigen::Matrix3d along = e * e.transpose(), across = Eigen::Matrix3d::Identity() - along;
+        Matrix6 m = Matrix6::Zero();
+        m.topLeftCorner<3, 3>() = along + 0.4 * across;
+        m.bottomRightCorner<3, 3>() = beam.radius_m * beam.radius_m * (0.25 * across + 0.2 * along);
+        return m;
+    };
+    // How the ends of a beam move against each other, as a matrix over all bodies.
+    const auto moves = [&](const Beam& beam) {
+        Eigen::MatrixXd m = Eigen::MatrixXd::Zero(6, Eigen::Index(6 * bodies));
+        m.middleCols<6>(6 * beam.one) = -displacement(beam.at - lattice.places[beam.one]);
+        if (beam.other != kGround) m.middleCols<6>(6 * beam.other) = displacement(beam.at - lattice.places[beam.other]);
+        return m;
+    };
+    const std::vector<Pull> acts = pulls_on(lattice, 5);
+    Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(Eigen::Index(6 * bodies), Eigen::Index(6 * bodies));
+    Eigen::VectorXd force(Eigen::Index(6 * bodies));
+    for (std::size_t b = 0; b < bodies; ++b) force.segment<6>(Eigen::Index(6 * b)) = six(acts[b].force, acts[b].torque);
+    for (const Beam& beam : lattice.beams) stiffness += moves(beam).transpose() * stiffness_of(beam) * moves(beam);
+    const Eigen::VectorXd moved = stiffness.ldlt().solve(force);
+    std::vector<Pull> by_beams(lattice.beams.size());
+    EXPECT_TRUE(StiffLattice(lattice.places, lattice.beams).solve(acts, by_beams));
+    for (std::size_t b = 0; b < by_beams.size(); ++b) {
+        const Vector6 expected = stiffness_of(lattice.beams[b]) * (moves(lattice.beams[b]) * moved);
+        EXPECT_LT((six(by_beams[b].force, by_beams[b].torque) - expected).norm(), 1e-6 * force.norm()) << "beam " << b;
+    }
+}
+
+// Where rounding leaves too much of a solution, it says so; where not, all is in balance.
+TEST(StiffLattice, SaysWhereAShapeIsTooSlender) {
+    for (const int length : {300, 3000, 30000}) {
+        Lattice ladder = box(length, 2, 1);
+        ladder.hold(0, {-1, 0, 0}), ladder.hold(std::uint32_t(length), {-1, 0, 0});
+        const std::vector<Pull> acts(ladder.places.size(), Pull{{0, 0, -9.81}, {}});
+        std::vector<Pull> by_beams(ladder.beams.size());
+        const bool found = StiffLattice(ladder.places, ladder.beams).solve(acts, by_beams);
+        if (found) {
+            EXPECT_NEAR(by_beams[by_beams.size() - 1].force.z + by_beams[by_beams.size() - 2].force.z, 2 * length * 9.81,
+                        1e-3 * 2 * length * 9.81);
+        }
+        EXPECT_TRUE(found || length > 300) << length;
+    }
+}
+
 TEST(StiffLattice, SharesLoadsAsParallelBarsDo) {
-    // Two bodies on two posts each, of which one is twice as thick: forces along the posts divide in proportion to their stiffness, which
-    // is the same for all but their bending.
+    // Three bodies in a row on a post each.
     Lattice lattice;
     lattice.places = {{0, 0, 1}, {1, 0, 1}, {2, 0, 1}};
     lattice.join(0, 1), lattice.join(1, 2);
