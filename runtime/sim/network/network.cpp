@@ -1,6 +1,7 @@
 #include "runtime/sim/network/network.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <tuple>
 #include <utility>
@@ -55,7 +56,14 @@ void Network::follow(i64 now, bool tell) {
 
 u32 Network::open_mailbox(Catom reader, world::Port port, Catom other, Holds holds) {
     world::Ensemble& ensemble = members_.ensemble;
-    const Catom index = ensemble.add_mailbox(other);
+    Catom index = 0;
+    if (spare_.empty()) {
+        index = ensemble.add_mailbox(other);
+    } else {
+        index = spare_.back();
+        spare_.pop_back();
+        ensemble.use_mailbox(index, other);
+    }
     // Not one by one: a wave opens thousands in a tick.
     if (index >= facts_.columns.count()) facts_.resize(index + index / 64 + std::size_t{64});
     ensemble.links().read_at(reader, port, static_cast<std::int32_t>(index));
@@ -79,17 +87,35 @@ void Network::close_mailbox(u32 number) {
     Mailbox& m = mailboxes_[number];
     const auto index = static_cast<Catom>(m.index);
     facts_.columns.clear(index, 0);
-    members_.ensemble.remove_mailbox(index);
+    spare_.push_back(index);
     m.index = -1;
     if (m.under_way == 0) free_mailboxes_.push_back(number);
 }
 
+// Calls visit(reader, port, index) for each catom that reads over a link of this one, with its port and where it reads, or -1. They lie
+// anywhere in memory: several are looked up before any of them is needed.
+template <class Visit>
+static void each_reader(const world::Links& links, Catom catom, const Visit& visit) {
+    struct Reader {
+        Catom catom;
+        world::Port port;
+        std::int32_t index;
+    };
+    std::array<Reader, 16> readers;
+    const world::Port ports = links.ports(catom);
+    for (world::Port from = 0; from < ports; from += static_cast<world::Port>(readers.size())) {
+        std::size_t count = 0;
+        for (world::Port port = from; port < std::min<std::size_t>(ports, from + readers.size()); ++port)
+            if (const auto reader = links.at(catom, port)) readers[count++] = {*reader, links.port_there(catom, port), -1};
+        for (std::size_t i = 0; i < count; ++i) readers[i].index = links.read(readers[i].catom, readers[i].port);
+        for (std::size_t i = 0; i < count; ++i) visit(readers[i].catom, readers[i].port, readers[i].index);
+    }
+}
+
 void Network::before_change(Catom catom) {
-    const world::Links& links = members_.ensemble.links();
-    links.each(catom, [&](world::Port port, Catom reader) {
-        const world::Port there = links.port_there(catom, port);
-        if (members_.ensemble.state(reader) == kCatomOwned && links.read(reader, there) == static_cast<std::int32_t>(catom))
-            open_mailbox(reader, there, catom, Holds::AllThatIsSaid);
+    each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
+        if (index == static_cast<std::int32_t>(catom) && members_.ensemble.state(reader) == kCatomOwned)
+            open_mailbox(reader, port, catom, Holds::AllThatIsSaid);
     });
 }
 
@@ -106,8 +132,8 @@ bool Network::holds_what_is_said(const Mailbox& m) const {
 }
 
 void Network::settle(i64 now) {
-    // Often enough that a wave leaves few behind; seldom enough that a link over which something comes every few ticks keeps its own.
-    constexpr i64 kBetween = 8;
+    // A wave leaves few behind, and what comes in each tick finds its mailbox open.
+    constexpr i64 kBetween = 2;
     if (now % kBetween != 0) return;
     for (u32 number = 0; number < mailboxes_.size(); ++number) {
         Mailbox& m = mailboxes_[number];
@@ -140,7 +166,7 @@ u32 Network::part_between(Catom from, Catom to) const {
 void Network::tell_state(i64 now, u32 mailbox) {
     ByteWriter state;
     facts_.columns.pack(mailboxes_[mailbox].other, tuple::Columns::Which::Exported, state);
-    const u32 parcel = take_parcel(Parcel::Kind::State, 0, state.take());
+    const u32 parcel = take_parcel(Parcel::Kind::State, 0, state.view());
     post(now, mailbox, parcel, false);
     if (parcels_[parcel].links == 0) release_parcel(parcel);
 }
@@ -167,7 +193,7 @@ void Network::each_link_read(const Visit& visit) const {
 
 // ---- parcels
 
-u32 Network::take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> bytes) {
+u32 Network::take_parcel(Parcel::Kind kind, u16 number, std::span<const std::byte> bytes) {
     u32 parcel = static_cast<u32>(parcels_.size());
     if (free_parcels_.empty()) {
         parcels_.emplace_back();
@@ -175,12 +201,16 @@ u32 Network::take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> b
         parcel = free_parcels_.back();
         free_parcels_.pop_back();
     }
-    parcels_[parcel] = {kind, number, 0, std::move(bytes)};
+    Parcel& p = parcels_[parcel];
+    p.kind = kind, p.number = number, p.links = 0;
+    p.bytes.assign(bytes.begin(), bytes.end());
     return parcel;
 }
 
 void Network::release_parcel(u32 parcel) {
-    parcels_[parcel].bytes = {};
+    // What is short keeps its memory for the next.
+    constexpr std::size_t kShort = 64;
+    if (parcels_[parcel].bytes.capacity() > kShort) parcels_[parcel].bytes = {};
     free_parcels_.push_back(parcel);
 }
 
@@ -213,12 +243,12 @@ void Network::post(i64 now, u32 mailbox, u32 parcel, bool linear) {
 }
 
 void Network::changed(i64 now, Catom catom, u16 column) {
-    const world::Links& links = members_.ensemble.links();
     std::optional<u32> parcel;
-    links.each(catom, [&](world::Port port, Catom reader) {
+    each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
         if (members_.ensemble.state(reader) != kCatomOwned) return note_loss(now, catom, reader);
-        const std::optional<u32> mailbox = mailbox_at(reader, links.port_there(catom, port));
-        if (!mailbox) return;
+        if (index < 0) return;
+        const u32 mailbox = static_cast<Catom>(index) == catom ? open_mailbox(reader, port, catom, Holds::AllThatIsSaid)
+                                                               : number_of_[static_cast<std::size_t>(index)];
         if (!parcel) {
             ByteWriter bytes;
             const tuple::ChangeLog& changes = facts_.columns.changes();
@@ -231,9 +261,9 @@ void Network::changed(i64 now, Catom catom, u16 column) {
             } else {
                 facts_.columns.pack_column(column, catom, bytes);
             }
-            parcel = take_parcel(rows ? Parcel::Kind::Rows : Parcel::Kind::Column, column, bytes.take());
+            parcel = take_parcel(rows ? Parcel::Kind::Rows : Parcel::Kind::Column, column, bytes.view());
         }
-        post(now, *mailbox, *parcel, false);
+        post(now, mailbox, *parcel, false);
     });
     if (parcel && parcels_[*parcel].links == 0) release_parcel(*parcel);
 }
@@ -331,7 +361,16 @@ std::vector<Network::Entry> Network::take_entries(i64 tick, bool linear) {
 }
 
 void Network::arrive(i64 now) {
-    for (const Entry& entry : take_entries(now, false)) {
+    const std::vector<Entry> entries = take_entries(now, false);
+    // They lie anywhere in memory, so what the next ones need is asked for ahead.
+    constexpr std::size_t kFirst = 16, kThen = 8;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        if (i + kFirst < entries.size()) {
+            __builtin_prefetch(&mailboxes_[entries[i + kFirst].mailbox]);
+            __builtin_prefetch(&parcels_[entries[i + kFirst].parcel]);
+        }
+        if (i + kThen < entries.size()) ask_ahead(entries[i + kThen]);
+        const Entry& entry = entries[i];
         mailboxes_[entry.mailbox].differs = false;
         if (comes_in(now, entry)) open(mailboxes_[entry.mailbox], parcels_[entry.parcel]);
         done_with(entry);
@@ -371,6 +410,15 @@ const Value* Network::read_arguments(u16 predicate, std::span<const std::byte> b
     ByteReader in(bytes, "a linear fact under way");
     for (u32 i = 0; i < p.arity; ++i) values[i] = tuple::unpack(tuple::type_of(module_, p.fields[i]), in, lists);
     return values.data();
+}
+
+// For open().
+void Network::ask_ahead(const Entry& entry) const {
+    const Mailbox& m = mailboxes_[entry.mailbox];
+    const Parcel& parcel = parcels_[entry.parcel];
+    __builtin_prefetch(parcel.bytes.data());
+    if (m.index < 0 || parcel.kind != Parcel::Kind::Column) return;
+    __builtin_prefetch(facts_.columns.entry(parcel.number, static_cast<Catom>(m.index)), 1);
 }
 
 void Network::open(const Mailbox& m, const Parcel& parcel) {
@@ -501,7 +549,7 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
         if (to == kNone32) continue;
         if (parcels[parcel] == kNone32) {
             const std::span<const std::byte> bytes = read[parcel].bytes;
-            parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, {bytes.begin(), bytes.end()});
+            parcels[parcel] = take_parcel(read[parcel].kind, read[parcel].number, bytes);
         }
         // This world's network may be faster.
         put(now + std::min<i64>(ticks, world_.latency()), to, parcels[parcel], late);

@@ -85,14 +85,15 @@ class Network {
     std::size_t bytes() const;
 
   private:
-    struct Mailbox {
+    // Two in a line of the cache.
+    struct alignas(32) Mailbox {
+        i64 last = 0;  // The tick of the latest arrival.
         Catom reader = 0, other = 0;
         world::Port port = 0;     // Of the reader.
         std::int32_t index = -1;  // Among the columns; -1: the link is gone.
         u32 part = 0;             // Of the network's parts, from 1, and after them its single links; 0: none.
-        u32 under_way = 0;        // Parcels to it.
-        i64 last = 0;             // The tick of the latest arrival.
-        bool differs = false;     // Nothing has arrived since it was seen to hold something else than the neighbour.
+        u32 under_way : 31 = 0;   // Parcels to it.
+        u32 differs : 1 = 0;      // Nothing has arrived since it was seen to hold something else than the neighbour.
     };
     // What travels: one for all links on which it does.
     struct Parcel {
@@ -133,7 +134,7 @@ class Network {
     // neighbour itself.
     bool has_news(const Mailbox& m) const;
     bool holds_what_is_said(const Mailbox& m) const;
-    u32 take_parcel(Parcel::Kind kind, u16 number, std::vector<std::byte> bytes);
+    u32 take_parcel(Parcel::Kind kind, u16 number, std::span<const std::byte> bytes);
     void release_parcel(u32 parcel);
     const world::LinkTerms& terms(u32 part) const;
     const world::LinkTerms& terms_between(Catom from, Catom to) const { return terms(part_between(from, to)); }
@@ -158,6 +159,7 @@ class Network {
     // The first tick in which the jams of this one let something through to a mailbox; `now`, if none is about it.
     i64 jammed_until(i64 now, const Mailbox& m) const;
     void open(const Mailbox& m, const Parcel& parcel);
+    void ask_ahead(const Entry& entry) const;
     // That of a link, which is made if it has none. Nothing: there is no such link.
     std::optional<u32> mailbox_at(Catom reader, world::Port port);
     // Calls visit(reader, port, other, index) for all links over which catoms of this process read; `index` is where.
@@ -175,6 +177,7 @@ class Network {
     u64 readers_dirty_ = kDirtyLinks;  // What a reader of a whole state is to look at.
     std::vector<Mailbox> mailboxes_;
     std::vector<u32> free_mailboxes_, number_of_;  // The latter by index among the columns.
+    std::vector<Catom> spare_;                     // Indices of mailboxes that have gone, for those to come.
     std::vector<Parcel> parcels_;
     std::vector<u32> free_parcels_;
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.

@@ -306,10 +306,10 @@ void Ensemble::set_state(Catom catom, CatomState state) {
 
 Catom Ensemble::add_mailbox(Catom of) { return take_index(id(of), of, kCatomMailbox); }
 
-void Ensemble::remove_mailbox(Catom mailbox) {
+void Ensemble::use_mailbox(Catom mailbox, Catom of) {
     MELD_EXPECT(state_[mailbox] == kCatomMailbox, "index {}", mailbox);
-    site_[mailbox] = 0;
-    free_index(mailbox);
+    site_[mailbox] = of;
+    ids_.replace(mailbox, id(of));
 }
 
 void Ensemble::free_index(Catom index) {

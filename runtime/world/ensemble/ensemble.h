@@ -80,7 +80,8 @@ class Ensemble {
     void set_state(Catom catom, CatomState state);
     // An index that is no catom, but has the id of one and is read in its place (Links::read_at).
     Catom add_mailbox(Catom of);
-    void remove_mailbox(Catom mailbox);
+    // One that is not read any more is read in the place of another.
+    void use_mailbox(Catom mailbox, Catom of);
 
     // ---- amoebots: catoms of one or two cells (amoebot_ensemble.cpp)
     // Catoms have a head and a tail from now on, both on cell() at first, and ports of a compass of their own: 0 to 5 at the head, 6 to 11
