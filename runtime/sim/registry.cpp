@@ -11,6 +11,7 @@
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/lattice/lattice_motion.h"
+#include "runtime/sim/lattice/possible_moves.h"
 #include "runtime/sim/points/point_motion.h"
 #include "runtime/sim/watchers/thermometer.h"
 
@@ -21,6 +22,7 @@ namespace {
 // Catoms do not move.
 class NoMotion : public SimModule {
   public:
+    Result<void> start(Subdomain& subdomain) override { return check_nothing_possible(subdomain); }
     Result<void> step(Subdomain& subdomain) override {
         refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::None);
         return {};

@@ -217,6 +217,33 @@ ask(A, 3) -o moveTo(A, 50, 0, 0).
         self.assertEqual(out.count("  refused  "), len(wanted))
         self.assertIn('warning: 2 actions were not carried out, since nothing in this world does so: give it [motion] kind = "bodies"', err)
 
+    def test_what_the_moves_of_the_world_forbid_is_refused_in_their_name(self):
+        self.write("m.meld", "move(@2, 1, 0, 0). slide(@2, 3, 0). move(@0, 0, 1, 0).\n")
+        square = 'lattice = "square"\n[[body]]\ncells = [[0, 1], [0, 0], [1, 0], [0, 2]]\n[motion]\nkind = "lattice"\n'
+        jump = "[[motion.move]]\nby = [-1, 0]\nfull = [[0, 1]]\n"
+        for keys, name in (('moves = "pivoting"\n', 'the moves "pivoting"'), ("[[motion.move]]\nby = [1, 1]\n", "the moves of the world"),
+                           (f'moves = "pivoting"\n{jump}symmetries = "none"\n', 'the moves "pivoting" and those of the world')):
+            self.write("m.toml", square + keys)
+            for n in (1, 2):
+                out, _ = self.call("meldsim", "run", "m.meld", "-n", n)
+                self.assertRegex(out, rf"(?m)^  refused +1 slide: not allowed by {name}$")
+                self.assertRegex(out, rf"(?m)^  refused +2 move: not allowed by {name}$")
+            summary = self.summary("m.meld", "--quiet")
+            self.assertEqual(summary["moves"], name)
+            self.assertEqual([each["reason"] for each in summary["refused_actions"]], ["not_allowed", "not_allowed"])
+        self.write("m.toml", square)
+        summary = self.summary("m.meld", "--quiet")
+        self.assertNotIn("moves", summary)
+        self.assertEqual(summary["refused_actions"], [{"action": "move", "reason": "no_moves", "count": 2}])
+
+    def test_possible_moves_need_a_world_that_names_them(self):
+        self.write("p.meld", "type p(node).\np(A) :- possible(A, 1, _, _).\n")
+        for world in (LINE, LINE + '[motion]\nkind = "lattice"\n'):
+            self.write("p.toml", world)
+            for n in (1, 2):
+                _, err = self.call("meldsim", "run", "p.meld", "--world", "p.toml", "-n", n, code=2)
+                self.assertIn("meldsim: the program reads `possible`, and p.toml does not say which moves there are. Write moves = ", err)
+
     def test_no_room_and_no_feature(self):
         self.write("full.meld", "destroy(@0, @1). give(@1, @0). magnet(@0, 7, 1).\n")
         self.write("full.toml", 'held = 1\n' + LINE + '[motion]\nkind = "lattice"\n')

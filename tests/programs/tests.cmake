@@ -68,6 +68,8 @@ endfunction()
 meld_seeds_test(motion_wishes wishes_test.py 0 8 16)
 # Four seeds are one for each way in which amoebots take turns; only sixteen are sure to see all that can happen.
 meld_seeds_test(motion_amoebots amoebots_test.py 0 4 16)
+# A seed for each table of moves.
+meld_seeds_test(motion_moves moves_test.py 0 16 16)
 meld_seeds_test(motion_connected connected_test.py 0 5 19)
 meld_seeds_test(motion_storm storm_test.py 0 2 2)
 meld_seeds_test(motion_grips grips_test.py 0 4 24)
@@ -75,6 +77,9 @@ add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
                  $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 set_tests_properties(motion_compression PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_pivoting
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/pivoting_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
+set_tests_properties(motion_pivoting PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # Programs of the amoebot model, each from random shapes.
 foreach(program spanning_forest erosion_election boundary_election hexagon_formation line_formation coating energy_sharing)
   add_test(NAME amoebots_${program}

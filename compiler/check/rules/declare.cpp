@@ -18,13 +18,13 @@ using Fit = diagnostics::Edit::Fit;
 
 namespace {
 
-// Whether only some worlds know the name: those of bodies, of amoebots, or of nodes with a range.
+// Whether only some worlds know the name: those of bodies, of amoebots, of nodes with a range, or those that name their moves.
 bool of_some_worlds(const std::string& name) {
     using Performer = ActionInfo::Performer;
-    if (is_body_sense(name) || is_amoebot_sense(name) || is_range_sense(name)) return true;
+    if (is_body_sense(name) || is_amoebot_sense(name) || is_range_sense(name) || is_move_sense(name)) return true;
     return std::ranges::any_of(known_actions(), [&](const ActionInfo& action) {
-        return action.word == name &&
-               (action.performer == Performer::Bodies || action.performer == Performer::Amoebots || action.performer == Performer::Points);
+        return action.word == name && (action.performer == Performer::Bodies || action.performer == Performer::Amoebots ||
+                                       action.performer == Performer::Points || action.has(ActionInfo::kByTable));
     });
 }
 

@@ -38,6 +38,12 @@ std::string peak_text(const MemoryReport& memory, int processes) {
     return fmt::format("; {}{} at the peak", format_bytes(memory.peak), processes > 1 ? " in a process" : "");
 }
 
+// With the name of what forbids it, if there is one.
+std::string why_refused(sim::Refusal why, const About& about) {
+    if (why == sim::Refusal::NotAllowed && !about.moves.empty()) return "not allowed by " + about.moves;
+    return std::string(text_of(why));
+}
+
 std::string world_text(const About& about) {
     if (about.default_world) return about.world;
     return fmt::format("{}, {} catom{}", about.world, grouped(about.world_catoms), about.world_catoms == 1 ? "" : "s");
@@ -161,7 +167,7 @@ std::string summary_table(const sim::Summary& s, const About& about) {
     if (s.far_facts > 0)
         row("facts sent far", fmt::format("{}, in {} message{}", grouped(s.far_facts), grouped(s.far_hops), s.far_hops == 1 ? "" : "s"));
     for (const sim::Refused& each : s.refused)
-        row("refused", fmt::format("{} {}: {}", grouped(each.count), info(each.action).word, text_of(each.why)));
+        row("refused", fmt::format("{} {}: {}", grouped(each.count), info(each.action).word, why_refused(each.why, about)));
     if (s.dead_routes.count > 0) row("dead routes", describe(s.dead_routes));
     if (about.processes > 1) row("between processes", format_bytes(s.sent_bytes));
     if (s.ticks > 0) row("memory", fmt::format("{:.1f} bytes a catom{}", s.bytes_per_catom, peak_text(about.memory, about.processes)));
@@ -241,6 +247,7 @@ std::string summary_json(const sim::Summary& s, const About& about, const nlohma
         {"imbalance", s.imbalance},
         {"restarts", again},
         {"outcomes", s.outcomes}});
+    if (!about.moves.empty()) json["moves"] = about.moves;
     if (about.forked) json["forked"] = to_json(*about.forked);
     if (!stats.empty()) json["stats"] = stats;
     // Escapes text that is not visible, and everything that is not ASCII.

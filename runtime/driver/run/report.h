@@ -55,6 +55,7 @@ struct About {
     const std::vector<Restart>& restarts;
     const std::optional<Forked>& forked;
     MemoryReport memory;
+    std::string moves = {};  // What [motion] calls the moves of the world, as `the moves "pivoting"`; empty: it has none.
 };
 std::string summary_table(const sim::Summary& summary, const About& about);
 // What no option hides, since facts are missing: linear facts that were dropped, actions of which nothing in this world carries any out,

@@ -48,6 +48,7 @@
 #include "runtime/sim/simulation.h"
 #include "runtime/sim/watchers/printer.h"
 #include "runtime/sim/watchers/watcher.h"
+#include "runtime/world/lattice/move_table.h"
 
 namespace meld::driver {
 
@@ -362,6 +363,7 @@ std::uint64_t greatest_peak(comm::Communicator& comm) {
 
 Result<void> Run::report() {
     const MemoryReport memory{inputs_->memory.peak(), greatest_peak(comm_)};
+    const world::MoveTable* const moves = inputs_->world.motion.moves.get();
     std::vector<std::string> never_given;
     if (!inputs_->registry.may_give(inputs_->world)) never_given = sim::never_given(inputs_->info(), inputs_->world);
     // The run that this one has branched off from may have been given some.
@@ -375,7 +377,8 @@ Result<void> Run::report() {
                       .threads = options_.threads,
                       .restarts = options_.restarts,
                       .forked = forked_,
-                      .memory = memory};
+                      .memory = memory,
+                      .moves = moves != nullptr ? moves->name() : std::string()};
     const nlohmann::ordered_json stats = options_.stats ? statistics() : nlohmann::ordered_json();
     if (speaks_ && options_.json) return print(stdout, summary_json(simulation_->summary(), about, stats));
     if (speaks_ && !options_.quiet)

@@ -9,7 +9,8 @@ namespace meld {
 namespace {
 
 using Performer = ActionInfo::Performer;
-constexpr unsigned kCreates = ActionInfo::kCreates, kTeleports = ActionInfo::kTeleports, kEndsRun = ActionInfo::kEndsRun;
+constexpr unsigned kCreates = ActionInfo::kCreates, kTeleports = ActionInfo::kTeleports, kEndsRun = ActionInfo::kEndsRun,
+                   kByTable = ActionInfo::kByTable;
 
 constexpr ActionInfo kActions[] = {
     {},

@@ -17,7 +17,7 @@ enum class ActionKind : std::uint8_t {
 // The table's entry for an action; actions.def explains each column.
 struct ActionInfo {
     enum class Performer { None, Lattice, Amoebots, Bodies, Points, Recording, Watcher, Printer, Clock, Run };
-    enum Trait : unsigned { kCreates = 1, kTeleports = 2, kEndsRun = 4 };
+    enum Trait : unsigned { kCreates = 1, kTeleports = 2, kEndsRun = 4, kByTable = 8 };
 
     ActionKind kind = ActionKind::None;
     std::string_view word;

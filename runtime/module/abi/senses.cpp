@@ -47,6 +47,11 @@ constexpr RangeSense kRangeSenses[] = {
 #include "runtime/module/abi/senses.def"
 };
 
+constexpr MoveSense kMoveSenses[] = {
+#define MELD_MOVE_SENSE(word, arguments) {word, arguments},
+#include "runtime/module/abi/senses.def"
+};
+
 }  // namespace
 
 const SenseInfo& info(WorldSource source) {
@@ -78,6 +83,12 @@ std::span<const RangeSense> range_senses() { return kRangeSenses; }
 
 bool is_range_sense(std::string_view word) {
     return std::ranges::any_of(kRangeSenses, [&](const RangeSense& sense) { return sense.word == word; });
+}
+
+std::span<const MoveSense> move_senses() { return kMoveSenses; }
+
+bool is_move_sense(std::string_view word) {
+    return std::ranges::any_of(kMoveSenses, [&](const MoveSense& sense) { return sense.word == word; });
 }
 
 }  // namespace meld

@@ -79,4 +79,13 @@ struct RangeSense {
 std::span<const RangeSense> range_senses();
 bool is_range_sense(std::string_view word);
 
+// ---- what catoms sense where the world names their moves
+
+struct MoveSense {
+    std::string_view word;
+    std::size_t arguments = 0;
+};
+std::span<const MoveSense> move_senses();
+bool is_move_sense(std::string_view word);
+
 }  // namespace meld

@@ -32,6 +32,8 @@ constexpr Words kWords[] = {
     {Refusal::Occupied, "occupied", "a cell that had to be empty was not"},
     {Refusal::NoSupport, "no_support", "a cell that had to be occupied was empty"},
     {Refusal::NoPath, "no_path", "no path led to a cell beside the other catom"},
+    {Refusal::NoMoves, "no_moves", "the world names no moves"},
+    {Refusal::NotAllowed, "not_allowed", "the moves of the world do not allow it"},
     {Refusal::Disconnects, "disconnects", "the neighbours would not have stayed connected"},
     {Refusal::Repeated, "repeated", "the catom had asked for it before in that tick"},
     {Refusal::Conflict, "conflict", "another request had priority"},

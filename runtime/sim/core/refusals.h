@@ -34,6 +34,8 @@ enum class Refusal : std::uint8_t {
     Occupied,
     NoSupport,
     NoPath,
+    NoMoves,
+    NotAllowed,
     Disconnects,
     Repeated,
     Conflict,

@@ -20,7 +20,8 @@ LatticeMotion::LatticeMotion(const world::World& world)
     : world_(world),
       here_(world.has_amoebots() ? ActionInfo::Performer::Amoebots : ActionInfo::Performer::Lattice),
       activation_(world),
-      lattice_(world.lattice) {}
+      lattice_(world.lattice),
+      possible_(world) {}
 
 Result<void> LatticeMotion::resume(Subdomain& subdomain) {
     // A predicate of the program's own with the same name has another kind or type.
@@ -38,7 +39,7 @@ Result<void> LatticeMotion::resume(Subdomain& subdomain) {
     packets_.resize(static_cast<std::size_t>(subdomain.comm.processes()));
     partners_elsewhere_.resize(packets_.size());
     activation_.resume(subdomain);
-    return {};
+    return possible_.start(subdomain);
 }
 
 Result<void> LatticeMotion::start(Subdomain& subdomain) {
@@ -53,6 +54,13 @@ Result<void> LatticeMotion::start(Subdomain& subdomain) {
         hold(subdomain, c, world_.held);
     }
     packets_.resize(static_cast<std::size_t>(subdomain.comm.processes()));
+    possible_.sense(subdomain);
+    return {};
+}
+
+// A program that has changed, or a world, may sense what the one before did not.
+Result<void> LatticeMotion::resumed(Subdomain& subdomain) {
+    possible_.sense(subdomain);
     return {};
 }
 
@@ -146,19 +154,27 @@ void LatticeMotion::act(Subdomain& subdomain) {
     apply(subdomain, exchange(subdomain));
     if (!granted.empty()) last_change_ = subdomain.tick();
     subdomain.refresh();
+    possible_.sense_changes(subdomain);
 }
 
 // Their units go with them.
 Result<void> LatticeMotion::lose(Subdomain& subdomain, std::span<const Killed> killed) {
-    for (const Killed& each : killed)
+    for (const Killed& each : killed) {
+        possible_.note(each.cell);
         if (const std::optional<Catom> catom = subdomain.ensemble.at(each.cell)) account(subdomain, *catom, -1);
+    }
     return {};
 }
 
 // Units are matter, and stay.
 void LatticeMotion::restarted(Subdomain& subdomain, std::span<const Catom> catoms) {
-    for (const Catom catom : catoms) hold(subdomain, catom, held_[catom]);
+    for (const Catom catom : catoms) {
+        hold(subdomain, catom, held_[catom]);
+        possible_.note(subdomain.ensemble.cell(catom));
+    }
 }
+
+void LatticeMotion::struck(Subdomain& subdomain) { possible_.sense_changes(subdomain); }
 
 // New catoms are numbered in the order of their cells, over all processes.
 std::vector<CellKey> LatticeMotion::number_creations(Subdomain& subdomain, const std::vector<Proposal>& granted) const {
@@ -209,6 +225,7 @@ void LatticeMotion::grant(Subdomain& subdomain, const std::vector<Proposal>& gra
             case ActionKind::Slide:
             case ActionKind::Turn:
             case ActionKind::MoveAround:
+            case ActionKind::Move:
                 relocate(subdomain, p);
                 break;
             case ActionKind::Expand:
@@ -320,6 +337,8 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
     std::stable_sort(changes.begin(), changes.end(),
                      [](const Change& a, const Change& b) { return std::tuple(a.kind, a.cell) < std::tuple(b.kind, b.cell); });
     for (const Change& c : changes) {
+        if (c.kind != Change::Kind::Hold) possible_.note(c.cell);
+        if (c.kind == Change::Kind::Move) possible_.note(c.to);
         if (c.kind == Change::Kind::Add) {
             apply_add(subdomain, c);
             continue;

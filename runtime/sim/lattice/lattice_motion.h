@@ -1,4 +1,4 @@
-// Motion on a lattice: create, destroy, give, moveTo, slide, turn and moveAround as proposals, arbitrated so that the outcome depends
+// Motion on a lattice: create, destroy, give, moveTo, slide, turn, moveAround and move as proposals, arbitrated so that the outcome depends
 // neither on processes nor on threads (docs/motion.md, "Conflicts"). Amoebots expand, contract, push and pull in the same way.
 #pragma once
 
@@ -17,6 +17,7 @@
 #include "runtime/sim/core/migration.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/lattice/activation.h"
+#include "runtime/sim/lattice/possible_moves.h"
 
 namespace meld::sim {
 
@@ -27,6 +28,7 @@ class LatticeMotion : public SimModule {
     Result<void> step(Subdomain& subdomain) override;
     Result<void> lose(Subdomain& subdomain, std::span<const Killed> killed) override;
     void restarted(Subdomain& subdomain, std::span<const Catom> catoms) override;
+    void struck(Subdomain& subdomain) override;
     Result<void> resume(Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
     bool divides_anew() const override { return true; }
@@ -36,6 +38,7 @@ class LatticeMotion : public SimModule {
     void load_catoms(Subdomain& subdomain, std::span<const tuple::SavedCatom> catoms, ByteReader& in) override;
     void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;
     Result<void> load_rest(Subdomain& subdomain, ByteReader& in) override;
+    Result<void> resumed(Subdomain& subdomain) override;
     void finish(Subdomain& subdomain) override;
     std::string status() const override;
     std::string outcome() const override;
@@ -105,6 +108,9 @@ class LatticeMotion : public SimModule {
     Objection propose_around(Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     bool full(const Subdomain& subdomain, Cell cell) const { return subdomain.ensemble.at(cell).has_value(); }
     Objection may_leave(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& rests) const;
+    // table_motion.cpp: by the moves of the world.
+    Objection propose_by_table(const Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
+    Objection claim_by_table(const Subdomain& subdomain, Proposal& out, std::vector<CellKey>& claims) const;
     // amoebot_motion.cpp: the proposals of amoebots, and what comes of them.
     Objection propose_amoebot(const Subdomain& subdomain, const eval::Action& action, Proposal& out, std::vector<CellKey>& claims) const;
     Objection propose_handover(const Subdomain& subdomain, Cell cell, Cell given, Proposal& out, std::vector<CellKey>& claims) const;
@@ -158,6 +164,7 @@ class LatticeMotion : public SimModule {
     std::vector<ByteWriter> partners_elsewhere_;  // By process.
     const world::Lattice lattice_;                // With its own numbers of ports, which decide between equal ways and requests.
     Known known_;
+    PossibleMoves possible_;
     std::vector<std::int32_t> held_;                                  // By catom, ghosts too.
     std::vector<ByteWriter> packets_;                                 // By destination.
     std::vector<Change> mine_;                                        // Changes for this process.

@@ -28,12 +28,16 @@ bool leaves(const Proposal& p) {
         case ActionKind::Slide:
         case ActionKind::Turn:
         case ActionKind::MoveAround:
+        case ActionKind::Move:
         case ActionKind::Contract:
             return true;
         default:
             return false;
     }
 }
+
+// Whether it leads to a cell nearby, which where there is a table of moves must be one of these.
+bool goes_a_way(ActionKind kind) { return kind == ActionKind::Slide || kind == ActionKind::Turn || kind == ActionKind::MoveAround; }
 
 // The best proposal by claim: open addressing in one array, because there are several lookups per mover and tick.
 class Claims {
@@ -111,6 +115,7 @@ void read_proposal(ByteReader& in, Proposals& to) {
 // The actions of this process's catoms as proposals; those whose conditions do not hold are refused at once.
 Proposals LatticeMotion::collect(Subdomain& subdomain) {
     Proposals out;
+    const bool by_table = world_.motion.moves != nullptr;
     for (const eval::Action& action : subdomain.actions()) {
         Proposal p;
         const ActionKind kind = subdomain.kind_of(action);
@@ -125,7 +130,9 @@ Proposals LatticeMotion::collect(Subdomain& subdomain) {
         Objection objection = kind == ActionKind::Slide || kind == ActionKind::Turn ? propose_move(subdomain, action, p, out.claims)
                               : kind == ActionKind::MoveAround                      ? propose_around(subdomain, action, p, out.claims)
                               : here_ == ActionInfo::Performer::Amoebots            ? propose_amoebot(subdomain, action, p, out.claims)
+                              : kind == ActionKind::Move                            ? propose_by_table(subdomain, action, p, out.claims)
                                                                                     : propose(subdomain, action, p, out.claims);
+        if (by_table && !objection && goes_a_way(kind)) objection = claim_by_table(subdomain, p, out.claims);
         if (!objection) objection = may_leave(subdomain, p, out.rests);
         if (objection) {
             // Most of the catoms that wait for room end here, in every tick.
@@ -276,11 +283,10 @@ LatticeMotion::Objection LatticeMotion::propose_around(Subdomain& subdomain, con
     return Refusal::NotANeighbour;
 }
 
-// A slide, a turn or a moveAround rests on the catoms that keep the ensemble together without the mover.
+// A slide, a turn, a moveAround or a move rests on the catoms that keep the ensemble together without the mover.
 LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& rests) const {
     if (!world_.motion.keep_connected) return std::nullopt;
-    const bool checked = p.kind == ActionKind::Slide || p.kind == ActionKind::Turn || p.kind == ActionKind::MoveAround;
-    if (!checked && p.kind != ActionKind::Contract) return std::nullopt;
+    if (!goes_a_way(p.kind) && p.kind != ActionKind::Move && p.kind != ActionKind::Contract) return std::nullopt;
     const auto cells = ties(subdomain.lattice, [&](Cell c) { return full(subdomain, c); }, p.left, p.to);
     if (!cells) return Refusal::Disconnects;
     for (const Cell cell : *cells) rests.push_back(subdomain.ensemble.key(cell));
@@ -288,8 +294,8 @@ LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, Pr
     return std::nullopt;
 }
 
-// Afterwards every proposal that may compete with one of ours is known here: competitors are within six cells of our mover, so in its brick
-// or a neighbouring one. If any catom teleports, all processes get all proposals.
+// Afterwards every proposal that may compete with one of ours is known here: competitors are within eight cells of our mover, so in its
+// brick or a neighbouring one. If any catom teleports, all processes get all proposals.
 Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine, Teleports& teleports) const {
     if (subdomain.alone()) return mine;
     Proposals all;

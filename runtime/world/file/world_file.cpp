@@ -17,6 +17,7 @@
 #include "runtime/world/file/event_section.h"
 #include "runtime/world/file/given_facts.h"
 #include "runtime/world/file/graph_section.h"
+#include "runtime/world/file/moves_section.h"
 #include "runtime/world/file/network_section.h"
 #include "runtime/world/file/physics_section.h"
 #include "runtime/world/file/point_section.h"
@@ -287,10 +288,11 @@ void read_motion(TomlReader& reader, const toml::table& table, World& world) {
     }
     if (kind && kind->is_string() && **kind->as_string() == "amoebot") return read_amoebots(reader, table, motion);
     if (kind && kind->is_string() && **kind->as_string() == "points") return read_points(reader, table, motion);
-    const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected"});
+    const Section section(reader, table, "[motion]", {"kind", "capacity", "keep_connected", "moves", "move"});
     section.read("kind", motion.kind);
     section.read_count("capacity", motion.capacity, 0);
     section.read("keep_connected", motion.keep_connected);
+    read_moves(reader, section, world);
 }
 
 void read_record(TomlReader& reader, const toml::table& table, RecordOptions& record) {

@@ -19,6 +19,8 @@
 
 namespace meld::world {
 
+class MoveTable;
+
 // One fact given by the world: predicate, literal arguments after the catom, and the catoms that get it.
 struct GivenFact {
     std::string predicate;
@@ -73,6 +75,8 @@ struct MotionOptions {
     std::string kind = "none";    // "none", "lattice", "amoebot", "bodies", "points", or a name that a SimModule registered.
     int capacity = 1;             // Units of resource a catom can hold besides itself.
     bool keep_connected = false;  // Refuse moves of articulation points.
+    // [motion] moves = "pivoting", and [[motion.move]]: how catoms on a lattice can move. Null: as each action says.
+    std::shared_ptr<const MoveTable> moves;
     AmoebotOptions amoebots;
     // [motion] kind = "points": the longest way of a node in a tick, in diameters.
     double speed = std::numeric_limits<double>::infinity();

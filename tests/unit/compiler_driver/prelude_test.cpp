@@ -66,6 +66,15 @@ TEST(Prelude, DeclaresWhatNodesSenseWithinTheirRange) {
     EXPECT_EQ(known.size(), range_senses().size()) << "a sense of a range is twice in the table";
 }
 
+TEST(Prelude, DeclaresWhatCatomsSenseOfTheirMoves) {
+    std::set<Signature> declared, known;
+    for (const check::Predicate& p : prelude().predicates)
+        if (p.sensed && is_move_sense(p.name)) declared.emplace(p.name, p.arguments.size() - 1);
+    for (const MoveSense& sense : move_senses()) known.emplace(sense.word, sense.arguments);
+    EXPECT_EQ(declared, known);
+    EXPECT_EQ(known.size(), move_senses().size()) << "a sense of moves is twice in the table";
+}
+
 TEST(Prelude, HasIntsWhereTheTableHasBounds) {
     for (const check::Predicate& p : prelude().predicates) {
         if (info(p.world).values != SenseInfo::Values::Any) {

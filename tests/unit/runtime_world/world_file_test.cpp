@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "runtime/world/file/populate.h"
+#include "runtime/world/lattice/move_table.h"
 
 namespace meld::world {
 namespace {
@@ -110,6 +111,64 @@ TEST(WorldFile, PointsIntoExpressions) {
               "w.toml:4:23: nothing is called 'idd' here. did you mean 'id'?");
     EXPECT_EQ(error_of("[[body]]\nshape = \"\"\"\n\nsphere(\n-2)\"\"\""),
               "w.toml:2:9: column 10 of the text: r = -2 of sphere is not above zero");
+}
+
+TEST(WorldFile, ReadsTheMovesOfTheWorld) {
+    const std::string square = "lattice = \"square\"\n" + kBody + "[motion]\nkind = \"lattice\"\n";
+    EXPECT_EQ(parse_world(square, "w.toml")->motion.moves, nullptr);
+    const auto named = parse_world(square + "moves = \"sliding\"\n", "w.toml")->motion.moves;
+    ASSERT_NE(named, nullptr);
+    EXPECT_EQ(named->name(), "the moves \"sliding\"");
+    EXPECT_EQ(named->from({}).size(), 16u);
+    const std::string own = "[[motion.move]]\nby = [0, 2]\nfull = [[0, 1, 0]]\nempty = [[1, 1]]\none_empty = [[[1, 0], [-1, 0]]]\n";
+    const auto both = parse_world(square + "moves = \"sliding\"\n" + own, "w.toml")->motion.moves;
+    ASSERT_NE(both, nullptr);
+    EXPECT_EQ(both->name(), "the moves \"sliding\" and those of the world");
+    EXPECT_EQ(both->from({}).size(), 24u);
+    const auto mine = parse_world(square + own + "symmetries = \"none\"\n", "w.toml")->motion.moves;
+    ASSERT_NE(mine, nullptr);
+    EXPECT_EQ(mine->name(), "the moves of the world");
+    ASSERT_EQ(mine->from({}).size(), 1u);
+    const Move expected{
+        .by = {0, 2, 0}, .full = {{0, 1, 0}}, .empty = {{0, 2, 0}, {1, 1, 0}}, .one_empty = {{Cell{-1, 0, 0}, Cell{1, 0, 0}}}};
+    EXPECT_EQ(mine->from({})[0], expected);
+}
+
+TEST(WorldFile, RefusesWrongMoves) {
+    const std::string cubic = kBody + "[motion]\nkind = \"lattice\"\n", square = "lattice = \"square\"\n" + cubic;
+    const auto own = [&](const std::string& keys) { return error_of(square + "[[motion.move]]\n" + keys); };
+    EXPECT_EQ(error_of(cubic + "moves = \"pivotting\"\n"),
+              "w.toml:5:9: there are no moves 'pivotting' on the cubic lattice. did you mean 'pivoting'?");
+    EXPECT_EQ(error_of(cubic + "moves = \"rolling\"\n"),
+              "w.toml:5:9: the moves \"rolling\" are for the hex and the fcc lattices, and this world is cubic. "
+              "write moves = \"sliding\" or \"pivoting\" or \"leapfrog\" or \"monkey\"");
+    EXPECT_EQ(error_of(kBody + "[motion]\nmoves = \"sliding\"\n"),
+              "w.toml:4:9: moves says how catoms on a lattice move, and kind is \"none\". write kind = \"lattice\"");
+    EXPECT_EQ(error_of(kBody + "[motion]\nkind = \"bodies\"\nmoves = \"sliding\"\n").substr(0, 46),
+              "w.toml:5:1: there is no key 'moves' in [motion");
+    EXPECT_EQ(own("full = [[1, 0]]\n"), "w.toml:6:1: a [[motion.move]] does not say where it leads. add by = [1, 0], in cells");
+    EXPECT_EQ(own("by = [0, 0]\n"), "w.toml:7:6: a move by no cell is none. write by = [1, 0]");
+    EXPECT_EQ(own("by = 1\n"), "w.toml:7:6: [[motion.move]] by is an integer, not a cell [x, y] as the mover sees it");
+    EXPECT_EQ(own("by = [1]\n"), "w.toml:7:6: [[motion.move]] by has 1 coordinates. write [x, y]");
+    EXPECT_EQ(own("by = [1, 0.5]\n"), "w.toml:7:6: [[motion.move]] by has a coordinate that is no whole number");
+    EXPECT_EQ(own("by = [1, 0, 1]\n"), "w.toml:7:6: [[motion.move]] by leaves the plane of a flat lattice. write [x, y]");
+    EXPECT_EQ(own("by = [3, 0]\n"),
+              "w.toml:7:6: [[motion.move]] by is 3 cells away. moves lead at most 2 cells far in each coordinate, and depend on cells at "
+              "most 4 away");
+    EXPECT_EQ(own("by = [1, 0]\nfull = [0, 1]\n"),
+              "w.toml:8:9: [[motion.move]] full is an integer, not a cell [x, y] as the mover sees it");
+    EXPECT_EQ(own("by = [1, 0]\nfull = [[0, 0]]\n"), "w.toml:8:9: [[motion.move]] full has the mover's own cell. take it out");
+    EXPECT_EQ(own("by = [1, 0]\nfull = [[0, 1]]\nempty = [[0, 1]]\n"),
+              "w.toml:8:8: the cell [0, 1] would have to be both full and empty. take one of the two out");
+    EXPECT_EQ(own("by = [1, 0]\nfull = [[1, 0]]\n"),
+              "w.toml:8:8: the cell [1, 0] would have to be both full and empty. the mover goes there, so it is empty: take it out");
+    EXPECT_EQ(own("by = [1, 0]\none_empty = [[[1, 1]]]\n"),
+              "w.toml:8:14: [[motion.move]] one_empty has 1 cells that are no pair. write two cells in brackets of their own");
+    EXPECT_EQ(own("by = [1, 0]\nsymmetries = \"some\"\n"),
+              "w.toml:8:14: [[motion.move]] symmetries = \"some\" does not exist. one of all, rotations, none");
+    EXPECT_EQ(own("by = [1, 0]\nfulls = []\n").substr(0, 55), "w.toml:8:1: there is no key 'fulls' in [[motion.move]].");
+    EXPECT_EQ(error_of("lattice = \"hex\"\n" + cubic + "[[motion.move]]\nby = [2, 1]\n").substr(0, 80),
+              "w.toml:7:6: rotated or reflected, the move or a cell that it depends on is too f");
 }
 
 TEST(WorldFile, RefusesWrongTypesAndRanges) {

@@ -17,6 +17,7 @@
 #include "runtime/sim/core/setup/graph_setup.h"
 #include "runtime/sim/core/setup/world_facts.h"
 #include "runtime/world/file/populate.h"
+#include "runtime/world/lattice/move_table.h"
 
 namespace meld::sim {
 
@@ -115,7 +116,8 @@ int Setup::reach(const world::World& world, const tuple::ProgramActions& actions
     // The head of an amoebot that touches the tail of another is three cells from its head.
     if (world.has_amoebots()) return 3;
     // A catom that goes around another looks once around that one.
-    return world.motion.kind == "none" ? 1 : actions.uses(ActionKind::MoveAround) ? 3 : 2;
+    const int around = world.motion.kind == "none" ? 1 : actions.uses(ActionKind::MoveAround) ? 3 : 2;
+    return world.motion.moves != nullptr ? std::max(around, static_cast<int>(world.motion.moves->reach())) : around;
 }
 
 // Where nobody moves and nothing is aimed at, no catom looks beyond the bricks that are there.
