@@ -79,7 +79,10 @@ add_test(NAME motion_compression
 set_tests_properties(motion_compression PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_pivoting
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/pivoting_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
-set_tests_properties(motion_pivoting PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_holes
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/hole_motion_test.py
+                 $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
+set_tests_properties(motion_pivoting motion_holes PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # Programs of the amoebot model, each from random shapes.
 foreach(program spanning_forest erosion_election boundary_election hexagon_formation line_formation coating energy_sharing)
   add_test(NAME amoebots_${program}

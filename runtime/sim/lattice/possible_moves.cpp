@@ -16,6 +16,27 @@ constexpr const char* kPossible = "possible";
 // Catoms that a worker takes at once: whole groups of the agenda.
 constexpr Catom kSensedAtOnce = 1024;
 
+// The cells near a site: no farther away than a brick is wide.
+class NearSite {
+  public:
+    NearSite(const Geometry& geometry, u32 site) : g_(geometry), brick_(site >> kBrickCellBits), cell_(site & (kBrickCells - 1)) {}
+    bool full(Cell offset) const {
+        const i32 offsets[3] = {offset.x, offset.y, offset.z};
+        u32 number = 0, brick = 0, across = 1;
+        for (i32 axis = 0, shift = 0; axis < 3; shift += g_.cell_bits[axis++], across *= 3) {
+            const i32 bits = g_.cell_bits[axis];
+            const i32 mask = (1 << bits) - 1, at = (static_cast<i32>(cell_ >> shift) & mask) + offsets[axis];
+            brick += static_cast<u32>((at >> bits) + 1) * across;
+            number |= static_cast<u32>(at & mask) << shift;
+        }
+        return g_.cell_catom[g_.brick_neighbours[brick_ * kBrickNeighbours + brick] << kBrickCellBits | number] >= 0;
+    }
+
+  private:
+    const Geometry& g_;
+    u32 brick_, cell_;
+};
+
 // The predicate, if the program reads it.
 std::optional<u32> stored_possible(const Subdomain& subdomain) {
     const std::optional<u32> p = tuple::find_sensed(subdomain.module, kPossible, 3);
@@ -43,6 +64,7 @@ Result<void> PossibleMoves::start(const Subdomain& subdomain) {
 
 void PossibleMoves::sense(Subdomain& subdomain) const {
     if (!predicate_) return;
+    subdomain.refresh();
     std::vector<Catom> own;
     for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
         if (subdomain.owned(c)) own.push_back(c);
@@ -51,6 +73,7 @@ void PossibleMoves::sense(Subdomain& subdomain) const {
 
 void PossibleMoves::sense_changes(Subdomain& subdomain) {
     if (changed_.empty()) return;
+    subdomain.refresh();
     std::ranges::sort(changed_);
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
     std::vector<Catom> near;
@@ -79,19 +102,22 @@ void PossibleMoves::sense_all(Subdomain& subdomain, std::span<const Catom> catom
         if (i == 0 || catoms[i] / kSensedAtOnce != catoms[i - 1] / kSensedAtOnce) first.push_back(i);
     first.push_back(catoms.size());
     subdomain.workers.run(first.size() - 1, [&](int worker, std::size_t job) {
+        Scratch scratch;
         for (std::size_t i = first[job]; i < first[job + 1]; ++i)
-            if (const u64 news = sense_catom(subdomain, catoms[i], worker); news != 0) subdomain.mark_shared(catoms[i], news);
+            if (const u64 news = sense_catom(subdomain, catoms[i], worker, scratch); news != 0) subdomain.mark_shared(catoms[i], news);
     });
 }
 
-u64 PossibleMoves::sense_catom(Subdomain& subdomain, Catom catom, int worker) const {
-    std::vector<Cell> last, now;
+u64 PossibleMoves::sense_catom(Subdomain& subdomain, Catom catom, int worker, Scratch& scratch) const {
+    auto& [known, last, now] = scratch;
+    last.clear();
     tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *predicate_, catom, [&](const Value* v) {
         const auto at = [&](std::size_t i) { return static_cast<std::int32_t>(v[i].integer); };
         last.push_back({at(0), at(1), at(2)});
     });
     std::ranges::sort(last);
-    table_->possible(subdomain.ensemble.cell(catom), [&](Cell c) { return subdomain.ensemble.at(c).has_value(); }, now);
+    const NearSite near(subdomain.geometry(), subdomain.geometry().catom_site[catom]);
+    table_->possible(subdomain.ensemble.cell(catom), [&](Cell offset) { return near.full(offset); }, known, now);
     if (last == now) return 0;
     const auto arguments = [](Cell by) {
         std::array<Value, 3> all{};

@@ -2,6 +2,7 @@
 // read it, and found anew where a cell has changed on which it depends.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -27,8 +28,13 @@ class PossibleMoves {
     void sense_changes(Subdomain& subdomain);
 
   private:
+    // Memory that is used again for each catom.
+    struct Scratch {
+        std::vector<std::uint8_t> known;
+        std::vector<Cell> last, now;
+    };
     // Returns the dirty bits of what has changed.
-    u64 sense_catom(Subdomain& subdomain, Catom catom, int worker) const;
+    u64 sense_catom(Subdomain& subdomain, Catom catom, int worker, Scratch& scratch) const;
     void sense_all(Subdomain& subdomain, std::span<const Catom> catoms) const;
 
     const world::MoveTable* table_;  // Of the world; null: none.

@@ -22,7 +22,7 @@ LatticeMotion::Objection LatticeMotion::propose_by_table(const Subdomain& subdom
 
 // The first move that leads from the mover's cell to the new one and fits; it claims what it depends on.
 LatticeMotion::Objection LatticeMotion::claim_by_table(const Subdomain& subdomain, Proposal& p, std::vector<CellKey>& claims) const {
-    const auto is_full = [&](Cell c) { return full(subdomain, c); };
+    const auto is_full = [&](Cell offset) { return full(subdomain, p.from + offset); };
     const std::optional<std::size_t> found = world_.motion.moves->find(p.from, p.to - p.from, is_full);
     if (!found) return Refusal::NotAllowed;
     if (p.kind == ActionKind::Move) p.direction = static_cast<std::int32_t>(*found);
@@ -30,7 +30,7 @@ LatticeMotion::Objection LatticeMotion::claim_by_table(const Subdomain& subdomai
     const auto key = [&](Cell offset) { return subdomain.ensemble.key(p.from + offset); };
     for (const Cell cell : move.full) claims.push_back(kBody | key(cell));
     for (const Cell cell : move.empty) claims.push_back(key(cell));
-    for (const auto& [one, other] : move.one_empty) claims.push_back(key(is_full(p.from + one) ? other : one));
+    for (const auto& [one, other] : move.one_empty) claims.push_back(key(is_full(one) ? other : one));
     return std::nullopt;
 }
 

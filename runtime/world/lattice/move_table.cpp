@@ -203,6 +203,7 @@ void MoveTable::number_cells(Layer& layer) {
     };
     for (const Move& move : layer.moves) {
         LookedAt& at = layer.looked_at.emplace_back();
+        at.by = number(move.by);
         for (const Cell cell : move.full) at.full.push_back(number(cell));
         for (const Cell cell : move.empty) at.empty.push_back(number(cell));
         for (const auto& [one, other] : move.one_empty) at.one_empty.emplace_back(number(one), number(other));

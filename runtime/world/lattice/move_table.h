@@ -54,23 +54,24 @@ class MoveTable {
     std::int32_t reach() const { return reach_; }
     std::int32_t longest() const { return longest_; }
 
-    // The number of the first move that leads there and fits, in from(cell). `full` says whether a cell is occupied.
+    // The number of the first move that leads there and fits, in from(cell). `full` says whether a cell is occupied, as seen from there.
     template <class Full>
     std::optional<std::size_t> find(Cell cell, Cell by, const Full& full) const {
         const std::span<const Move> moves = from(cell);
         for (std::size_t i = first_by(cell, by); i < moves.size() && moves[i].by == by; ++i)
-            if (fits(moves[i], cell, full)) return i;
+            if (fits(moves[i], full)) return i;
         return std::nullopt;
     }
-    // Where the moves lead that are possible from a cell, each once, in order. Cost: a look at each cell of cells_around() at most.
+    // Where the moves lead that are possible from a cell, each once, in order. Cost: a look at each cell of cells_around() at most; where
+    // all is full, only at those to which moves lead. `known` is memory that may be used again.
     template <class Full>
-    void possible(Cell cell, const Full& full, std::vector<Cell>& found) const {
+    void possible(Cell cell, const Full& full, std::vector<std::uint8_t>& known, std::vector<Cell>& found) const {
         found.clear();
         const Layer& here = layers_[layer(cell)];
-        // What is known of each cell: nothing, empty, full.
-        std::vector<std::uint8_t> known(here.cells.size());
+        // Of each cell: nothing, empty, full.
+        known.assign(here.cells.size(), 0);
         const auto is_full = [&](std::uint16_t at) {
-            if (known[at] == 0) known[at] = full(cell + here.cells[at]) ? 2 : 1;
+            if (known[at] == 0) known[at] = full(here.cells[at]) ? 2 : 1;
             return known[at] == 2;
         };
         for (std::size_t i = 0; i < here.moves.size(); ++i)
@@ -80,10 +81,12 @@ class MoveTable {
   private:
     // The cells of a move, by their numbers in Layer::cells.
     struct LookedAt {
+        std::uint16_t by = 0;
         std::vector<std::uint16_t> full, empty;
         std::vector<std::pair<std::uint16_t, std::uint16_t>> one_empty;
         template <class IsFull>
         bool fits(const IsFull& is_full) const {
+            if (is_full(by)) return false;
             for (const std::uint16_t at : empty)
                 if (is_full(at)) return false;
             for (const std::uint16_t at : full)
@@ -100,13 +103,13 @@ class MoveTable {
     };
 
     template <class Full>
-    static bool fits(const Move& move, Cell cell, const Full& full) {
+    static bool fits(const Move& move, const Full& full) {
         for (const Cell at : move.empty)
-            if (full(cell + at)) return false;
+            if (full(at)) return false;
         for (const Cell at : move.full)
-            if (!full(cell + at)) return false;
+            if (!full(at)) return false;
         for (const auto& [one, other] : move.one_empty)
-            if (full(cell + one) && full(cell + other)) return false;
+            if (full(one) && full(other)) return false;
         return true;
     }
     std::size_t layer(Cell cell) const { return layers_.size() == 1 ? 0 : static_cast<std::size_t>(cell.z & 1); }

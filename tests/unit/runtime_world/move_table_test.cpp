@@ -16,7 +16,8 @@ MoveTable named(std::string_view name, LatticeKind lattice) {
 
 std::vector<Cell> possible(const MoveTable& table, Cell from, const std::set<Cell>& full) {
     std::vector<Cell> found;
-    table.possible(from, [&](Cell c) { return full.contains(c); }, found);
+    std::vector<std::uint8_t> known;
+    table.possible(from, [&](Cell c) { return full.contains(from + c); }, known, found);
     return found;
 }
 
