@@ -269,16 +269,16 @@ double arguments_of(const ModuleInfo& module, std::string_view predicate) {
     return most;
 }
 
-// A step of a recording, which the first process packs, sorts and writes.
+// A step of a recording: its columns, and what the digest keeps. Of several processes the first one gets all catoms packed and sorts them.
 MemoryPart recording(const world::World& world, const ModuleInfo& module, double catoms, int processes) {
-    double packed = 40, sorted = 24, columns = 43;  // See Recorder::pack(), catoms_by_id() and Step.
+    double packed = 40, columns = 39;  // See Recorder::pack(), Step and RunningDigest.
     for (const std::string& name : world.record.predicates) {
         packed += 8 * arguments_of(module, name);
         columns += 8 * arguments_of(module, name);
     }
-    // A process that is alone packs one catom after the other; then it has the positions twice.
-    const double at_once = processes > 1 ? packed : 12;
-    const double bytes = kRecording + std::min(kChunkCaches, kChunkCachesCatom * catoms) + catoms * (at_once + sorted + columns);
+    // Of a process that is alone, the list of those that have changed; of others, what stands where in the packed bytes.
+    const double at_once = processes > 1 ? packed + 20 : 4;
+    const double bytes = kRecording + std::min(kChunkCaches, kChunkCachesCatom * catoms) + catoms * (at_once + columns);
     // Facts of which a catom has several are there once more, each with the catom.
     return {"a step of the recording", {bytes, bytes + (world.record.predicates.empty() ? 0 : catoms * 2 * packed)}, true};
 }

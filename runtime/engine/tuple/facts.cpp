@@ -32,17 +32,6 @@ void store(const FieldInfo& field, u8* base, Value v) {
     }
 }
 
-u32 word_at(const u8* record, u32 offset) {
-    u32 word = 0;
-    std::memcpy(&word, record + offset, sizeof word);
-    return word;
-}
-
-bool present(const PredicateInfo& p, const u8* record) {
-    if (p.rank_offset != kNone32) return word_at(record, p.rank_offset) != kAbsent;
-    return (record[p.presence_offset] & p.presence_mask) != 0;
-}
-
 void set_present(const PredicateInfo& p, u8* record, bool on) {
     u8& bits = record[p.presence_offset];
     bits = static_cast<u8>(on ? bits | p.presence_mask : bits & ~p.presence_mask);
@@ -163,7 +152,7 @@ bool facts_at(const ModuleInfo& module, const Columns& columns, const Geometry& 
         }
         return true;
     }
-    if (!present(p, record)) return true;
+    if (!is_present(p, record)) return true;
     for (u32 i = 0; i < p.arity; ++i) values[i] = load_field(p.fields[i], record);
     return visit(values.data(), rank_at(p, record));
 }
@@ -200,7 +189,7 @@ u32 count_facts(const ModuleInfo& module, const Columns& columns, const Geometry
     if (p.column == kNone16) return 0;
     if (p.storage == Storage::Rows) return columns.rows(p.column, catom).count;
     const u8* record = columns.entry(p.column, catom);
-    if (p.storage != Storage::PerLink) return present(p, record) ? 1 : 0;
+    if (p.storage != Storage::PerLink) return is_present(p, record) ? 1 : 0;
     const u32 ports = word_at(record, p.presence_offset);
     u32 count = 0;
     for (i32 port = 0; port < geometry.ports; ++port) count += (ports >> port & 1) != 0 && neighbour_at(geometry, catom, port) >= 0;
@@ -212,7 +201,7 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     MELD_EXPECT(p.column != kNone16);
     const ColumnInfo& c = module.columns[p.column];
     if (p.storage != Storage::Rows) {
-        bool same = present(p, columns.entry(p.column, catom));
+        bool same = is_present(p, columns.entry(p.column, catom));
         columns.change_record(p.column, catom, pool, [&](u8* record) {
             for (u32 i = 0; i < p.arity; ++i) {
                 same = same && compare(type_of(module, p.fields[i]), load_field(p.fields[i], record), arguments[i]) == 0;
@@ -273,7 +262,7 @@ bool take_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
     const ColumnInfo& c = module.columns[p.column];
     if (p.storage != Storage::Rows) {
         const u8* held = columns.entry(p.column, catom);
-        if (!present(p, held)) return false;
+        if (!is_present(p, held)) return false;
         for (u32 i = 0; i < p.arity; ++i)
             if (compare(type_of(module, p.fields[i]), load_field(p.fields[i], held), arguments[i]) != 0) return false;
         columns.change_record(p.column, catom, pool, [&](u8* record) {
@@ -299,7 +288,7 @@ Numbers read_numbers(const ModuleInfo& module, const Columns& columns, u32 predi
     const PredicateInfo& p = module.predicates[predicate];
     const u8* record = columns.entry(p.column, catom);
     Numbers numbers;
-    if (!present(p, record)) return numbers;
+    if (!is_present(p, record)) return numbers;
     if (p.fields[0].type == ValueType::Vec3) {
         const List* vector = load_field(p.fields[0], record).list;
         for (; numbers.count < 3; ++numbers.count) numbers.at[numbers.count] = item(vector, numbers.count).real;
@@ -319,7 +308,7 @@ void give_numbers(const ModuleInfo& module, Columns& columns, u32 predicate, u32
         // No list of the record changes, so no owner does.
         for (u32 i = 0; i < p.arity; ++i) store(p.fields[i], record, Value{.catom = words[i]});
         set_present(p, record, true);
-    } else if (u64* items = present(p, record) ? columns.lists().own_items(load_field(p.fields[0], record).list) : nullptr;
+    } else if (u64* items = is_present(p, record) ? columns.lists().own_items(load_field(p.fields[0], record).list) : nullptr;
                items != nullptr) {
         std::copy_n(words.begin(), 3, items);
     } else {

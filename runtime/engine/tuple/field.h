@@ -36,6 +36,17 @@ inline Value load_field(const FieldInfo& field, const u8* base, std::size_t elem
     return v;
 }
 
+// Of a predicate with at most one fact in a record, or of a row: the word at this place, and whether there is the fact.
+inline u32 word_at(const u8* record, u32 offset) {
+    u32 word = 0;
+    std::memcpy(&word, record + offset, sizeof word);
+    return word;
+}
+inline bool is_present(const PredicateInfo& p, const u8* record) {
+    if (p.rank_offset != kNone32) return word_at(record, p.rank_offset) != kAbsent;
+    return (record[p.presence_offset] & p.presence_mask) != 0;
+}
+
 // The arguments of a fact that is a row.
 inline void read_row(const PredicateInfo& p, const u8* row, std::vector<Value>& out) {
     out.resize(p.arity);

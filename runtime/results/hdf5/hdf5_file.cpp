@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <limits>
 #include <system_error>
 #include <utility>
@@ -23,6 +24,8 @@ static_assert(sizeof(hid_t) == sizeof(std::int64_t), "handles are kept as 64-bit
 namespace {
 
 constexpr unsigned kMostCompactLinks = 60'000;  // Of 65,535.
+constexpr std::size_t kFewestPackedBytes = 64 << 10;
+constexpr std::uint32_t kWithoutFilters = 3;  // A bit for each of the two.
 // Room for this many names in the header of a group; further names go to a second block.
 constexpr unsigned kExpectedLinks = 32;
 constexpr unsigned kExpectedNameBytes = 24;
@@ -363,11 +366,31 @@ void Hdf5File::write_rows_of_step(ColumnIndex index, std::uint64_t first_row, st
         else if (repeats)
             copy_chunk(index, first_row + at - chunk_rows, first_row + at);
         else
-            write_rows(index, first_row + at, count, from);
+            write_chunk(index, first_row + at, count, from);
     }
     column.step_first = first_row;
     column.step_rows = rows;
     column.step_hashes = std::move(hashes);
+}
+
+// Of rows that begin a chunk of the column's end. Short chunks are left to the library: each of their planes would take some bytes more.
+void Hdf5File::write_chunk(ColumnIndex index, std::uint64_t first_row, std::uint64_t rows, const std::byte* data) {
+    const Column& column = columns_[index];
+    const std::size_t row_bytes = static_cast<std::size_t>(column.shape.components) * size_of(column.shape.type);
+    const std::size_t chunk_bytes = column.shape.chunk_rows * row_bytes;
+    if (!column.shape.compressed || chunk_bytes < kFewestPackedBytes) return write_rows(index, first_row, rows, data);
+    std::span<const std::byte> chunk(data, chunk_bytes);
+    std::vector<std::byte> whole;
+    // The library fills up a chunk that is not full; nobody reads that.
+    if (rows < column.shape.chunk_rows) {
+        whole.resize(chunk_bytes);
+        std::memcpy(whole.data(), data, rows * row_bytes);
+        chunk = whole;
+    }
+    const std::vector<std::byte> packed = packer_.pack(chunk, size_of(column.shape.type));
+    const std::span<const std::byte> stored = packed.empty() ? chunk : std::span<const std::byte>(packed);
+    const std::array<hsize_t, 2> to = {first_row, 0};
+    check(H5Dwrite_chunk(column.dataset, H5P_DEFAULT, packed.empty() ? kWithoutFilters : 0, to.data(), stored.size(), stored.data()));
 }
 
 // As it stands in the file, packed.
@@ -385,6 +408,16 @@ void Hdf5File::copy_chunk(ColumnIndex index, std::uint64_t from_row, std::uint64
 
 void Hdf5File::flush() {
     if (!failed()) check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
+    sync();
+}
+
+void Hdf5File::flush_names(const std::string& group) {
+    const Handle opened(failed() ? H5I_INVALID_HID : H5Gopen2(file_, group.c_str(), H5P_DEFAULT), H5Gclose);
+    if (!failed()) check(H5Gflush(opened));
+    sync();
+}
+
+void Hdf5File::sync() {
     if (failed() || durability_ == Durability::Process) return;
     void* descriptor = nullptr;
     check(H5Fget_vfd_handle(file_, H5P_DEFAULT, &descriptor));

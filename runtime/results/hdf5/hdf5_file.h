@@ -15,6 +15,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/files/output_file.h"
+#include "runtime/results/hdf5/chunk_packer.h"
 
 namespace meld::record {
 
@@ -89,8 +90,9 @@ class Hdf5File {
     std::uint64_t rows(ColumnIndex column) const { return columns_[column].rows; }
     const ColumnShape& shape(ColumnIndex column) const { return columns_[column].shape; }
 
-    // Hands everything written to the system, or to the disk.
+    // Hands everything written to the system, or to the disk; or what stands in a group alone, its names.
     void flush();
+    void flush_names(const std::string& group);
     // Moves the end of the file, which must already be that long on the disk. A step that takes no more than the space ahead of it leaves a
     // file that can be read after each of its writes: the library writes the position of the end last, and readers refuse data behind it.
     void extend(std::uint64_t bytes);
@@ -117,6 +119,8 @@ class Hdf5File {
     void open_column(const std::string& path, std::uint64_t rows);
     void make_chunk_index(ColumnIndex column);
     void copy_chunk(ColumnIndex column, std::uint64_t from_row, std::uint64_t to_row);
+    void write_chunk(ColumnIndex column, std::uint64_t first_row, std::uint64_t rows, const std::byte* data);
+    void sync();
     void notice_end();
     void cut_end();
     void write_attribute(const std::string& group, const std::string& name, std::int64_t type, std::int64_t space, const void* data);
@@ -125,6 +129,7 @@ class Hdf5File {
     std::int64_t file_ = -1;
     void* driver_file_ = nullptr;
     std::vector<Column> columns_;
+    ChunkPacker packer_;
     bool changed_ = false;
     std::optional<std::string> failure_;
 };

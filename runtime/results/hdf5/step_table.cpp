@@ -67,7 +67,7 @@ void StepTable::shorten(std::size_t number, std::int64_t rows) {
 void StepTable::show(std::size_t number) {
     file_.flush();
     file_.link(place_.seen_in, kLink, table(number));
-    file_.flush();
+    file_.flush_names(place_.seen_in);
 }
 
 // The table that readers see is never shortened: if it is the one that is to have all steps, they see the other one for a while.

@@ -13,6 +13,8 @@ namespace {
 // The order in which the format lists the kinds of cells; catoms are vertices, and the last two stay empty.
 constexpr std::array<const char*, 4> kCellKinds = {"Vertices", "Lines", "Polygons", "Strips"};
 constexpr std::uint64_t kPartsPerChunk = 1024;
+// Of vertices: those of a large ensemble are packed as its other arrays are.
+constexpr std::uint64_t kFewestVertexRows = 4096, kMostVertexRows = 65536;
 
 }  // namespace
 
@@ -21,13 +23,18 @@ PartTable::PartTable(Hdf5File& file) : file_(file) {
     columns_.number_of_points = file_.make_column("/VTKHDF/NumberOfPoints", one_a_part);
     for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
         const std::string group = fmt::format("/VTKHDF/{}", kCellKinds[kind]);
-        const ColumnShape ids = {.type = ElementType::Int64, .components = 1, .chunk_rows = 4096, .compressed = true};
         file_.make_group(group);
         columns_.number_of_cells[kind] = file_.make_column(group + "/NumberOfCells", one_a_part);
         columns_.number_of_connectivity_ids[kind] = file_.make_column(group + "/NumberOfConnectivityIds", one_a_part);
-        columns_.offsets[kind] = file_.make_column(group + "/Offsets", ids);
-        columns_.connectivity[kind] = file_.make_column(group + "/Connectivity", ids);
+        if (kind > 0) make_ids(kind, kFewestVertexRows);
     }
+}
+
+void PartTable::make_ids(std::size_t kind, std::uint64_t chunk_rows) {
+    const std::string group = fmt::format("/VTKHDF/{}", kCellKinds[kind]);
+    const ColumnShape ids = {.type = ElementType::Int64, .components = 1, .chunk_rows = chunk_rows, .compressed = true};
+    columns_.offsets[kind] = file_.make_column(group + "/Offsets", ids);
+    columns_.connectivity[kind] = file_.make_column(group + "/Connectivity", ids);
 }
 
 // In the order in which they were made, so that each gets the place it has.
@@ -89,18 +96,32 @@ const Part& PartTable::part_with(std::uint64_t rows, std::span<const RecordedLin
     return parts_.emplace(key, part).first->second;
 }
 
+// Appends 0, 1, 2 and so on.
+void PartTable::count_up(ColumnIndex column, std::uint64_t numbers) {
+    const std::uint64_t chunk_rows = file_.shape(column).chunk_rows;
+    std::vector<std::int64_t> some;
+    for (std::uint64_t next = 0; next < numbers; next += some.size()) {
+        const std::uint64_t first = file_.rows(column);
+        some.resize(std::min(chunk_rows - first % chunk_rows, numbers - next));
+        std::iota(some.begin(), some.end(), static_cast<std::int64_t>(next));
+        if (first % chunk_rows == 0)
+            file_.write_rows_of_step(column, first, some.size(), some.data());
+        else
+            file_.write_rows(column, first, some.size(), some.data());
+    }
+}
+
 // Readers of VTK up to 9.3 find the Offsets of a part at its cell offset plus its index; later ones at its cell offset plus the
 // number of parts it takes to reach that offset. Counting an empty part as one cell, with a row of Offsets to spare, makes both
 // come out at the same row.
 void PartTable::write_vertices(std::uint64_t rows, Part& part) {
-    std::vector<std::int64_t> ids(rows + 1);
-    std::iota(ids.begin(), ids.end(), 0);
+    if (parts_.empty()) make_ids(0, std::clamp(rows, kFewestVertexRows, kMostVertexRows));
     const auto [known, is_new] = connectivity_of_rows_.emplace(rows, static_cast<std::int64_t>(file_.rows(columns_.connectivity[0])));
-    if (is_new) file_.write_rows(columns_.connectivity[0], file_.rows(columns_.connectivity[0]), rows, ids.data());
+    if (is_new) count_up(columns_.connectivity[0], rows);
     part.connectivity_offsets[0] = known->second;
     part.cell_offsets[0] = next_cell_offset_;
-    if (rows == 0) ids.push_back(0);
-    file_.write_rows(columns_.offsets[0], file_.rows(columns_.offsets[0]), ids.size(), ids.data());
+    count_up(columns_.offsets[0], rows + 1);
+    if (rows == 0) count_up(columns_.offsets[0], 1);
     next_cell_offset_ += static_cast<std::int64_t>(std::max<std::uint64_t>(rows, 1));
 }
 

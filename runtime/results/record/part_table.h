@@ -26,7 +26,7 @@ struct Part {
 
 class PartTable {
   public:
-    // The file must stay. Makes the groups and columns of cells.
+    // The file must stay. Makes the groups and columns of cells; those of vertices with the first part.
     explicit PartTable(Hdf5File& file);
     // Of a file that is opened again, in the state that save() wrote: the parts are found by reading them.
     PartTable(Hdf5File& file, ByteReader& saved);
@@ -51,6 +51,8 @@ class PartTable {
         bool operator<(const Key& other) const { return order() < other.order(); }
     };
     static Key key_of(std::uint64_t rows, std::span<const RecordedLine> lines);
+    void make_ids(std::size_t kind, std::uint64_t chunk_rows);
+    void count_up(ColumnIndex column, std::uint64_t numbers);
     void write_vertices(std::uint64_t rows, Part& part);
     void write_lines(std::span<const RecordedLine> lines, Part& part);
 

@@ -8,6 +8,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/single_facts.h"
 #include "runtime/engine/tuple/value_text.h"
 #include "runtime/results/facts/fact_tables.h"
 
@@ -17,6 +18,7 @@ RecordedPredicate::RecordedPredicate(const ModuleInfo& module, u32 predicate, st
     : predicate_(predicate), name_(std::move(name)) {
     const PredicateInfo& p = module.predicates[predicate];
     several_ = p.arity > 0 && (p.storage == Storage::Rows || p.storage == Storage::PerLink);
+    simple_ = tuple::SingleFacts::fits(p) || (p.arity == 0 && p.storage == Storage::Rows);
     for (u16 i = 0; i < p.arity; ++i) {
         Argument argument{.name = argument_name(p, i), .array = name_, .type = tuple::type_name(tuple::type_of(module, p.fields[i]))};
         if (i > 0) argument.array += "." + argument.name;
@@ -53,6 +55,7 @@ void RecordedPredicate::pack_fact(const ModuleInfo& module, const Value* fact, B
 // How many facts there are; the first one, as it is stored; all of them, in the order of their arguments.
 void RecordedPredicate::pack(sim::Subdomain& subdomain, sim::Catom catom, ByteWriter& out) const {
     const PredicateInfo& p = subdomain.module.predicates[predicate_];
+    if (p.storage == Storage::Rows && subdomain.columns.rows(p.column, catom).count == 0) return out.write_count(0);
     std::vector<std::vector<Value>> facts;
     tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), predicate_, catom,
                      [&](const Value* v) { facts.emplace_back(v, v + p.arity); });
@@ -105,7 +108,11 @@ void RecordedPredicate::take_first(const Argument& argument, std::uint32_t count
     else if (argument.components == 3)
         cells.words.insert(cells.words.end(), 3, std::bit_cast<u64>(std::numeric_limits<double>::quiet_NaN()));
     else
-        cells.words.push_back(argument.stored == RecordedArray::Float64 ? std::bit_cast<u64>(-1.0) : ~u64{0});
+        cells.words.push_back(nothing(argument));
+}
+
+u64 RecordedPredicate::nothing(const Argument& argument) {
+    return argument.stored == RecordedArray::Float64 ? std::bit_cast<u64>(-1.0) : ~u64{0};
 }
 
 void RecordedPredicate::unpack(u64 id, ByteReader& in) {
@@ -116,6 +123,45 @@ void RecordedPredicate::unpack(u64 id, ByteReader& in) {
     for (std::uint32_t fact = 0; fact < count; ++fact) {
         catoms_.push_back(id);
         for (Argument& argument : arguments_) take(argument, in, argument.all);
+    }
+}
+
+template <class Visit>
+void RecordedPredicate::with_count_of(const sim::Subdomain& subdomain, const Visit& visit) const {
+    const PredicateInfo& p = subdomain.module.predicates[predicate_];
+    if (p.storage == Storage::Rows) return visit([&](sim::Catom c) { return subdomain.columns.rows(p.column, c).count; });
+    const tuple::SingleFacts facts(subdomain.module, subdomain.columns, predicate_);
+    visit([&](sim::Catom c) { return facts.find(c) != nullptr ? u32{1} : u32{0}; });
+}
+
+template <class Visit>
+void RecordedPredicate::each_argument(const sim::Subdomain& subdomain, const Visit& visit) {
+    const tuple::SingleFacts facts(subdomain.module, subdomain.columns, predicate_);
+    for (u32 i = 0; i < arguments_.size(); ++i)
+        visit(arguments_[i], [&facts, i, nothing = nothing(arguments_[i])](sim::Catom c) {
+            const u8* const fact = facts.find(c);
+            return fact != nullptr ? facts.argument(fact, i).catom : nothing;
+        });
+}
+
+void RecordedPredicate::read(sim::Subdomain& subdomain, std::span<const sim::Catom> catoms) {
+    begin_step(catoms.size());
+    if (simple_) {
+        with_count_of(subdomain, [&](const auto& count_of) {
+            for (const sim::Catom c : catoms) counts_.push_back(count_of(c));
+        });
+        each_argument(subdomain, [&](Argument& argument, const auto& word_of) {
+            for (const sim::Catom c : catoms) argument.first.words.push_back(word_of(c));
+        });
+        return;
+    }
+    ByteWriter packed;
+    for (const sim::Catom c : catoms) {
+        liveness::beat();
+        packed.clear();
+        pack(subdomain, c, packed);
+        ByteReader facts(packed.view(), "a row of a recording");
+        unpack(subdomain.ensemble.id(c), facts);
     }
 }
 
@@ -141,11 +187,39 @@ void RecordedPredicate::Argument::put(std::size_t row) {
     room.clear();
 }
 
+void RecordedPredicate::set_count(std::size_t row, u64 count) {
+    if (std::exchange(counts_[row], count) == count) return;
+    changed_counts_.push_back(row);
+    counts_same_ = false;
+}
+
+void RecordedPredicate::update(sim::Subdomain& subdomain, const RowsOfCatoms& rows) {
+    if (simple_) {
+        with_count_of(subdomain,
+                      [&](const auto& count_of) { rows.each([&](u32 row, sim::Catom catom) { set_count(row, count_of(catom)); }); });
+        each_argument(subdomain, [&](Argument& argument, const auto& word_of) {
+            Cells& cells = argument.first;
+            rows.each([&](u32 row, sim::Catom catom) {
+                const u64 word = word_of(catom);
+                if (std::exchange(cells.words[row], word) != word) cells.changed.push_back(row);
+            });
+            cells.same = cells.changed.empty();
+        });
+        return;
+    }
+    ByteWriter packed;
+    rows.each([&](u32 row, sim::Catom catom) {
+        packed.clear();
+        pack(subdomain, catom, packed);
+        ByteReader facts(packed.view(), "a row of a recording");
+        update(row, subdomain.ensemble.id(catom), facts);
+    });
+}
+
 void RecordedPredicate::update(std::size_t row, u64 id, ByteReader& in) {
     const auto count = in.read<std::uint32_t>();
-    const u64 before = std::exchange(counts_[row], count);
-    if (before != count) changed_counts_.push_back(row);
-    counts_same_ = changed_counts_.empty();
+    const u64 before = counts_[row];
+    set_count(row, count);
     for (Argument& argument : arguments_) {
         take_first(argument, count, in, argument.room);
         argument.put(row);

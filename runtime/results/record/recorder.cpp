@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
-#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
@@ -135,31 +133,42 @@ void Recorder::finish(sim::Subdomain& subdomain) {
 namespace {
 
 constexpr u64 kNobody = ~u64{0};
-// If more than one catom of so many has changed, a step is made anew.
+// If more than one catom of so many has changed, tables of facts are made anew.
 constexpr std::size_t kFew = 4;
 
 }  // namespace
 
-bool Recorder::find_changes(sim::Subdomain& subdomain) {
-    if (touched_ == nullptr) touched_ = &subdomain.follow();
-    changed_.clear();
-    touched_->take([&](sim::Catom c) { changed_.push_back(c); });
+// On one process of several, of those that may have changed. Returns whether all were there in the last step.
+bool Recorder::note_ids(const sim::Subdomain& subdomain) {
     if (!changed_.empty()) recorded_ids_.resize(std::max<std::size_t>(recorded_ids_.size(), changed_.back() + std::size_t{1}), kNobody);
-    bool same = follows_;
+    bool same = true;
     for (const sim::Catom c : changed_) {
         const bool here = c < subdomain.ensemble.index_count() && subdomain.owned(c);
         const u64 id = here ? subdomain.ensemble.id(c) : kNobody;
         same = std::exchange(recorded_ids_[c], id) == id && same;
     }
-    // Where much has changed, all at once is no more work; what catoms did in a step is another number in each.
-    const std::byte mine{same && !load_ && changed_.size() <= subdomain.ensemble.owned_count() / kFew};
+    return same;
+}
+
+bool Recorder::find_changes(sim::Subdomain& subdomain) {
+    if (touched_ == nullptr) {
+        touched_ = &subdomain.follow();
+        changed_.reserve(subdomain.ensemble.index_count());
+    }
+    changed_.clear();
+    touched_->take([&](sim::Catom c) { changed_.push_back(c); });
+    const bool same = subdomain.alone() ? follows_ && own_are_as_before(subdomain) : note_ids(subdomain) && follows_;
+    const bool few = changed_.size() <= subdomain.ensemble.owned_count() / kFew ||
+                     std::ranges::none_of(recorded_, [](const RecordedPredicate& r) { return r.has_table(); });
+    // What catoms did in a step is another number in each.
+    const std::byte mine{same && few && !load_};
     if (subdomain.alone()) return mine != std::byte{0};
     return std::ranges::all_of(subdomain.comm.allgather({&mine, 1}), [](std::byte each) { return each != std::byte{0}; });
 }
 
 Recorder::RecordedRow Recorder::row_of(const sim::Subdomain& subdomain, sim::Catom catom) {
     const world::Vec3 position = subdomain.ensemble.position(catom);
-    return {subdomain.ensemble.id(catom), position, subdomain.ensemble.has_amoebots() ? tail_position(subdomain, catom) : position,
+    return {subdomain.ensemble.id(catom), narrow(position), subdomain.ensemble.has_amoebots() ? tail_position(subdomain, catom) : position,
             subdomain.diameter(catom)};
 }
 
@@ -193,29 +202,6 @@ std::vector<std::byte> Recorder::pack(sim::Subdomain& subdomain, bool whole) {
 }
 
 namespace {
-
-// The catoms of this process in the order of their ids, which have few gaps in most runs.
-std::vector<sim::Catom> catoms_by_id(const sim::Subdomain& subdomain) {
-    constexpr sim::Catom kNone = ~sim::Catom{0};
-    const std::size_t count = subdomain.ensemble.owned_count(), most = 2 * count;
-    std::vector<sim::Catom> out;
-    out.reserve(count);
-    const auto each = [&](const auto& visit) {
-        for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
-            if (subdomain.owned(c)) visit(c, subdomain.ensemble.id(c));
-    };
-    u64 last = 0;
-    each([&](sim::Catom, u64 id) { last = std::max(last, id); });
-    if (last < most) {
-        std::vector<sim::Catom> at(last + 1, kNone);
-        each([&](sim::Catom c, u64 id) { at[id] = c; });
-        std::ranges::copy_if(at, std::back_inserter(out), [](sim::Catom c) { return c != kNone; });
-        return out;
-    }
-    each([&](sim::Catom c, u64) { out.push_back(c); });
-    std::ranges::sort(out, {}, [&](sim::Catom c) { return subdomain.ensemble.id(c); });
-    return out;
-}
 
 // Calls visit(id, row, rest of the bytes) for the rows of all processes, in the order of ids. What stands before them is read first.
 template <class Row, class Before, class Skip, class Visit>
@@ -300,55 +286,40 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all) {
         all, [&](ByteReader& in) { read_appearance(in); }, skip, [&](const RecordedRow& row, ByteReader& in) { add_row(row, in); });
 }
 
-// The same of a run of one process, where nothing is sent: all catoms packed would take more memory than their columns.
-void Recorder::read_own_rows(sim::Subdomain& subdomain) {
-    begin_rows(subdomain.ensemble.owned_count());
-    ByteWriter packed;
-    pack_appearance(subdomain, packed);
-    ByteReader appearance(packed.view(), "what is drawn in a step of a recording");
-    read_appearance(appearance);
-    for (const sim::Catom c : catoms_by_id(subdomain)) {
-        liveness::beat();
-        packed.clear();
-        pack_facts(subdomain, c, packed);
-        ByteReader facts(packed.view(), "a row of a recording");
-        add_row(row_of(subdomain, c), facts);
-    }
-}
-
-// Of the same catoms as the last step.
-void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
+void Recorder::begin_update() {
     appearance_.begin_step();
     step_.updated = true;
     for (std::vector<u64>* rows :
          {&step_.moved, &step_.changed_tails, &step_.changed_diameters, &step_.changed_colours, &step_.changed_labels})
         rows->clear();
     for (RecordedPredicate& r : recorded_) r.begin_update();
+}
+
+u64 Recorder::find_row(u64 id) const {
+    const auto found = std::ranges::lower_bound(step_.ids, id);
+    MELD_CHECK(found != step_.ids.end() && *found == id, "catom @{} is not in the step before", id);
+    return static_cast<u64>(found - step_.ids.begin());
+}
+
+// Of the same catoms as the last step.
+void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
+    begin_update();
     const auto skip = [&](ByteReader& in) {
         for (const RecordedPredicate& r : recorded_) r.skip(in);
     };
-    // What is other in the file, where -0.0 is not 0.0.
-    const auto replace = [](auto& column, std::size_t at, const auto& value, std::vector<u64>& changed, const auto& stored) {
-        const auto before = stored(std::exchange(column[at], value)), now = stored(value);
-        if (std::memcmp(&before, &now, sizeof now) != 0) changed.push_back(at);
-    };
-    const auto as_it_is = [](const auto& value) { return value; };
-    std::size_t at = 0;
     each_row<RecordedRow>(
         all, [&](ByteReader& in) { appearance_.receive(in); }, skip,
         [&](const RecordedRow& row, ByteReader& in) {
-            // In most runs the numbers have no gaps.
-            if (row.id < step_.ids.size() && step_.ids[row.id] == row.id)
-                at = row.id;
-            else
-                at = static_cast<std::size_t>(
-                    std::lower_bound(step_.ids.begin() + static_cast<std::ptrdiff_t>(at), step_.ids.end(), row.id) - step_.ids.begin());
-            MELD_CHECK(at < step_.ids.size() && step_.ids[at] == row.id, "catom @{} is not in the step before", row.id);
-            replace(step_.positions, at, row.position, step_.moved, narrow);
-            if (has_tails_) replace(step_.tails, at, row.tail, step_.changed_tails, as_it_is);
-            if (has_diameters_) replace(step_.diameters, at, row.diameter, step_.changed_diameters, as_it_is);
+            const u64 at = row_with(row.id);
+            replace(step_.positions, at, row.position, step_.moved);
+            if (has_tails_) replace(step_.tails, at, row.tail, step_.changed_tails);
+            if (has_diameters_) replace(step_.diameters, at, row.diameter, step_.changed_diameters);
             for (RecordedPredicate& r : recorded_) r.update(at, row.id, in);
         });
+    end_update();
+}
+
+void Recorder::end_update() {
     for (RecordedPredicate& r : recorded_) r.end_update();
     update_appearance();
 }
@@ -374,7 +345,7 @@ void Recorder::update_appearance() {
 }
 
 // Lines between catoms that both exist, by their indices.
-std::vector<RecordedLine> Recorder::lines_between(const std::vector<u64>& ids) {
+std::vector<RecordedLine> Recorder::lines_between(std::span<const u64> ids) {
     std::vector<RecordedLine> lines;
     const auto place = [&](u64 id) {
         const auto found = std::lower_bound(ids.begin(), ids.end(), id);
@@ -426,8 +397,11 @@ Result<void> Recorder::write(sim::Subdomain& subdomain) {
     last_step_ = subdomain.tick();
     const Digest state = digest_.of(subdomain);
     const bool whole = !find_changes(subdomain);
-    if (whole && subdomain.alone()) {
-        read_own_rows(subdomain);
+    if (subdomain.alone()) {
+        if (whole)
+            read_own_rows(subdomain);
+        else
+            update_own_rows(subdomain);
     } else if (const std::vector<std::vector<std::byte>> all = gather(subdomain, whole); file_) {
         if (whole)
             read_rows(all);

@@ -1,11 +1,15 @@
 // The recorder: a SimModule that writes positions, what catoms draw and chosen predicates to a VTKHDF file every few ticks.
 #pragma once
 
+#include <algorithm>
+#include <cstring>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "runtime/base/large_array.h"
 #include "runtime/results/record/appearance.h"
 #include "runtime/results/record/load_map.h"
 #include "runtime/results/record/recorded_predicate.h"
@@ -43,16 +47,18 @@ class Recorder : public sim::SimModule {
   private:
     struct RecordedRow {
         u64 id;
-        world::Vec3 position, tail;
+        RecordedPosition position;
+        world::Vec3 tail;
         double diameter;
     };
     static RecordedRow row_of(const sim::Subdomain& subdomain, sim::Catom catom);
     // A step as its columns, in the order of ids, and what of it is not as it was in the step before.
     struct Step {
-        std::vector<u64> ids;
-        std::vector<world::Vec3> positions, tails;  // Tails of amoebots alone.
-        std::vector<double> diameters;              // If bodies differ in size.
-        std::vector<std::uint8_t> colours;
+        LargeArray<u64> ids;
+        LargeArray<RecordedPosition> positions;
+        std::vector<world::Vec3> tails;  // Of amoebots alone.
+        std::vector<double> diameters;   // If bodies differ in size.
+        LargeArray<std::uint8_t> colours;
         std::vector<std::string> labels;
         bool updated = false;  // Made of the step before: these are the rows that are not as they were in it.
         std::vector<u64> moved, changed_tails, changed_diameters, changed_colours, changed_labels;
@@ -67,6 +73,7 @@ class Recorder : public sim::SimModule {
     // Finds the catoms of this process of which something may have changed since the last step. True: they are what it takes to make this
     // step of the last one; the same on all processes.
     bool find_changes(sim::Subdomain& subdomain);
+    bool note_ids(const sim::Subdomain& subdomain);
     // All that a step has, from all processes.
     std::vector<std::vector<std::byte>> gather(sim::Subdomain& subdomain, bool whole);
     std::vector<std::byte> pack(sim::Subdomain& subdomain, bool whole);
@@ -78,10 +85,31 @@ class Recorder : public sim::SimModule {
     void read_appearance(ByteReader& in);
     void add_row(const RecordedRow& row, ByteReader& facts);
     void read_rows(const std::vector<std::vector<std::byte>>& all);
-    void read_own_rows(sim::Subdomain& subdomain);
+    // A step of the one before it.
+    void begin_update();
+    // In a column, with what the file would have before and now.
+    template <class Column>
+    static void replace(Column& column, u64 row, const typename Column::value_type& value, std::vector<u64>& changed) {
+        // -0.0 is not 0.0 in the file.
+        if (std::memcmp(&column[row], &value, sizeof value) == 0) return;
+        column[row] = value;
+        changed.push_back(row);
+    }
+    // Of the last step. In most runs the numbers have no gaps.
+    bool has_row(u64 id) const { return (id < step_.ids.size() && step_.ids[id] == id) || std::ranges::binary_search(step_.ids, id); }
+    u64 row_with(u64 id) const { return id < step_.ids.size() && step_.ids[id] == id ? id : find_row(id); }
+    u64 find_row(u64 id) const;
     void update_rows(const std::vector<std::vector<std::byte>>& all);
+    void end_update();
     void update_appearance();
-    std::vector<RecordedLine> lines_between(const std::vector<u64>& ids);
+    // The same of a run of one process, where nothing is sent.
+    void read_own_appearance(sim::Subdomain& subdomain);
+    void take_own(const sim::Subdomain& subdomain);
+    void read_own_rows(sim::Subdomain& subdomain);
+    bool own_are_as_before(const sim::Subdomain& subdomain) const;
+    RowsOfCatoms changed_rows(const sim::Subdomain& subdomain);
+    void update_own_rows(sim::Subdomain& subdomain);
+    std::vector<RecordedLine> lines_between(std::span<const u64> ids);
     Result<void> write_step(const sim::Subdomain& subdomain, const Digest& state);
 
     std::string path_;
@@ -94,10 +122,11 @@ class Recorder : public sim::SimModule {
     Appearance appearance_;
     RunningDigest digest_;
     sim::Touched* touched_ = nullptr;  // The subdomain's.
-    std::vector<sim::Catom> changed_;  // Since the last step.
-    std::vector<u64> recorded_ids_;    // On every process, by catom: its number in the last step; none: it was not there.
-    bool follows_ = false;             // The last step was written, so the next may be made of it.
-    Step step_;                        // The last one; on the process that writes.
+    LargeArray<sim::Catom> changed_;   // Since the last step.
+    LargeArray<u32> changed_rows_;
+    std::vector<u64> recorded_ids_;  // Of several processes, by catom: its number in the last step; none: it was not there.
+    bool follows_ = false;           // The last step was written, so the next may be made of it.
+    Step step_;                      // The last one; on the process that writes.
     std::optional<LoadMap> load_;
     std::function<RunCounts()> counts_;
     std::optional<Recording> file_;

@@ -166,11 +166,9 @@ SeriesColumn Recording::State::make_array(const std::string& name, ElementType t
     return column;
 }
 
-void Recording::State::write_points(std::span<const std::array<double, 3>> positions) {
+void Recording::State::write_points(std::span<const RecordedPosition> positions) {
     if (!points) make_point_columns(positions.size());
-    std::vector<std::array<float, 3>> all(positions.size());
-    std::ranges::transform(positions, all.begin(), narrow);
-    points->write(*hdf5, positions.size(), all.data());
+    points->write(*hdf5, positions.size(), positions.data());
 }
 
 void Recording::State::write_array(const RecordedArray& array, std::uint64_t rows) {
@@ -186,7 +184,7 @@ void Recording::State::write_array(const RecordedArray& array, std::uint64_t row
         known->second.write(*hdf5, rows, array.data);
 }
 
-void Recording::State::write_whole(std::span<const std::array<double, 3>> positions, std::span<const RecordedArray> given,
+void Recording::State::write_whole(std::span<const RecordedPosition> positions, std::span<const RecordedArray> given,
                                    const RecordedSame& same) {
     if (same.positions && !points->has_changes())
         points->keep(positions.size());
@@ -259,7 +257,7 @@ Result<Recording> Recording::create(const std::string& path, const RecordingInfo
     return Recording(std::move(state));
 }
 
-Result<void> Recording::step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
+Result<void> Recording::step(double time, std::span<const RecordedPosition> positions, std::span<const std::uint64_t> ids,
                              std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines,
                              std::span<const RecordedTable> tables, const Digest& digest, const RecordedSame& same) {
     MELD_CHECK(positions.size() == ids.size(), "{} positions of {} catoms", positions.size(), ids.size());

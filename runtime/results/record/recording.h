@@ -74,13 +74,14 @@ struct RecordedTable {
 struct RecordedSame {
     bool ids = false;
     bool positions = false;
-    const std::vector<std::uint64_t>* moved = nullptr;  // As RecordedArray::changed, of positions as floats of 32 bits.
+    const std::vector<std::uint64_t>* moved = nullptr;  // As RecordedArray::changed, of positions.
 };
 
-// Positions as they stand in the file.
-std::array<float, 3> narrow(const std::array<double, 3>& position);
+// A position as it stands in the file: floats of 32 bits suffice for viewing and halve the size.
+using RecordedPosition = std::array<float, 3>;
+RecordedPosition narrow(const std::array<double, 3>& position);
 
-// Written by one process. Positions are stored as 32-bit floats, which suffice for viewing and halve the size.
+// Written by one process.
 class Recording {
   public:
     // An existing recording is replaced when the new one is complete, at close(); until then the new one grows beside it. If it cannot be
@@ -102,7 +103,7 @@ class Recording {
     // in some steps reads as zeros (floats: NaN) there. A table has the same columns in all steps.
     // Errors, all with exit code 4: no space for the step, which is then left out, and later ones may be tried; a failed write, after which
     // every call fails alike. Earlier steps remain readable.
-    Result<void> step(double time, std::span<const std::array<double, 3>> positions, std::span<const std::uint64_t> ids,
+    Result<void> step(double time, std::span<const RecordedPosition> positions, std::span<const std::uint64_t> ids,
                       std::span<const RecordedArray> arrays, std::span<const RecordedLine> lines = {},
                       std::span<const RecordedTable> tables = {}, const Digest& state = {}, const RecordedSame& same = {});
 

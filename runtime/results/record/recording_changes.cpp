@@ -6,6 +6,8 @@
 // number of processes, and one that has gone on from a checkpoint, writes the same file.
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
+#include <utility>
 
 #include "runtime/base/assert.h"
 #include "runtime/results/record/recording_state.h"
@@ -20,13 +22,22 @@ void append(std::vector<std::byte>& values, const void* data, std::size_t bytes)
 }
 
 void gather(ChangedSeries& changed, const void* data, std::size_t row_bytes) {
-    changed.values.reserve(changed.rows.size() * row_bytes);
-    for (const std::uint64_t row : changed.rows) append(changed.values, static_cast<const std::byte*>(data) + row * row_bytes, row_bytes);
+    changed.values.resize(changed.rows.size() * row_bytes);
+    const auto* const from = static_cast<const std::byte*>(data);
+    std::byte* to = changed.values.data();
+    const auto copy = [&](auto bytes) {
+        for (const std::uint64_t row : changed.rows) std::memcpy(std::exchange(to, to + bytes), from + row * bytes, bytes);
+    };
+    // A copy of a length known at compile time is an instruction.
+    if (row_bytes == sizeof(std::uint64_t))
+        copy(std::integral_constant<std::size_t, sizeof(std::uint64_t)>());
+    else
+        copy(row_bytes);
 }
 
 }  // namespace
 
-std::array<float, 3> narrow(const std::array<double, 3>& position) {
+RecordedPosition narrow(const std::array<double, 3>& position) {
     return {static_cast<float>(position[0]), static_cast<float>(position[1]), static_cast<float>(position[2])};
 }
 
@@ -36,23 +47,17 @@ void Recording::State::follow_changes() {
     hdf5->make_group("/meld/changes/PointData");
 }
 
-std::optional<ChangedSeries> Recording::State::find_moved(std::span<const std::array<double, 3>> positions, const RecordedSame& same) {
+std::optional<ChangedSeries> Recording::State::find_moved(std::span<const RecordedPosition> positions, const RecordedSame& same) {
     ChangedSeries moved{.column = &*points};
     if (same.positions) return moved;
     if (same.moved != nullptr) {
         moved.rows = *same.moved;
-        for (const std::uint64_t row : moved.rows) {
-            const std::array<float, 3> at = narrow(positions[row]);
-            append(moved.values, at.data(), sizeof at);
-        }
-        return moved;
+    } else {
+        auto rows = points->differences(*hdf5, positions.data(), positions.size() / kFewChanges);
+        if (!rows) return std::nullopt;
+        moved.rows = std::move(*rows);
     }
-    std::vector<std::array<float, 3>> all(positions.size());
-    std::ranges::transform(positions, all.begin(), narrow);
-    auto rows = points->differences(*hdf5, all.data(), all.size() / kFewChanges);
-    if (!rows) return std::nullopt;
-    moved.rows = std::move(*rows);
-    gather(moved, all.data(), sizeof all[0]);
+    gather(moved, positions.data(), sizeof positions[0]);
     return moved;
 }
 
@@ -80,11 +85,12 @@ std::optional<ChangedSeries> Recording::State::find_changes(RecordedArray& array
     return changed;
 }
 
-std::optional<std::vector<ChangedSeries>> Recording::State::find_changes(std::span<const std::array<double, 3>> positions,
+std::optional<std::vector<ChangedSeries>> Recording::State::find_changes(std::span<const RecordedPosition> positions,
                                                                          std::vector<RecordedArray>& given, const RecordedSame& same,
                                                                          std::deque<std::vector<std::int64_t>>& numbers) {
     const std::uint64_t rows = positions.size();
     if (!steps->follows_changes() || steps->steps() == 0 || points->last_rows != rows) return std::nullopt;
+    if (same.moved != nullptr && same.moved->size() > rows / kFewChanges) return std::nullopt;
     for (const RecordedArray& array : given) {
         const auto known = arrays.find(array.name);
         if (known == arrays.end() || !known->second.written || known->second.last_rows != rows) return std::nullopt;

@@ -61,18 +61,17 @@ struct Recording::State {
     void follow_changes();
     void make_point_columns(std::uint64_t rows);
     SeriesColumn make_array(const std::string& name, ElementType type, int components, std::uint64_t rows);
-    void write_points(std::span<const std::array<double, 3>> positions);
+    void write_points(std::span<const RecordedPosition> positions);
     void write_array(const RecordedArray& array, std::uint64_t rows);
-    void write_whole(std::span<const std::array<double, 3>> positions, std::span<const RecordedArray> given, const RecordedSame& same);
+    void write_whole(std::span<const RecordedPosition> positions, std::span<const RecordedArray> given, const RecordedSame& same);
     void write_row_of_step(double time, const Part& part, const Digest& state);
     void write_array_offsets(std::span<const RecordedArray> given, std::uint64_t rows);
     void write_table(const RecordedTable& table);
     // What a step changes of each of its series, if it is to hold changes alone. Arrays of texts may have become arrays of their numbers.
-    std::optional<std::vector<ChangedSeries>> find_changes(std::span<const std::array<double, 3>> positions,
-                                                           std::vector<RecordedArray>& given, const RecordedSame& same,
-                                                           std::deque<std::vector<std::int64_t>>& numbers);
+    std::optional<std::vector<ChangedSeries>> find_changes(std::span<const RecordedPosition> positions, std::vector<RecordedArray>& given,
+                                                           const RecordedSame& same, std::deque<std::vector<std::int64_t>>& numbers);
     std::optional<ChangedSeries> find_changes(RecordedArray& array, std::uint64_t rows, std::deque<std::vector<std::int64_t>>& numbers);
-    std::optional<ChangedSeries> find_moved(std::span<const std::array<double, 3>> positions, const RecordedSame& same);
+    std::optional<ChangedSeries> find_moved(std::span<const RecordedPosition> positions, const RecordedSame& same);
     void write_ranges(std::span<const RecordedArray> given);
     void each_step(const std::function<void(const XdmfStep&)>& visit) const;
     Result<void> write_sidecars();

@@ -11,6 +11,8 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/field.h"
+#include "runtime/engine/tuple/single_facts.h"
 #include "runtime/results/facts/fact_tables.h"
 
 namespace meld::record {
@@ -36,12 +38,25 @@ class Parts {
         parts_[count_] = {};
         parts_[count_++].add(hash_combine(subdomain.ensemble.id(catom), place_of(subdomain, catom)));
     }
+    bool full() const { return count_ == kCatomsAtOnce; }
+    void clear() { count_ = 0; }
     std::span<const sim::Catom> catoms() const { return std::span(catoms_).first(count_); }
     std::span<const Digest> of(const sim::Subdomain& subdomain) {
         for (u32 i = 0; i < subdomain.module.predicate_count; ++i) {
             const PredicateInfo& p = subdomain.module.predicates[i];
             if (!shown(p)) continue;
             const u64 name = hash_combine(hash_text(p.name), p.arity);
+            if (tuple::SingleFacts::fits(p)) {
+                const tuple::SingleFacts facts(subdomain.module, subdomain.columns, i);
+                for (std::size_t k = 0; k < count_; ++k)
+                    if (const u8* const record = facts.find(catoms_[k]))
+                        parts_[k].add(facts.hash(hash_combine(name, subdomain.ensemble.id(catoms_[k])), record));
+                continue;
+            }
+            if (p.storage == Storage::Rows) {
+                of_rows(subdomain, p, name);
+                continue;
+            }
             std::size_t at = 0;
             tuple::each_fact_of(subdomain.module, subdomain.columns, subdomain.geometry(), i, catoms(), [&](sim::Catom c, const Value* v) {
                 while (catoms_[at] != c) ++at;
@@ -52,6 +67,20 @@ class Parts {
     }
 
   private:
+    // Most catoms have none of most predicates.
+    void of_rows(const sim::Subdomain& subdomain, const PredicateInfo& p, u64 name) {
+        const std::size_t row_bytes = subdomain.module.columns[p.column].row_bytes;
+        for (std::size_t k = 0; k < count_; ++k) {
+            const RowsHead& head = subdomain.columns.rows(p.column, catoms_[k]);
+            for (u32 r = 0; r < head.count; ++r) {
+                tuple::read_row(p, head.data + r * row_bytes, values_);
+                parts_[k].add(
+                    tuple::hash_arguments(subdomain.module, p, hash_combine(name, subdomain.ensemble.id(catoms_[k])), values_.data()));
+            }
+        }
+    }
+
+    std::vector<Value> values_;
     std::array<sim::Catom, kCatomsAtOnce> catoms_;
     std::array<Digest, kCatomsAtOnce> parts_;
     std::size_t count_ = 0;
@@ -74,6 +103,24 @@ void each_part(sim::Subdomain& subdomain, std::size_t count, const Catom& catom,
         }
         visit(worker, parts.catoms(), parts.of(subdomain));
     });
+}
+
+// The same of the catoms that have been touched, without a list of them, by one worker.
+template <class Visit, class Other>
+void take_parts(sim::Subdomain& subdomain, sim::Touched& touched, const Visit& visit, const Other& visit_other) {
+    Parts parts;
+    const auto end = [&] {
+        visit(0, parts.catoms(), parts.of(subdomain));
+        parts.clear();
+    };
+    touched.take([&](sim::Catom c) {
+        if (c < subdomain.ensemble.index_count() && subdomain.owned(c))
+            parts.add(subdomain, c);
+        else
+            visit_other(0, c);
+        if (parts.full()) end();
+    });
+    end();
 }
 
 Digest of_all(sim::Subdomain& subdomain, std::span<const Digest> by_worker) {
@@ -106,20 +153,25 @@ Digest state_digest(sim::Subdomain& subdomain) {
 Digest RunningDigest::of(sim::Subdomain& subdomain) {
     subdomain.refresh();
     if (touched_ == nullptr) touched_ = &subdomain.follow();
-    catoms_.clear();
-    touched_->take([&](sim::Catom c) { catoms_.push_back(c); });
-    if (!catoms_.empty()) parts_.resize(std::max<std::size_t>(parts_.size(), catoms_.back() + std::size_t{1}));
+    parts_.resize(std::max(parts_.size(), subdomain.ensemble.index_count()));
     std::vector<Digest> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
     const auto put = [&](int worker, sim::Catom c, const Digest& part) {
         by_worker[static_cast<std::size_t>(worker)].combine(difference(part, parts_[c]));
         parts_[c] = part;
     };
-    each_part(
-        subdomain, catoms_.size(), [&](std::size_t i) { return catoms_[i]; },
-        [&](int worker, std::span<const sim::Catom> catoms, std::span<const Digest> parts) {
-            for (std::size_t i = 0; i < catoms.size(); ++i) put(worker, catoms[i], parts[i]);
-        },
-        [&](int worker, sim::Catom c) { put(worker, c, {}); });
+    const auto put_all = [&](int worker, std::span<const sim::Catom> catoms, std::span<const Digest> parts) {
+        for (std::size_t i = 0; i < catoms.size(); ++i) put(worker, catoms[i], parts[i]);
+    };
+    const auto put_none = [&](int worker, sim::Catom c) {
+        if (c < parts_.size()) put(worker, c, {});
+    };
+    if (by_worker.size() == 1) {
+        take_parts(subdomain, *touched_, put_all, put_none);
+    } else {
+        catoms_.clear();
+        touched_->take([&](sim::Catom c) { catoms_.push_back(c); });
+        each_part(subdomain, catoms_.size(), [&](std::size_t i) { return catoms_[i]; }, put_all, put_none);
+    }
     for (const Digest& change : by_worker) sum_.combine(change);
     return of_all(subdomain, {&sum_, 1});
 }

@@ -5,6 +5,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/hash.h"
+#include "runtime/base/large_array.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::record {
@@ -25,7 +26,7 @@ class RunningDigest {
 
   private:
     sim::Touched* touched_ = nullptr;  // The subdomain's.
-    std::vector<Digest> parts_;        // By catom; of one that is not here nothing.
+    LargeArray<Digest> parts_;         // By catom; of one that is not here nothing.
     Digest sum_;                       // Of this process.
     std::vector<sim::Catom> catoms_;   // Room for those that have been touched.
 };

@@ -105,11 +105,8 @@ Result<void> copy_step(RecordingReader& recording, std::size_t step, const Diges
     const auto ids = from.rows_of<std::uint64_t>(recording.ids());
     if (!ids) return tl::unexpected(ids.error());
     if (!std::ranges::is_sorted(*ids)) return from.damaged("the numbers of catoms are out of order");
-    const auto places = from.rows_of<std::array<float, 3>>(recording.points(), ids->size());
+    const auto places = from.rows_of<RecordedPosition>(recording.points(), ids->size());
     if (!places) return tl::unexpected(places.error());
-    std::vector<std::array<double, 3>> positions;
-    positions.reserve(places->size());
-    for (const auto& [x, y, z] : *places) positions.push_back({x, y, z});
     std::vector<RecordedArray> arrays;
     for (const SeriesIndex index : recording.arrays()) {
         const Result<RecordedArray> one = from.array(index, ids->size());
@@ -140,7 +137,7 @@ Result<void> copy_step(RecordingReader& recording, std::size_t step, const Diges
                 one.columns[i] = *column;
             }
     }
-    return copy.step(static_cast<double>(recording.ticks()[step]), positions, *ids, arrays, pairs, tables, digest);
+    return copy.step(static_cast<double>(recording.ticks()[step]), *places, *ids, arrays, pairs, tables, digest);
 }
 
 }  // namespace

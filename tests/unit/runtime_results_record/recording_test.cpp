@@ -24,7 +24,7 @@ class RecordingTest : public testing::Test {
     std::string path(const std::string& name) const { return folder_ / name; }
     std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {})); }
 
-    std::vector<std::array<double, 3>> positions_ = {{0, 0, 0}, {1, 0, 0}};
+    std::vector<RecordedPosition> positions_ = {{0, 0, 0}, {1, 0, 0}};
     std::vector<std::uint64_t> ids_ = {4, 7};
     std::vector<std::int64_t> values_ = {1, 2};
 
@@ -43,7 +43,7 @@ TEST_F(RecordingTest, LeavesTheFileAndItsSidecar) {
 }
 
 TEST_F(RecordingTest, StepsWithoutChangeCostAlmostNothing) {
-    const std::vector<std::array<double, 3>> positions(20000, {1, 2, 3});
+    const std::vector<RecordedPosition> positions(20000, {1, 2, 3});
     std::vector<std::uint64_t> ids(20000);
     std::uint64_t state = 1;
     for (std::uint64_t& id : ids) id = state += (state * 2862933555777941757u + 3037000493u) >> 50;

@@ -25,7 +25,7 @@ using namespace meld::record;
 constexpr std::int64_t kStepsWithoutForce = 5;
 
 struct Ensemble {
-    std::vector<std::array<double, 3>> positions;
+    std::vector<RecordedPosition> positions;
     std::vector<std::uint64_t> ids;
     std::vector<std::int64_t> distances;
     std::vector<double> forces;
@@ -42,7 +42,7 @@ struct Ensemble {
         for (std::size_t i = 0; i < count; ++i) {
             const auto n = static_cast<std::int64_t>(i);
             const auto x = static_cast<double>(n + shift);
-            positions.push_back({x, 2 * x, -x});
+            positions.push_back(narrow({x, 2 * x, -x}));
             ids.push_back(10 * i);
             distances.push_back(n * n - shift);
             forces.insert(forces.end(), {0.5 * x, x, 1.5 * x});
@@ -133,7 +133,7 @@ void write_layout(const char* path) {
 // Many catoms, of which few change in most steps; check_changes.py knows all of it too.
 struct Many {
     static constexpr std::size_t kCount = 70000;
-    std::vector<std::array<double, 3>> positions;
+    std::vector<RecordedPosition> positions;
     std::vector<std::uint64_t> ids;
     std::vector<std::int64_t> distances;
     std::vector<double> forces;
@@ -143,7 +143,7 @@ struct Many {
     Many() {
         for (std::size_t i = 0; i < kCount; ++i) {
             const auto x = static_cast<double>(i);
-            positions.push_back({x, 2 * x, -x});
+            positions.push_back(narrow({x, 2 * x, -x}));
             ids.push_back(10 * i);
             distances.push_back(static_cast<std::int64_t>(i));
             forces.insert(forces.end(), {0.5 * x, x, 1.5 * x});
@@ -156,7 +156,7 @@ struct Many {
         const auto s = static_cast<double>(step);
         distances[at(7919)] = -step;
         distances[at(31)] = -2 * step;
-        if (step % 2 == 1) positions[at(13)] = {s, s, s};
+        if (step % 2 == 1) positions[at(13)] = narrow({s, s, s});
         labels[at(5)] = "step " + std::to_string(step % 4);
         awake[at(3)] = static_cast<std::uint8_t>(2 + step % 3);
         for (std::size_t k = 0; k < 3; ++k) forces[3 * at(17) + k] = s * static_cast<double>(k + 1);
