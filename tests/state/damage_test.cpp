@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "runtime/comm/transport/communicator.h"
 #include "runtime/sim/state/checkpoint_folder.h"
@@ -83,6 +86,127 @@ class Damage : public testing::Test {
     std::unique_ptr<comm::Communicator> comm_ = comm::make_single();
     std::optional<CheckpointFolder> checkpoints_;
 };
+
+// A checkpoint of a few chunks of which some are as they were, and how it was stored.
+class Chains : public testing::Test {
+  protected:
+    Chains() { fs::remove_all(folder_); }
+    ~Chains() override { fs::remove_all(folder_); }
+
+    void open(CheckpointFolder::Run run) {
+        checkpoints_.reset();
+        Result<CheckpointFolder> folder = CheckpointFolder::open(folder_.string(), run, *comm_, CheckpointFolder::Stores::Changes);
+        ASSERT_TRUE(folder.has_value()) << folder.error().message();
+        checkpoints_.emplace(std::move(*folder));
+    }
+    // So many chunks are others than in checkpoints of other ticks.
+    void keep(std::int64_t tick, int changed) {
+        Manifest manifest;
+        manifest.tick = tick;
+        manifest.run = {.traits = {{"the world", "w.toml", 7}}, .folder = "/", .command = {"run", "p"}};
+        const auto save = [&](ShareSink& sink) -> Result<void> {
+            for (int i = 0; i < kChunks; ++i) {
+                const int shift = i < changed ? static_cast<int>(tick) : 0;
+                EXPECT_TRUE(sink.chunk({block(100, i), block(kBytes, i + shift)}));
+            }
+            return sink.rest(block(17, static_cast<int>(tick)));
+        };
+        const Result<void> kept = checkpoints_->write(manifest, save, [] { return std::string("0123456789abcdef"); }, *comm_);
+        ASSERT_TRUE(kept.has_value()) << kept.error().message();
+        changed_[tick] = changed;
+    }
+    // The newest that is whole gives back what was kept.
+    void expect_newest(std::int64_t tick, const std::string& says) {
+        const Result<OpenCheckpoint> newest = open_newest(folder_.string(), *comm_);
+        ASSERT_TRUE(newest.has_value()) << newest.error().message();
+        const std::string& passed_over = newest->checkpoint.passed_over;
+        EXPECT_EQ(newest->checkpoint.manifest.tick, tick) << passed_over;
+        EXPECT_NE(passed_over.find(says), std::string::npos) << passed_over;
+        EXPECT_EQ(passed_over.empty(), says.empty()) << passed_over;
+        const ShareFiles& shares = newest->shares;
+        ASSERT_EQ(shares.chunks(0), static_cast<std::size_t>(kChunks));
+        Block room;
+        for (int i = 0; i < kChunks; ++i) {
+            const int shift = i < changed_[tick] ? static_cast<int>(tick) : 0;
+            EXPECT_TRUE(std::ranges::equal(shares.places(0, static_cast<std::size_t>(i), room).value(), block(100, i)));
+            EXPECT_TRUE(std::ranges::equal(shares.state(0, static_cast<std::size_t>(i), room).value(), block(kBytes, i + shift)));
+        }
+        EXPECT_TRUE(std::ranges::equal(shares.rest(0, room).value(), block(17, static_cast<int>(tick))));
+    }
+    std::vector<std::int64_t> ticks() const { return checkpoint_ticks(folder_.string()); }
+    fs::path share(std::int64_t tick) const { return folder_ / (std::to_string(tick) + ".0-of-1.share"); }
+
+    static constexpr int kChunks = 20, kBytes = 200;
+    const fs::path folder_ = fs::temp_directory_path() / ("chains_test_" + std::to_string(getpid()));
+    std::unique_ptr<comm::Communicator> comm_ = comm::make_single();
+    std::optional<CheckpointFolder> checkpoints_;
+    std::map<std::int64_t, int> changed_;
+};
+
+TEST_F(Chains, TakeWhatHasChanged) {
+    open(CheckpointFolder::Run::Begins);
+    for (const std::int64_t tick : {10, 20, 30}) keep(tick, 2);
+    EXPECT_GT(fs::file_size(share(10)), 4000U);
+    EXPECT_LT(fs::file_size(share(20)), 3000U);
+    EXPECT_LT(fs::file_size(share(30)), 3000U);
+    expect_newest(30, "");
+    // One that is written again does not refer to itself.
+    keep(30, 5);
+    EXPECT_GT(fs::file_size(share(30)), 4000U);
+    expect_newest(30, "");
+}
+
+TEST_F(Chains, BeginAnewByBytesAndGoInWhole) {
+    open(CheckpointFolder::Run::Begins);
+    std::vector<std::int64_t> whole;
+    for (std::int64_t tick = 10; tick <= 300; tick += 10) {
+        keep(tick, 3);
+        if (fs::file_size(share(tick)) > 4000U) whole.push_back(tick);
+        // What is kept are the last two chains, each from its whole one on.
+        const std::int64_t first = whole.size() > 1 ? whole[whole.size() - 2] : whole[0];
+        std::vector<std::int64_t> wanted;
+        for (std::int64_t each = first; each <= tick; each += 10) wanted.push_back(each);
+        EXPECT_EQ(ticks(), wanted);
+        expect_newest(tick, "");
+    }
+    EXPECT_GE(whole.size(), 4U);
+    EXPECT_LE(whole.size(), 15U);
+    // Much has changed: the next one is whole again.
+    keep(310, kChunks);
+    keep(320, 0);
+    EXPECT_GT(fs::file_size(share(320)), 4000U);
+}
+
+TEST_F(Chains, OfWhichAFileIsDamagedFallBackToTheOneBefore) {
+    open(CheckpointFolder::Run::Begins);
+    for (const std::int64_t tick : {10, 20}) keep(tick, 2);
+    open(CheckpointFolder::Run::GoesOn);
+    ASSERT_TRUE(checkpoints_->newest(*comm_).has_value());
+    // A run that goes on begins with a whole one.
+    for (const std::int64_t tick : {30, 40, 50}) keep(tick, 2);
+    EXPECT_EQ(ticks(), (std::vector<std::int64_t>{10, 20, 30, 40, 50}));
+    EXPECT_GT(fs::file_size(share(30)), 4000U);
+    const std::string last = read(share(50)), middle = read(share(40)), base = read(share(30));
+    each_damage(last, [&](const std::string& data) {
+        write(share(50), data);
+        expect_newest(40, share(50).string());
+    });
+    write(share(50), last);
+    for (const std::string& data : {base.substr(0, base.size() / 2), std::string(base.size(), '\0'), std::string()}) {
+        write(share(30), data);
+        expect_newest(20, share(30).string());
+    }
+    fs::remove(share(30));
+    expect_newest(20, share(30).string());
+    write(share(30), base);
+    // Nothing but one block of the one before is needed, if at all.
+    fs::remove(share(40));
+    const Result<OpenCheckpoint> without = open_newest(folder_.string(), *comm_);
+    ASSERT_TRUE(without.has_value());
+    EXPECT_TRUE(without->checkpoint.manifest.tick == 50 || without->checkpoint.manifest.tick == 30);
+    write(share(40), middle);
+    expect_newest(50, "");
+}
 
 TEST_F(Damage, OfAnyByteOfAShareIsNoticed) {
     const fs::path share = folder_ / "20.0-of-1.share";

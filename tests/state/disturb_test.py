@@ -219,7 +219,8 @@ class Disturbances(resume_test.Case):
         program = rng.choice(list(RUNS))
         supervised = rng.randrange(3) == 0
         self.begin_again()
-        first = [*self.words(program), *KEEP, "--retries", 3 if supervised else 0]
+        # Every second turn keeps changes.
+        first = [*self.words(program), *KEEP, *("--checkpoint-changes",) * (number % 2), "--retries", 3 if supervised else 0]
         command = [*first, "-n", rng.choice((1, 1, 1, 2, 3))]
         for _ in range(MOST):
             code = self.disturbed(command, self.kind(rng, supervised, command[-1]), rng.uniform(0, takes_s[program, command[-1]]))

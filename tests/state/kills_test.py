@@ -218,7 +218,9 @@ class Kills(resume_test.Case):
             return rng.choice((1, 2, 3)) if several else 1
         self.begin_again()
         n = processes()
-        command = first = [*self.words(program), *KEEP, "--retries", 100 if supervised else 0]
+        # Every second turn keeps changes.
+        keep = (*KEEP, *("--checkpoint-changes",) * (number % 2))
+        command = first = [*self.words(program), *keep, "--retries", 100 if supervised else 0]
         parts = set()
         for _ in range(MOST):
             if self.killed(rng, [*command, "-n", n], n, supervised, takes_s[program] * (4 if n > 1 else 1)):

@@ -4,6 +4,7 @@ Whatever stopped a run, its digests and facts are in the end those of a run that
 has the same data and attributes.
 """
 
+import json
 import os
 import pathlib
 import random
@@ -23,6 +24,7 @@ PROGRAMS = pathlib.Path(__file__).resolve().parent / "programs"
 # The program of these tests: it does something in each of 300 ticks, and never ends by itself.
 RUN = ("run", "waiting.meld", "--ticks", "300", "--quiet", "--digest", "d", "--facts-out", "f", "--record", "r")
 KEEP = ("--checkpoint", "kept", "--checkpoint-every", "20ticks")
+CHANGES = ("--checkpoint", "kept", "--checkpoint-every", "2ticks", "--checkpoint-changes")
 
 def until(ticks):
     return [str(ticks) if word == "300" else word for word in RUN]
@@ -187,6 +189,66 @@ class Ways(Case):
         self.call("meldsim", *until(60), *KEEP)
         self.resume("--ticks", 300)
         self.assertEqual(self.outcome(), wanted)
+
+
+class Chains(Case):
+    """Checkpoints that hold what has changed."""
+
+    def test_they_are_of_the_same_run(self):
+        wanted = self.undisturbed()
+        self.call("meldsim", *until(110), *CHANGES)
+        self.assertGreater(len(self.manifests()), 2)
+        for processes, ticks in ((3, 111), (2, 200), (4, 300)):
+            self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
+        self.assertEqual(self.outcome(), wanted)
+        # All files that any of them needs, and no others.
+        named = {share for path in self.manifests() for share in json.loads(path.read_text().rsplit("\n", 2)[0])["shares"]}
+        self.assertEqual({path.name for path in self.shares()}, named)
+
+    def test_from_each_that_is_kept(self):
+        """Each goes on to the results of the run that nobody stopped."""
+        wanted = self.undisturbed()
+        self.call("meldsim", *until(60), *CHANGES, "-n", 2)
+        kept = self.folder / "kept"
+        first = {name: self.read(name) for name in "dfr"}
+        shutil.copytree(kept, self.folder / "all")
+        ticks = [int(path.name.split(".")[0]) for path in self.manifests()]
+        self.assertTrue(any("changes_since" in path.read_text() for path in self.manifests()))
+        for tick in ticks[-3:]:
+            with self.subTest(tick=tick):
+                shutil.rmtree(kept)
+                shutil.copytree(self.folder / "all", kept)
+                for path in self.manifests():
+                    if int(path.name.split(".")[0]) > tick:
+                        path.unlink()
+                for name, data in first.items():
+                    (self.folder / name).write_bytes(data)
+                self.resume("--ticks", 300, "-n", 1 + tick // 2 % 2)
+                self.assertEqual(self.outcome(), wanted)
+
+    def test_one_whose_first_is_damaged(self):
+        wanted = self.undisturbed()
+        self.call("meldsim", *until(60), *CHANGES)
+        self.resume("--ticks", 64)
+        *_, first, last = self.manifests()
+        self.assertNotIn("changes_since", first.read_text())
+        self.assertIn('"changes_since": 62', last.read_text())
+        (self.folder / "kept" / "62.0-of-1.share").write_bytes(b"")
+        self.assertIn("goes on from that of tick 60", self.resume("--ticks", 300))
+        self.assertEqual(self.outcome(), wanted)
+
+    def test_bodies(self):
+        options = ["doze.meld" if word == "waiting.meld" else word for word in until(60)]
+        self.call("meldsim", *options)
+        wanted = self.outcome()
+        self.forget()
+        self.call("meldsim", *["20" if word == "60" else word for word in options], *CHANGES)
+        for processes, ticks in ((3, 21), (2, 50), (4, 60)):
+            self.resume("--ticks", ticks, "-n", processes)
+        self.assertEqual(self.outcome(), wanted)
+
+    def test_without_a_folder(self):
+        self.refused("meldsim", *RUN, "--checkpoint-changes", code=2, says="--checkpoint-changes requires --checkpoint.")
 
 
 class Damage(Case):

@@ -74,7 +74,8 @@ std::vector<Claim> claims(const RunOptions& options, const Module& module, const
                               option("the body", body_of(options)),
                               option("--stats", options.stats ? "given" : ""),
                               option("--checkpoint", options.checkpoint),
-                              option("--checkpoint-every", options.checkpoint_every)};
+                              option("--checkpoint-every", options.checkpoint_every),
+                              option("--checkpoint-changes", options.checkpoint_changes ? "given" : "")};
     // Generators compute with real numbers, and another machine may do it otherwise.
     if (world.is_graph()) all.push_back({.name = "the graph", .shown = world.path, .hash = world.graph->hash()});
     for (const BodiesOption& watch : kWatches) all.push_back(watched(watch.name, options.*watch.bodies));

@@ -226,8 +226,10 @@ Result<void> Run::open_checkpoints() {
     const Result<Interval> every = parse_interval(options_.checkpoint_every);
     if (!every) return tl::unexpected<Error>(every.error());
     using As = sim::CheckpointFolder::Run;
+    using Stores = sim::CheckpointFolder::Stores;
     Result<sim::CheckpointFolder> folder =
-        sim::CheckpointFolder::open(options_.checkpoint, options_.resume.empty() ? As::Begins : As::GoesOn, comm_);
+        sim::CheckpointFolder::open(options_.checkpoint, options_.resume.empty() ? As::Begins : As::GoesOn, comm_,
+                                    options_.checkpoint_changes ? Stores::Changes : Stores::Everything);
     if (!folder) return tl::unexpected<Error>(folder.error());
     checkpoints_.emplace(*simulation_, std::move(*folder), identity(options_, claims_, inputs_->world), *every);
     return {};

@@ -42,6 +42,7 @@ std::vector<std::string> command_line(const RunOptions& run) {
     if (run.timeout_seconds > 0) add("--timeout", fmt::format("{}", run.timeout_seconds));
     for (const auto& [option, on] : {std::pair{"--strict", run.strict},
                                      {"--by-links", run.by_links},
+                                     {"--checkpoint-changes", run.checkpoint_changes},
                                      {"--sync", run.sync},
                                      {"--stats", run.stats},
                                      {"--json", run.json},

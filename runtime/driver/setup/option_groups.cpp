@@ -60,13 +60,18 @@ void add_outputs(CLI::App& command, RunOptions& run) {
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 62).description(""))
         ->type_name("TICKS")
         ->needs(digest);
-    command
-        .add_option("--checkpoint", run.checkpoint,
-                    "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")
-        ->type_name("DIR");
+    CLI::Option* const checkpoint =
+        command
+            .add_option("--checkpoint", run.checkpoint,
+                        "Keep checkpoints in this folder, from which meldsim resume goes on: now and then, at Ctrl-C, and at the end")
+            ->type_name("DIR");
     command.add_option("--checkpoint-every", run.checkpoint_every, "How often: a time such as 30s, or 1000ticks")
         ->type_name("INTERVAL")
         ->capture_default_str();
+    command
+        .add_flag("--checkpoint-changes", run.checkpoint_changes,
+                  "Write what has changed since the last checkpoint, and everything only now and then")
+        ->needs(checkpoint);
     add_supervision(command, run.retries, run.heartbeat, "With --checkpoint: how", "With --checkpoint: a");
     add_list(command, "--watch", run.watch, "BODY",
              "Stop after the tick in which this body, in Meld, begins to hold, with exit code 3; or FILE.meld with rules for stop(...), "

@@ -160,6 +160,7 @@ struct RunOptions {
     std::int64_t digest_check = 0;           // In every so many ticks; 0: never.
     std::string checkpoint = {};             // A folder.
     std::string checkpoint_every = "10min";  // Or "1000ticks".
+    bool checkpoint_changes = false;         // Between whole ones, they hold what has changed.
     int retries = 3;                         // After a process was killed or has crashed.
     std::string heartbeat = "10min";         // The longest time without a sign of life, or "off".
     std::string resume = {};                 // The folder whose newest checkpoint the run goes on from.

@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <sstream>
 
 #include "runtime/base/assert.h"
@@ -31,6 +32,8 @@ using nlohmann::json;
 constexpr int kMostTries = 20;
 
 constexpr off_t kMostOfAManifest_bytes = 1 << 24;
+// A chain is as long as its changes take at most this part of the whole one.
+constexpr std::uint64_t kMostChanges = 2;
 constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
 std::string manifest_name(std::int64_t tick) { return fmt::format("{}{}", tick, kManifest); }
@@ -63,9 +66,11 @@ json to_json(const Manifest& m) {
     for (const std::string& word : m.run.command) command.push_back(text_of_bytes(word));
     json world = json::object();
     for (const auto& [part, hash] : m.run.world) world[part] = fmt::format("{:016x}", hash);
-    return {
+    json all = {
         {"tick", m.tick},     {"digest", m.digest}, {"run", traits},        {"world", world},    {"folder", text_of_bytes(m.run.folder)},
         {"command", command}, {"shares", m.shares}, {"made_by", m.made_by}, {"counts", m.counts}};
+    if (m.changes_since) all["changes_since"] = *m.changes_since;
+    return all;
 }
 
 // Errors of the library are thrown; whoever reads catches them.
@@ -82,6 +87,7 @@ Manifest from_json(const json& j) {
     m.shares = j.at("shares").get<std::vector<std::string>>();
     m.made_by = j.value("made_by", "");
     m.counts = j.value("counts", "");
+    if (j.contains("changes_since")) m.changes_since = whole_number<std::int64_t>(j.at("changes_since"));
     return m;
 }
 
@@ -232,7 +238,7 @@ Result<OpenCheckpoint> open_newest(const std::string& folder, comm::Communicator
     }
 }
 
-Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run, comm::Communicator& comm) {
+Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run, comm::Communicator& comm, Stores stores) {
     std::optional<OutputLock> lock;
     const auto take = [&]() -> Result<void> {
         std::error_code error;
@@ -251,12 +257,16 @@ Result<CheckpointFolder> CheckpointFolder::open(const std::string& path, Run run
     };
     if (const auto all = comm::outcome_of_first(comm, comm.process() == 0 ? take() : Result<void>{}); !all)
         return tl::unexpected<Error>(all.error());
-    return CheckpointFolder(path, std::move(lock));
+    return CheckpointFolder(path, std::move(lock), stores);
 }
 
 Result<OpenCheckpoint> CheckpointFolder::newest(comm::Communicator& comm) {
     Result<OpenCheckpoint> found = open_newest(path_, comm);
-    if (found) last_ = found->checkpoint.manifest.tick;
+    if (found) {
+        const Manifest& manifest = found->checkpoint.manifest;
+        last_ = manifest.tick;
+        chain_ = {manifest.changes_since.value_or(manifest.tick), manifest.tick};
+    }
     if (found && comm.process() == 0) forget_unnamed();
     return found;
 }
@@ -264,15 +274,25 @@ Result<OpenCheckpoint> CheckpointFolder::newest(comm::Communicator& comm) {
 Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Result<void>(ShareSink&)>& save,
                                      const std::function<std::string()>& digest, comm::Communicator& comm) {
     const auto name_of = [&](int process) { return fmt::format("{}.{}-of-{}{}", manifest.tick, process, comm.processes(), kShare); };
-    Result<std::unique_ptr<ShareWriter>> share = ShareWriter::create((fs::path(path_) / name_of(comm.process())).string());
-    // As much as the last one took: a disk that is too full is found before all of it is written.
-    Result<void> all = comm::outcome_of_all(comm, share ? (*share)->reserve(share_bytes_) : tl::unexpected<Error>(share.error()));
+    const std::string path = (fs::path(path_) / name_of(comm.process())).string();
+    // A file cannot refer to itself as it was.
+    const bool whole = stores_ == Stores::Everything || blocks_.files.empty() || last_ == manifest.tick;
+    const WrittenBlocks none;
+    Result<std::unique_ptr<ShareWriter>> share =
+        stores_ == Stores::Everything ? ShareWriter::create(path) : ShareWriter::create(path, whole ? none : blocks_);
+    if (!whole) manifest.changes_since = chain_->first;
+    // As much as the last whole one took: a disk that is too full is found before all of it is written.
+    Result<void> all =
+        comm::outcome_of_all(comm, share ? (*share)->reserve(whole ? share_bytes_ : 0) : tl::unexpected<Error>(share.error()));
     if (!all) return all;
     all = comm::outcome_of_all(comm, save(**share));
     if (!all) return all;
-    share_bytes_ = (*share)->size();
+    const std::uint64_t bytes = (*share)->size();
+    if (whole) share_bytes_ = bytes;
     manifest.digest = digest();
     all = comm::outcome_of_all(comm, (*share)->close());
+    WrittenBlocks written;
+    if (stores_ == Stores::Changes) written = (*share)->take_written();
     share->reset();
     if (!all) return all;
     for (int process = 0; process < comm.processes(); ++process) manifest.shares.push_back(name_of(process));
@@ -287,20 +307,39 @@ Result<void> CheckpointFolder::write(Manifest manifest, const std::function<Resu
     };
     all = comm::outcome_of_first(comm, comm.process() == 0 ? write_manifest() : Result<void>{});
     if (!all) return all;
+    blocks_ = std::move(written);
+    note_written(manifest.tick, whole, bytes, comm);
     if (comm.process() == 0) {
-        forget_all_but(manifest.tick, last_.value_or(manifest.tick));
+        forget_older();
         forget_unnamed();
     }
-    last_ = manifest.tick;
     return {};
 }
 
+// All processes come to the same end of a chain.
+void CheckpointFolder::note_written(std::int64_t tick, bool whole, std::uint64_t bytes, comm::Communicator& comm) {
+    last_ = tick;
+    if (whole) {
+        if (chain_ && !chain_->has(tick)) before_ = chain_;
+        chain_ = {tick, tick};
+        whole_bytes_ = changed_bytes_ = 0;
+    }
+    chain_->last = tick;
+    if (stores_ == Stores::Everything) return;
+    std::uint64_t sum = 0;
+    const std::vector<std::byte> of_all = comm.allgather(std::as_bytes(std::span(&bytes, 1)));
+    ByteReader in(of_all, "the sizes of shares");
+    for (int process = 0; process < comm.processes(); ++process) sum += in.read<std::uint64_t>();
+    (whole ? whole_bytes_ : changed_bytes_) += sum;
+    if (changed_bytes_ * kMostChanges > whole_bytes_) blocks_ = {};
+}
+
 // What a run has left that stopped while it wrote goes too, and the lock on that.
-void CheckpointFolder::forget_all_but(std::int64_t newest, std::int64_t before) const {
+void CheckpointFolder::forget_older() const {
     for (const std::string& name : names_in(path_)) {
         const std::optional<std::int64_t> tick = tick_of(OutputLock::locked_by(name).value_or(name));
         std::error_code ignored;
-        if (tick && *tick != newest && *tick != before) fs::remove(fs::path(path_) / name, ignored);
+        if (tick && !chain_->has(*tick) && !(before_ && before_->has(*tick))) fs::remove(fs::path(path_) / name, ignored);
     }
 }
 

@@ -1,5 +1,9 @@
 // The checkpoints of a run on disk: a folder with the last two snapshots, each the files of all processes and a manifest.
 //
+// If they are to take what changes, a snapshot refers to the files of those before it for what is as it was there. They go back to a whole
+// one, and together are a chain. When the changes of a chain take half as much as its whole snapshot, another one begins. The folder then
+// has the last two chains.
+//
 // A manifest is written when all files that it names are on the disk, and the files of an older snapshot go when there are two newer
 // ones. So whatever happens to the run or to the machine, the newest manifest names a whole snapshot or the one before it does.
 #pragma once
@@ -40,6 +44,8 @@ struct Manifest {
     std::string digest;  // Of the state, as `--digest` writes it.
     RunIdentity run;
     std::vector<std::string> shares;  // Names of files, by process.
+    // The tick of the whole snapshot with which its chain begins, if it is not that itself.
+    std::optional<std::int64_t> changes_since = {};
     // For people: by what it was made, and what the run had counted, as JSON. Empty: an earlier version has written it.
     std::string made_by = {}, counts = {};
 };
@@ -73,7 +79,8 @@ class CheckpointFolder {
     // Takes the folder for this run, and makes it if need be; process 0 holds the lock. Collective, as all that follows. Errors:
     // another run writes to it, or it cannot be written; for a run that begins, it has checkpoints already.
     enum class Run { Begins, GoesOn };
-    static Result<CheckpointFolder> open(const std::string& path, Run run, comm::Communicator& comm);
+    enum class Stores { Everything, Changes };
+    static Result<CheckpointFolder> open(const std::string& path, Run run, comm::Communicator& comm, Stores stores = Stores::Everything);
 
     // open_newest() of this folder; the next one to be written is its successor.
     Result<OpenCheckpoint> newest(comm::Communicator& comm);
@@ -87,14 +94,26 @@ class CheckpointFolder {
     const std::string& path() const { return path_; }
 
   private:
-    CheckpointFolder(std::string path, std::optional<OutputLock> lock) : path_(std::move(path)), lock_(std::move(lock)) {}
-    void forget_all_but(std::int64_t newest, std::int64_t before) const;
+    // Ticks of checkpoints, from that of a whole one on.
+    struct Chain {
+        std::int64_t first = 0, last = 0;
+        bool has(std::int64_t tick) const { return first <= tick && tick <= last; }
+    };
+    CheckpointFolder(std::string path, std::optional<OutputLock> lock, Stores stores)
+        : path_(std::move(path)), lock_(std::move(lock)), stores_(stores) {}
+    void note_written(std::int64_t tick, bool whole, std::uint64_t bytes, comm::Communicator& comm);
+    void forget_older() const;
     void forget_unnamed() const;
 
     std::string path_;
     std::optional<OutputLock> lock_;
     std::optional<std::int64_t> last_;
-    std::uint64_t share_bytes_ = 0;  // Of this process, in the last one that it wrote.
+    Stores stores_;
+    std::optional<Chain> chain_, before_;  // That of the last one, and the one before.
+    std::uint64_t share_bytes_ = 0;        // Of this process, in the last whole one that it wrote.
+    WrittenBlocks blocks_;                 // Of this process, in the last one; none before a whole one.
+    // What the whole one of this chain and the changes after it take, of all processes.
+    std::uint64_t whole_bytes_ = 0, changed_bytes_ = 0;
 };
 
 }  // namespace meld::sim
