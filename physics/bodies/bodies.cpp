@@ -82,7 +82,8 @@ void Bodies::restore_masses(std::uint32_t slot) {
     const BodyProperties& what = properties[slot];
     const bool fixed = (what.flags & (kFixed | kMember)) != 0;
     velocity[slot].inverse_mass = fixed ? 0.0f : 1.0f / what.mass;
-    velocity[slot].inverse_surface_mass = fixed ? 0.0f : 1.0f / (what.mass * what.inertia_factor);
+    const bool turns_by_number = !fixed && (what.flags & kShaped) == 0;
+    velocity[slot].inverse_surface_mass = turns_by_number ? 1.0f / (what.mass * what.inertia_factor) : 0.0f;
 }
 
 std::size_t Bodies::bytes() const {

@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kNoSlot = 0xffffffff;
 
 // What the contact solver reads and writes of a body, half a cache line. `surface` is the surface velocity, radius times angular
 // velocity: with it, touching spheres need no lever arms. `inverse_surface_mass` is radius^2 / moment of inertia. Both inverse masses
-// are 0 for fixed and sleeping bodies and for members of composites.
+// are 0 for fixed and sleeping bodies and for members of composites, the second for bodies with shapes, too.
 struct alignas(32) BodyVelocity {
     float linear[3];
     float inverse_mass;
@@ -63,8 +63,8 @@ struct BodyProperties {
 };
 inline constexpr std::int16_t kMarkedStill = 0x7fff;
 
-// kMember: a composite moves it (composites.h).
-enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4, kMember = 8 };
+// kMember: a composite moves it (composites.h). kShaped: it is no sphere (body_shape.h).
+enum BodyFlag : std::uint8_t { kFixed = 1, kGhost = 2, kRemoved = 4, kMember = 8, kShaped = 16 };
 
 // A force and a torque, N and N m.
 struct Wrench {

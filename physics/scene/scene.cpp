@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/collision/core_contacts.h"
 #include "physics/comparison/engines.h"
 #include "physics/scene/scene.h"
 #include "physics/solver/engine.h"
@@ -93,6 +94,17 @@ Orientation orientation_of(Quat q) {
     return {single(n * q.w), single(n * q.x), single(n * q.y), single(n * q.z)};
 }
 
+// How a body with a shape appears to what knows spheres alone: the sphere around it, with the mean of its moments of inertia.
+BodySpec with_sphere_around(const BodySpec& spec) {
+    BodySpec body = spec;
+    if (body.shape && body.shape->is_sphere()) body.radius_m = body.shape->rounding_m, body.shape.reset();
+    if (!body.shape) return body;
+    body.radius_m = body.shape->radius_m();
+    const Vec3 inertia = body.shape->inertia_per_kg_m2();
+    body.inertia_factor = std::min((inertia.x + inertia.y + inertia.z) / (3 * body.radius_m * body.radius_m), 1.0);
+    return body;
+}
+
 std::unique_ptr<Engine> make_engine(World& world) {
     switch (world.settings.engine) {
         case EngineKind::Hash:
@@ -134,6 +146,8 @@ Result<std::uint8_t> Scene::add_material(Material material) {
 
 Result<std::uint32_t> Scene::add_obstacle(Shape shape, std::uint8_t material) {
     if (material >= world_->materials.size()) return fail(fmt::format("there is no material {}", material), "Add it first");
+    if (!world_->shapes.empty() && (std::holds_alternative<Terrain>(shape) || std::holds_alternative<Mesh>(shape)))
+        return fail("there are bodies with shapes, which terrain and meshes do not hold", "Use planes and boxes, or spheres");
     auto added = world_->obstacles.add(std::move(shape), material);
     if (added) engine_->structure_changed();
     return added;
@@ -149,7 +163,43 @@ Result<std::uint16_t> Scene::add_feature_table(std::vector<Feature> features) {
 
 void Scene::reserve(std::size_t bodies, std::size_t ids) { world_->bodies.reserve(bodies, ids); }
 
-Result<void> Scene::add_body(const BodySpec& spec) {
+// Whether a body may have its shape here.
+Result<void> Scene::check_shape(const BodySpec& spec) const {
+    if (!spec.shape) return {};
+    if (auto fine = physics::check(*spec.shape); !fine)
+        return fail(fmt::format("body {}: {}", spec.id, fine.error().problem), fine.error().suggestion);
+    if (spec.shape->is_sphere()) return {};
+    if (world_->settings.engine != EngineKind::Blocks)
+        return fail(fmt::format("body {} has a shape (only the engine Blocks has them)", spec.id), "Use the engine Blocks");
+    if (engine_->divided()) return fail(fmt::format("body {} has a shape (and the world is divided)", spec.id), "Use one process");
+    if (!world_->composites.empty())
+        return fail(fmt::format("body {} has a shape, and others are connected", spec.id), "Use spheres, or connect nothing");
+    for (std::uint32_t obstacle = 0; obstacle < world_->obstacles.count(); ++obstacle)
+        if (const auto kind = world_->obstacles.kind(obstacle); kind == "terrain" || kind == "mesh")
+            return fail(fmt::format("body {} has a shape, which obstacle {}, a {}, does not hold", spec.id, obstacle, kind),
+                        "Use planes and boxes, or spheres");
+    return {};
+}
+
+// How deep a body is in an obstacle where it starts.
+double Scene::depth_in(std::uint32_t obstacle, const BodySpec& spec) const {
+    if (!spec.shape) return world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m);
+    const Core core{spec.shape->core_m, spec.shape->rounding_m};
+    const Pose pose = pose_of(spec.position_m, spec.orientation);
+    Manifold found;
+    AxisHint hint = kNoAxis;
+    if (const Plane* plane = std::get_if<Plane>(&world_->obstacles.shape(obstacle)))
+        collide_with_plane(core, pose, plane->normal, plane->offset_m, 0, found);
+    else if (const Box* box = std::get_if<Box>(&world_->obstacles.shape(obstacle)))
+        collide(core, pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), 0, hint, found);
+    double depth = 0;
+    for (int p = 0; p < found.count; ++p) depth = std::max(depth, -found.points[static_cast<std::size_t>(p)].gap_m);
+    return depth;
+}
+
+Result<void> Scene::add_body(const BodySpec& given) {
+    if (auto fine = check_shape(given); !fine) return fine;
+    const BodySpec spec = with_sphere_around(given);
     if (auto fine = check(spec); !fine) return fine;
     if (has(spec.id)) return fail(fmt::format("there is already a body {}", spec.id), "Give each body a number of its own");
     if (spec.material >= world_->materials.size())
@@ -159,15 +209,18 @@ Result<void> Scene::add_body(const BodySpec& spec) {
         return fail(fmt::format("body {} was removed in this tick", spec.id), "Use another number, or step before you use it again");
     for (std::uint32_t obstacle = 0; !spec.fixed && obstacle < world_->obstacles.count(); ++obstacle)
         if (auto fine =
-                world_->check_depth(spec.id, spec.radius_m, obstacle, world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m));
+                world_->check_depth(spec.id, spec.shape ? spec.shape->least_m() : spec.radius_m, obstacle, depth_in(obstacle, spec));
             !fine)
             return fail(fine.error().problem, fine.error().suggestion);
     const BodyProperties properties{.id = spec.id,
                                     .mass = single(spec.mass_kg),
                                     .inertia_factor = single(spec.inertia_factor),
                                     .material = spec.material,
-                                    .flags = spec.fixed ? std::uint8_t{kFixed} : std::uint8_t{0},
+                                    .flags = static_cast<std::uint8_t>((spec.fixed ? kFixed : 0) | (spec.shape ? kShaped : 0)),
                                     .still_ticks = 0};
+    world_->shapes.forget(spec.id);
+    if (spec.shape)
+        if (auto set = world_->shapes.set(spec.id, *spec.shape); !set) return set;
     const BodyState state{spec.position_m, spec.orientation, spec.linear_velocity_m_s, spec.angular_velocity_rad_s};
     bodies.add({spec.position_m.x, spec.position_m.y, spec.position_m.z, spec.radius_m}, orientation_of(spec.orientation),
                motion_of(state, spec.radius_m), properties);
@@ -197,7 +250,8 @@ Result<void> Scene::set_state(BodyId body, const BodyState& state) {
     Bodies& bodies = world_->bodies;
     const std::uint32_t slot = bodies.slot(body);
     Place& place = bodies.place[slot];
-    const bool moved = Vec3{place.x, place.y, place.z} != state.position_m;
+    const bool shaped = (bodies.properties[slot].flags & kShaped) != 0;
+    const bool moved = shaped || Vec3{place.x, place.y, place.z} != state.position_m;
     place = {state.position_m.x, state.position_m.y, state.position_m.z, place.radius};
     bodies.orientation[slot] = orientation_of(state.orientation);
     const BodyVelocity former = bodies.velocity[slot];
@@ -224,6 +278,8 @@ Result<void> Scene::set_wrench(BodyId body, Vec3 force, Vec3 torque) {
 Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     if (auto fine = known(body); !fine) return fine;
     if (table >= world_->tables.size()) return fail(fmt::format("there is no feature table {}", table), "Add it first");
+    if (world_->shapes.of(body) != 0 && !world_->tables[table].empty())
+        return fail(fmt::format("body {} has a shape, and features are on spheres", body), "Use spheres, or no features");
     Bodies& bodies = world_->bodies;
     bodies.need_features();
     const std::uint32_t slot = bodies.slot(body);

@@ -1,4 +1,4 @@
-// The physics of an ensemble: spheres that fall, touch, slide, roll and pull on each other, by the million.
+// The physics of an ensemble: spheres, boxes and capsules that fall, touch, slide, roll and pull on each other, by the million.
 //
 //     auto scene = physics::Scene::make({});
 //     scene->add_obstacle(physics::Plane{}, 0);
@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "physics/bodies/actuation.h"
+#include "physics/bodies/body_shape.h"
 #include "physics/bodies/material.h"
 #include "physics/bodies/reports.h"
 #include "physics/bodies/settings.h"
@@ -47,6 +48,8 @@ struct BodySpec {
     std::uint8_t material = 0;
     // Moves only at its own velocity, whatever forces act on it.
     bool fixed = false;
+    // If it has one, radius and inertia factor follow from it. Only the engine Blocks in an undivided world has shapes.
+    std::optional<BodyShape> shape = {};
 };
 
 struct BodyState {
@@ -161,8 +164,10 @@ class Scene {
     BodyState state(BodyId body) const;
     // Change of velocity over the last step; 0 unless the settings keep former velocities.
     Vec3 acceleration(BodyId body) const;
+    // Of a body with a shape that of the sphere around it.
     double radius(BodyId body) const;
-    // About an axis through its centre, kg m^2.
+    std::optional<BodyShape> shape(BodyId body) const;
+    // About an axis through its centre, kg m^2; of a body with a shape the mean of those about its axes.
     double moment_of_inertia(BodyId body) const;
     SwitchedFeatures features(BodyId body) const;
     // The sum of the normal forces on the body divided by its surface, Pa.
@@ -227,6 +232,11 @@ class Scene {
   private:
     explicit Scene(const Settings& settings);
     Result<void> known(BodyId body) const;
+    // Of the body in a slot, and its angular momentum about its centre per kg.
+    Vec3 spin_of(std::uint32_t slot) const;
+    Vec3 spin_momentum(std::uint32_t slot) const;
+    Result<void> check_shape(const BodySpec& spec) const;
+    double depth_in(std::uint32_t obstacle, const BodySpec& spec) const;
 
     std::unique_ptr<World> world_;
     std::unique_ptr<Engine> engine_;

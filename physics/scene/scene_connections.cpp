@@ -30,6 +30,8 @@ Result<void> Scene::connect(BodyId body, BodyId other) {
         return fail(fmt::format("bodies {} and {} cannot be connected (the engine {} has no composites)", body, other,
                                 name_of(world_->settings.engine)),
                     "Use the engine Blocks");
+    if (!world_->shapes.empty())
+        return fail(fmt::format("bodies {} and {} cannot be connected (some bodies have shapes)", body, other), "Use spheres");
     if (engine_->divided())
         return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Use one process");
     if (connected(body, other)) return {};

@@ -55,6 +55,11 @@ Vec3 Scene::acceleration(BodyId body) const {
 
 double Scene::radius(BodyId body) const { return world_->bodies.place[world_->bodies.slot(body)].radius; }
 
+std::optional<BodyShape> Scene::shape(BodyId body) const {
+    const BodyShapes::Index index = world_->shapes.of(body);
+    return index == 0 ? std::nullopt : std::optional(world_->shapes.kind(index).shape);
+}
+
 double Scene::moment_of_inertia(BodyId body) const {
     const BodyProperties& properties = world_->bodies.properties[world_->bodies.slot(body)];
     return static_cast<double>(properties.inertia_factor) * static_cast<double>(properties.mass) * radius(body) * radius(body);
@@ -70,6 +75,7 @@ SwitchedFeatures Scene::features(BodyId body) const {
 double Scene::pressure(BodyId body) {
     double force = 0;
     for (const std::uint32_t index : contacts_of(body)) force += std::max(0.0, contacts()[index].normal_force_n);
+    if (const auto own = shape(body)) return force / own->surface_m2();
     return force / (4 * std::numbers::pi * radius(body) * radius(body));
 }
 
@@ -124,14 +130,29 @@ std::span<const std::uint32_t> Scene::contacts_of(BodyId body) {
     return {contact_index_.data() + contact_start_[slot], contact_index_.data() + contact_start_[slot + 1]};
 }
 
+Vec3 Scene::spin_of(std::uint32_t slot) const {
+    return (1 / world_->bodies.place[slot].radius) * vector_of(world_->bodies.velocity[slot].surface);
+}
+
+Vec3 Scene::spin_momentum(std::uint32_t slot) const {
+    const BodyProperties& what = world_->bodies.properties[slot];
+    const double radius = world_->bodies.place[slot].radius;
+    const Vec3 spin = spin_of(slot);
+    const BodyShapes::Index index = world_->shapes.of(what.id);
+    if (index == 0) return (static_cast<double>(what.inertia_factor) * radius * radius) * spin;
+    const Orientation& o = world_->bodies.orientation[slot];
+    const Quat turn{static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
+    const Vec3 own = rotate(conjugate(turn), spin), inertia = world_->shapes.kind(index).inertia_per_kg_m2;
+    return rotate(turn, {inertia.x * own.x, inertia.y * own.y, inertia.z * own.z});
+}
+
 double Scene::kinetic_energy_j() const {
     const Bodies& bodies = world_->bodies;
     double sum = 0;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         if (bodies.properties[slot].flags & (kFixed | kRemoved | kGhost)) continue;
-        const Vec3 v = vector_of(bodies.velocity[slot].linear), u = vector_of(bodies.velocity[slot].surface);
-        sum += static_cast<double>(bodies.properties[slot].mass) / 2 *
-               (dot(v, v) + static_cast<double>(bodies.properties[slot].inertia_factor) * dot(u, u));
+        const Vec3 v = vector_of(bodies.velocity[slot].linear);
+        sum += static_cast<double>(bodies.properties[slot].mass) / 2 * (dot(v, v) + dot(spin_of(slot), spin_momentum(slot)));
     }
     return sum;
 }
@@ -159,9 +180,8 @@ Vec3 Scene::angular_momentum() const {
     Vec3 sum;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         if (bodies.properties[slot].flags & (kFixed | kRemoved | kGhost)) continue;
-        const double mass = static_cast<double>(bodies.properties[slot].mass), radius = bodies.place[slot].radius;
-        sum = sum + mass * cross(position(bodies.place[slot]), vector_of(bodies.velocity[slot].linear)) +
-              mass * radius * static_cast<double>(bodies.properties[slot].inertia_factor) * vector_of(bodies.velocity[slot].surface);
+        const double mass = static_cast<double>(bodies.properties[slot].mass);
+        sum = sum + mass * cross(position(bodies.place[slot]), vector_of(bodies.velocity[slot].linear)) + mass * spin_momentum(slot);
     }
     return sum;
 }

@@ -39,6 +39,7 @@ void BlockEngine::all_or_none(std::vector<std::uint8_t>& of_block) const {
 
 void BlockEngine::let_composites_sleep() {
     rows_.places_changed();
+    shape_contacts_.places_changed();
     for (Composite& composite : world_.composites.all()) {
         const std::uint32_t block = grid_.block_with(world_.composites.members(composite).front().slot);
         composite.asleep = states_[block].asleep ? 1 : 0;

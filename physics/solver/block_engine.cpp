@@ -91,7 +91,10 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
     };
     // Velocities of composites are in their copies while colours are swept.
     const auto sweep_colour = [&](const auto& f) {
-        if (stage.colour == 0) rows_.begin(contacts_, active_, bodies, world_.composites, workers);
+        if (stage.colour == 0) {
+            rows_.begin(contacts_, active_, bodies, world_.composites, workers);
+            shape_contacts_.prepare(active_, bodies, workers);
+        }
         over_colour(f);
         if (stage.colour == kColours - 1) rows_.average(workers);
     };
@@ -112,11 +115,15 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             load_contacts_.begin_substep();
             world_.composites.accelerate(wrenches, feature_wrenches, bodies, rules.move, workers);
             // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
-            if (world_.settings.solver.mode == SolverMode::Pgs) contacts_.forget(workers);
+            if (world_.settings.solver.mode == SolverMode::Pgs) {
+                contacts_.forget(workers);
+                shape_contacts_.forget_impulses();
+            }
             const StageClock clock(world_.times.move);
             for_blocks(awake_, workers, [&](int, std::uint32_t block) {
                 accelerate(bodies.velocity.data(), bodies.place.data(), wrenches, feature_wrenches, grid_.blocks()[block].first,
                            grid_.blocks()[block].count, rules.move);
+                if (!world_.shapes.empty()) turn_shapes_by_torques(block, wrenches, feature_wrenches, times.substep_s());
             });
             return {};
         }
@@ -126,6 +133,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
                 warm_start(contacts_.plain_pairs(block), bodies.velocity.data());
                 warm_start(contacts_.plain_obstacles(block), bodies.velocity.data());
                 rows_.warm_start(contacts_, block, bodies.velocity.data());
+                shape_contacts_.warm_start(block, bodies.velocity.data());
             });
             return {};
         }
@@ -184,6 +192,7 @@ void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sw
                            rule);
         sweep(contacts_.plain_obstacles(block), velocities, rule);
         rows_.sweep(contacts_, block, velocities, step_s, rule);
+        shape_contacts_.sweep(block, velocities, rule);
     }
 }
 
@@ -197,6 +206,7 @@ void BlockEngine::find_bounces(const BounceRule& rule, Workers& workers) {
         bool bounces = false;
         look_for_bounces(contacts_.plain_pairs(block), contacts_.pair_bounces(block), velocities, rule, bounces);
         look_for_bounces(contacts_.plain_obstacles(block), contacts_.obstacle_bounces(block), velocities, rule, bounces);
+        if (!shape_contacts_.empty()) bounces = bounces || shape_contacts_.any_bounces(world_.bodies, block, rule);
         if (bounces) found.fetch_or(colour, std::memory_order_relaxed);
     });
     bouncing_colours_ = found;
@@ -206,6 +216,7 @@ void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
     BodyVelocity* velocities = world_.bodies.velocity.data();
     bounce(contacts_.plain_pairs(block), contacts_.pair_bounces(block), velocities, rule);
     bounce(contacts_.plain_obstacles(block), contacts_.obstacle_bounces(block), velocities, rule);
+    if (!shape_contacts_.empty()) shape_contacts_.bounce(world_.bodies, block, rule);
 }
 
 Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
@@ -230,7 +241,10 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
 Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     update_sleep();
     world_.obstacles.prepare(workers.threads());
-    if (world_.bounces()) contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
+    if (world_.bounces()) {
+        contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
+        shape_contacts_.begin_bounces();
+    }
     if (!fresh_) {
         // The list is new. Blocks that sleep may wake before the next one, and need its gaps and normals then.
         std::vector<std::uint32_t> all(states_.size());
@@ -238,7 +252,10 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
         if (auto refreshed = refresh(all, times, workers); !refreshed) return refreshed;
     }
     // After a failed step all impulses must be forgotten; a step of another length would need impulses of another size.
-    if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) contacts_.forget(workers);
+    if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) {
+        contacts_.forget(workers);
+        shape_contacts_.forget_impulses();
+    }
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
     return {};
 }
@@ -263,8 +280,8 @@ RadiusRange BlockEngine::radii_of_world() const {
 
 GridShape BlockEngine::next_shape() const {
     const RadiusRange radii = radii_of_world();
-    const double skin = world_.settings.skin_share * 2 * radii.min,
-                 margin = std::max(kLookAheadShare * 2 * radii.min, world_.feature_range_m());
+    const double smallest_m = 2 * (world_.shapes.empty() ? radii.min : world_.least_radius_m());
+    const double skin = world_.settings.skin_share * smallest_m, margin = std::max(kLookAheadShare * smallest_m, world_.feature_range_m());
     return GridShape::fitting(radii.min, radii.max, margin + skin, 2 * farthest_path_m_);
 }
 
@@ -280,8 +297,8 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     const RadiusRange radii = radii_of_world();
     if (world_.has_features()) bodies.need_features();
     if (!owns_) set_velocities(velocities_of(bodies), times);
-    smallest_radius_m_ = radii.min;
-    skin_m_ = world_.settings.skin_share * 2 * radii.min;
+    smallest_radius_m_ = world_.shapes.empty() ? radii.min : world_.least_radius_m();
+    skin_m_ = world_.settings.skin_share * 2 * smallest_radius_m_;
     margin_m_ = reach_m();
     if (!std::exchange(cached_, false)) cache_contacts(workers);
     Buffer<std::uint32_t> order;
@@ -298,10 +315,12 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         for (const Block& block : grid_.blocks())
             if (owns_) owned.push_back(owns_(unpack(block.key)));
         PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_of_fast_s(times), .frame_m_s = frame_m_s_};
-        reach.slow_m = kSlowShare * 2 * radii.min;
+        reach.slow_m = kSlowShare * 2 * smallest_radius_m_;
         if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
-        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s, &world_.composites},
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s, &world_.composites,
+                           !world_.shapes.empty()},
                           owns_ ? &owned : nullptr, workers);
+        lay_out_shapes(reach, kStepsAhead * times.dt_s, workers);
         rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
         link_blocks();
         grid_.forget_cells();
@@ -328,6 +347,8 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
 void BlockEngine::cache_contacts(Workers& workers) {
     for (const CachedContact& gone : contacts_.take_out(world_.bodies, world_.composites, workers))
         world_.events.push_back({touch_of(gone.id(), gone.partner), false});
+    for (const ShapeContacts::Ended& gone : shape_contacts_.take_out(world_.bodies))
+        world_.events.push_back({gone.is_obstacle ? Touch(gone.body, gone.other, true) : touch_of(gone.body, gone.other), false});
 }
 
 void BlockEngine::keep_last_good(Workers& workers) {
@@ -359,8 +380,10 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     world_.composites.move(world_.bodies, times.substep_s(), workers);
     for_blocks(awake_, workers, [&](int, std::uint32_t block) {
         BlockState& state = states_[block];
-        const Moved moved =
-            move_bodies(world_.bodies, grid_.blocks()[block].first, grid_.blocks()[block].count, static_cast<float>(times.substep_s()));
+        const auto step_s = static_cast<float>(times.substep_s());
+        const Moved moved = world_.shapes.empty()
+                                ? move_bodies(world_.bodies, grid_.blocks()[block].first, grid_.blocks()[block].count, step_s)
+                                : move_shaped(block, step_s);
         state.speed_squared = std::max(state.speed_squared, moved.speed_squared);
         state.drift_squared = moved.drift_squared;
         if (!(moved.speed_squared <= limit)) fine = false;
@@ -377,11 +400,14 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
     std::atomic<std::uint32_t> crushed{kNoBlock};
     std::mutex failing;
     std::optional<std::pair<BodyId, Error>> failure;
+    const auto fails = [&](const std::pair<BodyId, Error>& wrong) {
+        const std::lock_guard lock(failing);
+        if (!failure || wrong.first < failure->first) failure = wrong;
+    };
     for_blocks(blocks, workers, [&](int worker, std::uint32_t block) {
-        if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) {
-            const std::lock_guard lock(failing);
-            if (!failure || collided.error().first < failure->first) failure = collided.error();
-        }
+        if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) fails(collided.error());
+        if (!shape_contacts_.empty())
+            if (const auto deep = refresh_shapes(block, times.dt_s)) fails(*deep);
         const bool deep = refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap);
         refresh_fast(block, times.dt_s);
         if (!deep) return;
@@ -391,6 +417,7 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
     });
     fresh_ = true;
     rows_.places_changed();
+    shape_contacts_.places_changed();
     if (failure) return world_.wrong(failure->second.problem, failure->second.suggestion);
     if (crushed != kNoBlock) return too_deep(crushed);
     return {};

@@ -15,13 +15,16 @@
 #include <utility>
 #include <vector>
 
+#include "physics/bodies/chunks.h"
 #include "physics/bodies/denormals.h"
 #include "physics/collision/block_grid.h"
 #include "physics/collision/broadphase.h"
 #include "physics/solver/composite_rows.h"
 #include "physics/solver/contacts.h"
 #include "physics/solver/engine.h"
+#include "physics/solver/kernels.h"
 #include "physics/solver/load_contacts.h"
+#include "physics/solver/shape_contacts.h"
 
 namespace meld::physics {
 
@@ -114,8 +117,8 @@ class BlockEngine final : public Engine {
         std::uint64_t key = 0;
         std::uint32_t first = 0, count = 0;
         BlockState state = {};
-        std::optional<Cages> cages = {};           // Slots are counted from the first of the block.
-        std::span<const std::byte> contacts = {};  // Valid until loaded().
+        std::optional<Cages> cages = {};                                // Slots are counted from the first of the block.
+        std::span<const std::byte> contacts = {}, shape_contacts = {};  // Valid until loaded().
     };
     struct Loading {
         GridShape shape;
@@ -177,6 +180,20 @@ class BlockEngine final : public Engine {
     void begin_loads();
     void collect_loads();
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
+    // Bodies with shapes (block_shapes.cpp).
+    ShapeContacts::Setup shape_setup() const;
+    void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, Workers& workers);
+    void turn_shapes_by_torques(std::uint32_t block, const Wrench* first, const Wrench* second, double step_s);
+    Moved move_shaped(std::uint32_t block, float step_s);
+    std::optional<std::pair<BodyId, Error>> refresh_shapes(std::uint32_t block, double dt_s);
+    // Calls f(batch, lane, what it is) for each lane that is used.
+    template <class F>
+    void each_shape_lane(std::size_t block, const F& f) const;
+    Touch touch_of_lane(const ShapeBatch& batch, int i, const ShapeLane& lane) const;
+    void find_shape_events(std::uint32_t block, float near_m, float far_m, Chunks<TouchEvent>& events);
+    // Those that touch, with the force of all their points.
+    void each_shape_touch(std::size_t block, const std::function<void(const ShapeBatch&, int, const ShapeLane&, double)>& visit) const;
+    void report_shape_contacts(std::size_t block, const ContactVisitor& visit) const;
     // Calls pair(batch, lane, normal force) for each two bodies of the block that touch, and obstacle(batch, lane, normal force, obstacle
     // lane) for each body that touches an obstacle.
     template <class Pair, class Obstacle>
@@ -194,6 +211,7 @@ class BlockEngine final : public Engine {
     BlockGrid grid_;
     Contacts contacts_;
     CompositeRows rows_;
+    ShapeContacts shape_contacts_;
     // If somebody wants the loads of connections; fresh while it follows the list of contacts.
     LoadContacts load_contacts_;
     bool load_contacts_fresh_ = false;
@@ -218,7 +236,7 @@ class BlockEngine final : public Engine {
     std::function<bool(BlockCoordinates)> owns_;
     std::uint8_t bouncing_colours_ = 0;
     Loading loading_;
-    bool composites_fine_ = true;
+    bool composites_fine_ = true, shapes_fine_ = true;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;
 };

@@ -68,6 +68,7 @@ void BlockEngine::find_events(Workers& workers) {
             });
             lane += kLanes;
         }
+        if (!shape_contacts_.empty()) find_shape_events(block, near, far, events);
     });
     std::size_t count = world_.events.size();
     for (const auto& events : found) count += events.size();
@@ -103,7 +104,8 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
         visit({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]), force_n,
                (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
     };
-    for (std::size_t block = 0; block < states_.size(); ++block)
+    for (std::size_t block = 0; block < states_.size(); ++block) {
+        report_shape_contacts(block, visit);
         each_touch(
             block,
             [&](const Batch& batch, int i, double force_n) {
@@ -113,6 +115,7 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
             [&](const Batch& batch, int i, double force_n, ObstacleLane what) {
                 report(batch, i, force_n, touch_of(bodies.properties[batch.a[i]].id, obstacle_code(what)), 1);
             });
+    }
 }
 
 // Blocks of one colour share no body, so no two workers add to one sum.
@@ -130,13 +133,17 @@ void BlockEngine::add_normal_forces(std::span<ExactSum> of_slot, Workers& worker
             each_touch(
                 block, [&](const Batch& batch, int i, double force_n) { press(batch.a[i], force_n), press(batch.b[i], force_n); },
                 [&](const Batch& batch, int i, double force_n, ObstacleLane) { press(batch.a[i], force_n); });
+            each_shape_touch(block, [&](const ShapeBatch& batch, int i, const ShapeLane& lane, double force_n) {
+                press(batch.a[i], force_n);
+                if (lane.obstacle == kNoSlot) press(batch.b[i], force_n);
+            });
         });
 }
 
 StepReport BlockEngine::report() const {
     StepReport report{.bodies = world_.bodies.count(),
                       .blocks = grid_.blocks().size(),
-                      .candidates = contacts_.candidate_count(),
+                      .candidates = contacts_.candidate_count() + shape_contacts_.candidate_count(),
                       .rebuilt = rebuilt_in_step_,
                       .recomposed = recomposed_in_step_};
     for (const std::uint32_t block : awake_)
@@ -145,8 +152,8 @@ StepReport BlockEngine::report() const {
 }
 
 std::size_t BlockEngine::bytes() const {
-    return grid_.bytes() + contacts_.bytes() + rows_.bytes() + world_.composites.bytes() + world_.loads.bytes() + load_contacts_.bytes() +
-           bytes_of(states_) + bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
+    return grid_.bytes() + contacts_.bytes() + shape_contacts_.bytes() + rows_.bytes() + world_.composites.bytes() + world_.loads.bytes() +
+           load_contacts_.bytes() + bytes_of(states_) + bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
 }
 
 double BlockEngine::residual() {

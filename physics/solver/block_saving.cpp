@@ -28,7 +28,7 @@ struct SavedEngine {
     double cell_m, smallest_radius_m, skin_m, margin_m, farthest_path_m, dt_s, substep_s;
     Vec3 frame_m_s;
     std::int32_t levels;
-    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, zero[7];
+    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, has_shapes, zero[6];
 };
 
 }  // namespace
@@ -68,6 +68,11 @@ void BlockEngine::save_home(Home home, ByteWriter& bodies, ByteWriter& contacts)
             bodies.write(rattler);
         }
     }
+    if (!world_.shapes.empty()) {
+        ByteWriter of_shapes;
+        shape_contacts_.save(grid_, world_.bodies, block, of_shapes);
+        contacts.write_block(of_shapes.view());
+    }
     contacts_.save(grid_, world_.bodies, block, contacts);
 }
 
@@ -91,6 +96,7 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
         for (Rattler& rattler : cages.rattlers)
             if (rattler = bodies.read<Rattler>(); rattler.slot >= count) return damaged_snapshot("watches a body that is not there");
     }
+    if (!world_.shapes.empty() && holds == Holds::Own) block.shape_contacts = contacts.read_block();
     block.contacts = contacts.read_bytes(contacts.left());
     return {};
 }
@@ -110,9 +116,11 @@ void BlockEngine::save_rest(ByteWriter& out) const {
                           forget_,
                           !world_.composites.empty(),
                           world_.loads.wanted(),
+                          !world_.shapes.empty(),
                           {}});
     if (!world_.composites.empty()) world_.composites.write(out);
     if (world_.loads.wanted()) world_.loads.write(out);
+    if (!world_.shapes.empty()) world_.shapes.write(out);
 }
 
 void BlockEngine::load_rest(ByteReader& in) {
@@ -127,11 +135,15 @@ void BlockEngine::load_rest(ByteReader& in) {
     forget_ = saved.forget != 0 || (!first && forget_);
     composites_fine_ = saved.has_composites == 0 || world_.composites.read(in);
     if (saved.has_loads != 0) world_.loads.read(in);
+    shapes_fine_ = saved.has_shapes == 0 || world_.shapes.read(in);
 }
 
 Result<void> BlockEngine::loaded(Workers& workers) {
     Bodies& bodies = world_.bodies;
     const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies); };
+    if (!shapes_fine_) return damaged_snapshot("has invalid shapes");
+    if (owns_ && !world_.shapes.empty())
+        return fail("the snapshot has bodies with shapes (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (owns_ && !world_.composites.empty())
         return fail("the snapshot has connected bodies (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");
@@ -153,7 +165,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     Contacts::add_motionless(bodies, blocks.size());
     if (!composites_loaded()) return damaged_snapshot("has invalid connections");
     states_.clear(), cages_.clear();
-    std::vector<std::span<const std::byte>> contacts;
+    std::vector<std::span<const std::byte>> contacts, shape_contacts;
     for (LoadedBlock& block : loading_.blocks) {
         const auto index = static_cast<std::uint32_t>(states_.size());
         const std::uint32_t first = grid_.blocks()[index].first;
@@ -165,12 +177,17 @@ Result<void> BlockEngine::loaded(Workers& workers) {
             cages_.emplace(index, std::move(*block.cages));
         }
         contacts.push_back(block.contacts);
+        shape_contacts.push_back(block.shape_contacts);
     }
     release_memory(loading_.blocks);
     if (auto done = contacts_.load({grid_, bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}, 0, &world_.composites},
                                    contacts, workers);
         !done)
         return done;
+    if (!world_.shapes.empty()) {
+        shape_contacts_.turn_all(shape_setup(), workers);
+        if (!shape_contacts_.load(shape_setup(), shape_contacts)) return damaged_snapshot("has invalid contacts");
+    }
     rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
     link_blocks();
     list_blocks();

@@ -12,14 +12,6 @@ namespace {
 
 constexpr int kQuadsOfCopy = 4;
 
-// Eight symmetric matrices.
-struct Tensors {
-    Lanes xx, xy, xz, yy, yz, zz;
-};
-MELD_INLINE Vector operator*(const Tensors& m, const Vector& v) {
-    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z, m.xz * v.x + m.yz * v.y + m.zz * v.z};
-}
-
 struct LaneCopies {
     Vector linear;
     Lanes inverse_mass;
@@ -87,18 +79,6 @@ struct Second {
 MELD_INLINE void push_back(LaneCopies& a, const CompositeRow& row, const Vector& impulse) {
     a.linear = a.linear - a.inverse_mass * impulse;
     a.spin = a.spin - a.inverse_inertia * cross({row.ax, row.ay, row.az}, impulse);
-}
-
-MELD_INLINE Lanes square_root_of(const Lanes& square) { return sqrt_lanes(max_lanes(square, lanes(0))); }
-
-// Two unit vectors across a unit normal (Duff and others: "Building an Orthonormal Basis, Revisited", 2017).
-struct Tangents {
-    Vector first, second;
-};
-MELD_INLINE Tangents across(const Vector& n) {
-    const Lanes sign = physics::select(n.z >= 0.0f, lanes(1), lanes(-1));
-    const Lanes a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-    return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
 // What impulses at an arm change: the inverse masses along the normal, and across it the symmetric 2x2 matrix.

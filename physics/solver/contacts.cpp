@@ -128,7 +128,7 @@ void Contacts::Arena::choose(const Bodies& bodies, const Composites& composites)
     for (std::size_t i = 0; i < search.pairs().size(); ++i) {
         BodyPair pair = search.pairs()[i];
         const BodyProperties &a = bodies.properties[slots[pair.first]], &b = bodies.properties[slots[pair.second]];
-        if (composites.indifferent(a, b)) continue;
+        if (((a.flags | b.flags) & kShaped) != 0 || composites.indifferent(a, b)) continue;
         std::uint32_t first = composites.mover_of(a.id), second = composites.mover_of(b.id);
         if (first == kNoComposite && second != kNoComposite) std::swap(first, second), std::swap(pair.first, pair.second);
         const std::size_t kind = first == kNoComposite ? 0 : second == kNoComposite ? 2 : 1;
@@ -264,7 +264,7 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
     };
     arena.laid_out = 0;
     std::uint32_t plain = 0, joint = 0;
-    if (setup.composites == nullptr || setup.composites->empty()) {
+    if (setup.composites == nullptr || (setup.composites->empty() && !setup.has_shapes)) {
         plain = add(slots.size(), pairs, [&](std::size_t i) {
             return Arena::Chosen{{slots[pairs[i].first], slots[pairs[i].second]}, i >= arena.search.first_fast()};
         });
@@ -313,7 +313,7 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
     const auto add = [&](const auto& wanted, const auto& key) {
         pairs.clear(), met.clear(), arena.obstacle_slots.clear();
         for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
-            if ((bodies.properties[slot].flags & kFixed) || !wanted(slot)) continue;
+            if ((bodies.properties[slot].flags & (kFixed | kShaped)) != 0 || !wanted(slot)) continue;
             const Place& p = bodies.place[slot];
             const double reach_m = setup.reach.apart_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
             for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {

@@ -84,6 +84,8 @@ class Contacts {
         double ahead_s = 0;
         // Contacts of their members lie in batches of their own; null or empty: there are none.
         const Composites* composites = nullptr;
+        // Some bodies have shapes: their contacts are elsewhere (shape_contacts.h).
+        bool has_shapes = false;
     };
     // Takes impulses and touch flags out of the batches and frees the batches; `lay_out` puts them into the new ones. Returns the contacts
     // that touched a body flagged kRemoved, or between two bodies that are indifferent to each other now, which end here.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "physics/collision/broadphase.h"
@@ -99,11 +100,16 @@ tl::unexpected<Error> World::wrong(const std::string& problem, std::string sugge
     return fail(fmt::format("step {}: {}", tick + 1, problem), std::move(suggestion), ExitCode::LimitHit);
 }
 
-tl::unexpected<Error> World::too_deep(BodyId one, BodyId other, double overlap_m) const {
+Error World::overlapping(BodyId one, BodyId other, double overlap_m) const {
     const auto [first, second] = std::minmax(one, other);
-    return wrong(fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first, second, overlap_m,
-                             100 * settings.max_overlap_share),
-                 "Move one of them away, or take a shorter step if they ran into each other");
+    return {fmt::format("bodies {} and {} overlap by {:.3g} m, more than {:.0f} % of their radii together", first, second, overlap_m,
+                        100 * settings.max_overlap_share),
+            "Move one of them away, or take a shorter step if they ran into each other"};
+}
+
+tl::unexpected<Error> World::too_deep(BodyId one, BodyId other, double overlap_m) const {
+    const Error error = overlapping(one, other, overlap_m);
+    return wrong(error.problem, error.suggestion);
 }
 
 Result<void> World::check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const {
@@ -141,6 +147,17 @@ void World::add_table(std::vector<Feature> features) {
 }
 
 double World::smallest_diameter_m() const { return 2 * (settings.min_radius_m > 0 ? settings.min_radius_m : radius_range(bodies).min); }
+
+double World::least_radius_m() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
+        const BodyProperties& what = bodies.properties[slot];
+        if ((what.flags & kRemoved) != 0) continue;
+        const BodyShapes::Index index = shapes.of(what.id);
+        least = std::min(least, index == 0 ? bodies.place[slot].radius : shapes.kind(index).least_m);
+    }
+    return std::isfinite(least) ? least : 1;
+}
 
 bool World::bounces() const {
     return std::any_of(materials.begin(), materials.end(), [](const Material& material) { return material.restitution > 0; });

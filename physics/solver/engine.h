@@ -9,6 +9,7 @@
 
 #include "physics/bodies/actuation.h"
 #include "physics/bodies/bodies.h"
+#include "physics/bodies/body_shape.h"
 #include "physics/bodies/composites.h"
 #include "physics/bodies/material.h"
 #include "physics/bodies/reports.h"
@@ -40,6 +41,7 @@ Touch touch_of(BodyId body, std::uint32_t partner);
 struct World {
     Settings settings;
     Bodies bodies;
+    BodyShapes shapes;
     Composites composites;
     Loads loads;
     Obstacles obstacles;
@@ -57,7 +59,8 @@ struct World {
     tl::unexpected<Error> wrong(const std::string& problem, std::string suggestion) const;
     // The error for the body with the lowest number that is faster than the settings allow, or whose velocity is not a number.
     Result<void> check_speeds() const;
-    // The error for two bodies that overlap by more than the settings allow.
+    // The error for two bodies that overlap by more than the settings allow; without the tick.
+    Error overlapping(BodyId one, BodyId other, double overlap_m) const;
     tl::unexpected<Error> too_deep(BodyId one, BodyId other, double overlap_m) const;
     // The same for a body in an obstacle, without the tick; nothing if it is not too deep.
     Result<void> check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const;
@@ -68,6 +71,8 @@ struct World {
     void add_table(std::vector<Feature> features);
     // From the settings or the bodies; 2 m without bodies.
     double smallest_diameter_m() const;
+    // Half of the least thickness of all bodies, where some have shapes.
+    double least_radius_m() const;
     bool has_features() const { return tables.size() > 1; }
     bool bounces() const;
 };

@@ -23,6 +23,24 @@ MELD_INLINE Vector select(LaneMask mask, const Vector& yes, const Vector& no) {
     return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
 }
 
+// Eight symmetric matrices.
+struct Tensors {
+    Lanes xx, xy, xz, yy, yz, zz;
+};
+MELD_INLINE Vector operator*(const Tensors& m, const Vector& v) {
+    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z, m.xz * v.x + m.yz * v.y + m.zz * v.z};
+}
+
+// Two unit vectors across a unit normal (Duff and others: "Building an Orthonormal Basis, Revisited", 2017).
+struct Tangents {
+    Vector first, second;
+};
+MELD_INLINE Tangents across(const Vector& n) {
+    const Lanes sign = physics::select(n.z >= 0.0f, lanes(1), lanes(-1));
+    const Lanes a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+    return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
+}
+
 // The velocities of eight bodies.
 struct LaneVelocities {
     Vector linear;
@@ -67,10 +85,10 @@ MELD_INLINE Lanes mass_of(const Lanes& lightness) {
 // The change of the normal impulse that a contact needs, before the impulse is kept from pulling. `holds`: lanes with a latch, which pull a
 // gap together as they push an overlap apart.
 template <bool kAdhesive>
-MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
-    const Lanes gap = batch.gap;
+MELD_INLINE Lanes wanted_change(const Lanes& gap, const Lanes& now, const Lanes& parting, const Lanes& lightness, LaneMask holds,
+                                const SweepRule& rule) {
     LaneMask pressed = gap <= 0.0f;
-    const Lanes fastest = max_lanes(rule.load_rate * (lightness * batch.normal_impulse), lanes(rule.max_depenetration_speed));
+    const Lanes fastest = max_lanes(rule.load_rate * (lightness * now), lanes(rule.max_depenetration_speed));
     Lanes bias = max_lanes(gap, lanes(0)) * rule.apart_rate + max_lanes(min_lanes(gap, lanes(0)) * rule.overlap_rate, -fastest);
     if constexpr (kAdhesive) {
         pressed |= holds;
@@ -78,8 +96,14 @@ MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const 
             holds, min_lanes(max_lanes(gap * rule.overlap_rate, lanes(-rule.max_latch_speed)), lanes(rule.max_latch_speed)), bias);
     }
     const Lanes mass_scale = 1.0f + keep(pressed, lanes(rule.mass_scale - 1));
-    const Lanes kept_back = keep(pressed & (lightness > 0.0f), rule.impulse_scale * batch.normal_impulse);
+    const Lanes kept_back = keep(pressed & (lightness > 0.0f), rule.impulse_scale * now);
     return (mass_of(lightness) * mass_scale * rule.over_relaxation) * (parting + bias) + kept_back;
 }
+template <bool kAdhesive>
+MELD_INLINE Lanes wanted_change(const Batch& batch, const Lanes& parting, const Lanes& lightness, LaneMask holds, const SweepRule& rule) {
+    return wanted_change<kAdhesive>(batch.gap, batch.normal_impulse, parting, lightness, holds, rule);
+}
+
+MELD_INLINE Lanes square_root_of(const Lanes& square) { return sqrt_lanes(max_lanes(square, lanes(0))); }
 
 }  // namespace meld::physics

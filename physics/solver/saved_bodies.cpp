@@ -64,7 +64,8 @@ Result<void> add(World& world, Holds holds, const SavedBody& b) {
                 .mass = b.mass,
                 .inertia_factor = b.inertia_factor,
                 .material = b.material,
-                .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved)) | (holds == Holds::Ghosts ? kGhost : 0)),
+                .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved)) | (holds == Holds::Ghosts ? kGhost : 0) |
+                                                   (world.shapes.of(b.id) != 0 ? kShaped : 0)),
                 .still_ticks = b.still_ticks,
                 .marked = b.marked});
     const std::uint32_t slot = bodies.slot(b.id);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "physics/solver/body_addresses.h"
 #include "physics/solver/contacts.h"
 #include "physics/solver/kernels.h"
 #include "physics/solver/saved_bodies.h"
@@ -27,37 +28,6 @@ template <class F>
 void each_lane(unsigned bits, const F& f) {
     for (; bits != 0; bits &= bits - 1) f(std::countr_zero(bits));
 }
-
-// A body as the neighbour of a block in which it is, and its place there.
-constexpr int kIndexBits = 27;
-
-class BodyAddresses {
-  public:
-    BodyAddresses(const BlockGrid& grid, std::uint32_t block) : blocks_(grid.blocks()), around_(blocks_[block].neighbours) {}
-
-    std::uint32_t address(std::uint32_t slot) {
-        if (!in(last_, slot))
-            for (last_ = 0; !in(last_, slot); ++last_) MELD_CHECK(last_ + 1 < around_.size(), "slot {} is in no block around", slot);
-        return static_cast<std::uint32_t>(last_) << kIndexBits | (slot - blocks_[around_[last_]].first);
-    }
-    // kNoSlot if there is no such body.
-    std::uint32_t slot(std::uint32_t address) const {
-        const std::size_t neighbour = address >> kIndexBits;
-        const std::uint32_t index = address & ((1u << kIndexBits) - 1);
-        if (neighbour >= around_.size() || around_[neighbour] == kNoBlock || index >= blocks_[around_[neighbour]].count) return kNoSlot;
-        return blocks_[around_[neighbour]].first + index;
-    }
-
-  private:
-    static constexpr std::size_t kItself = 13;
-    bool in(std::size_t neighbour, std::uint32_t slot) const {
-        const std::uint32_t block = around_[neighbour];
-        return block != kNoBlock && slot - blocks_[block].first < blocks_[block].count;
-    }
-    std::span<const Block> blocks_;
-    const std::array<std::uint32_t, 27>& around_;
-    std::size_t last_ = kItself;
-};
 
 using Four = std::array<float, 4>;
 

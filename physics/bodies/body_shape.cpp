@@ -1,0 +1,107 @@
+#include "physics/bodies/body_shape.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace meld::physics {
+
+namespace {
+
+constexpr std::size_t kMaxKinds = 65535;
+constexpr double kPi = std::numbers::pi;
+
+// The integral of x^2 over the shape whose core reaches from -a to a along x, and b and c across: the core, its six faces as slabs, its
+// edges as quarters of cylinders and its corners as eighths of a ball.
+double second_moment(double a, double b, double c, double r) {
+    const double core = 8 * a * b * c * a * a / 3;
+    const double ends = 8 * b * c * (std::pow(a + r, 3) - std::pow(a, 3)) / 3;
+    const double sides = 8 * a * r * (b + c) * a * a / 3;
+    const double round = kPi * r * r * a * a + 8 * a * r * r * r / 3 + kPi * std::pow(r, 4) / 4;
+    const double across = 2 * (b + c) * round, along = 2 * a * kPi * r * r * a * a / 3;
+    const double corners = 4 * kPi * std::pow(r, 3) * a * a / 3 + kPi * a * std::pow(r, 4) + 4 * kPi * std::pow(r, 5) / 15;
+    return core + ends + sides + across + along + corners;
+}
+
+}  // namespace
+
+double BodyShape::least_m() const { return std::min({core_m.x, core_m.y, core_m.z}) + rounding_m; }
+
+double BodyShape::volume_m3() const {
+    const auto [a, b, c] = core_m;
+    const double r = rounding_m;
+    return 8 * a * b * c + 8 * r * (a * b + b * c + c * a) + 2 * kPi * r * r * (a + b + c) + 4 * kPi * r * r * r / 3;
+}
+
+double BodyShape::surface_m2() const {
+    const auto [a, b, c] = core_m;
+    const double r = rounding_m;
+    return 8 * (a * b + b * c + c * a) + 4 * kPi * r * (a + b + c) + 4 * kPi * r * r;
+}
+
+Vec3 BodyShape::inertia_per_kg_m2() const {
+    const auto [a, b, c] = core_m;
+    const double x = second_moment(a, b, c, rounding_m), y = second_moment(b, c, a, rounding_m), z = second_moment(c, a, b, rounding_m);
+    return (1 / volume_m3()) * Vec3{y + z, x + z, x + y};
+}
+
+BodyShape box_shape(Vec3 edges_m, double rounding_m) { return {0.5 * edges_m - Vec3{rounding_m, rounding_m, rounding_m}, rounding_m}; }
+BodyShape capsule_shape(double radius_m, double length_m) { return {{0, 0, length_m / 2 - radius_m}, radius_m}; }
+
+Result<void> check(const BodyShape& shape) {
+    const auto [x, y, z] = shape.core_m;
+    const double r = shape.rounding_m;
+    const bool box = x > 0 && y > 0 && z > 0, line = x == 0 && y == 0 && z >= 0;
+    if (!is_finite(shape.core_m) || !std::isfinite(r) || !(r >= 0) || !(box || line) || (line && !(r > 0)))
+        return fail(fmt::format("a shape has a core of half edges {}, {} and {} m and is rounded by {} m (which is no solid)", x, y, z, r),
+                    "Give a box three positive half edges, and a capsule (0, 0, half its length without its ends) and a positive radius");
+    constexpr double kMostSlender = 1e3;
+    if (shape.radius_m() > kMostSlender * shape.least_m())
+        return fail(fmt::format("a shape is {:.3g} m thick and {:.3g} m long", 2 * shape.least_m(), 2 * shape.radius_m()),
+                    fmt::format("Make it at most {:.0f} times as long as thick", kMostSlender));
+    return {};
+}
+
+Result<BodyShapes::Index> BodyShapes::index_of(const BodyShape& shape) {
+    const std::array<double, 4> key{shape.core_m.x, shape.core_m.y, shape.core_m.z, shape.rounding_m};
+    if (const auto found = known_.find(key); found != known_.end()) return found->second;
+    if (kinds_.size() == kMaxKinds) return fail(fmt::format("there are already {} different shapes", kMaxKinds), "Let bodies share shapes");
+    Kind kind{.shape = shape, .radius_m = shape.radius_m(), .least_m = shape.least_m(), .inertia_per_kg_m2 = shape.inertia_per_kg_m2()};
+    const double square = kind.radius_m * kind.radius_m;
+    const auto [x, y, z] = kind.inertia_per_kg_m2;
+    kind.turning = {square / x, square / y, square / z};
+    kind.turns_alike = x == y && y == z;
+    kinds_.push_back(kind);
+    return known_[key] = static_cast<Index>(kinds_.size());
+}
+
+Result<void> BodyShapes::set(BodyId body, const BodyShape& shape) {
+    const auto index = index_of(shape);
+    if (!index) return tl::unexpected(index.error());
+    if (body >= of_.size()) of_.resize(std::max<std::size_t>(body + std::size_t{1}, 2 * of_.size()), 0);
+    of_[body] = *index;
+    return {};
+}
+
+void BodyShapes::write(ByteWriter& out) const {
+    out.write_count(kinds_.size());
+    for (const Kind& kind : kinds_) out.write(kind.shape);
+    out.write_count(of_.size());
+    for (const Index index : of_) out.write(index);
+}
+
+bool BodyShapes::read(ByteReader& in) {
+    *this = {};
+    for (auto left = in.read_count(sizeof(BodyShape)); left > 0; --left) {
+        const auto shape = in.read<BodyShape>();
+        if (!check(shape) || !index_of(shape)) return false;
+    }
+    of_.resize(in.read_count(sizeof(Index)));
+    for (Index& index : of_)
+        if (index = in.read<Index>(); index > kinds_.size()) return false;
+    return !in.failed();
+}
+
+}  // namespace meld::physics

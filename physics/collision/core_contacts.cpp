@@ -1,0 +1,447 @@
+#include "physics/collision/core_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+// Shares of the least thickness: another axis must be better by this to replace a face; cores nearer than this count as touching; and a
+// point over a face may be this much farther away than the face's plane.
+constexpr double kBetter = 0.01, kApart = 1e-7, kOverFace = 1e-3;
+
+double& part(Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+double part(const Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+
+enum class CoreKind { Point, Line, Box };
+CoreKind kind_of(const Core& core) { return core.half_m.x > 0 ? CoreKind::Box : core.half_m.z > 0 ? CoreKind::Line : CoreKind::Point; }
+
+Vec3 into(const Pose& pose, Vec3 v) { return {dot(v, pose.axes[0]), dot(v, pose.axes[1]), dot(v, pose.axes[2])}; }
+Vec3 out_of(const Pose& pose, Vec3 v) { return v.x * pose.axes[0] + (v.y * pose.axes[1] + v.z * pose.axes[2]); }
+
+Vec3 any_across(Vec3 v) {
+    const Vec3 other = std::abs(v.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    const Vec3 found = cross(v, other);
+    return (1 / length(found)) * found;
+}
+
+void add(Manifold& found, Vec3 at, double gap_m, double reach_m) {
+    if (gap_m > reach_m || found.count == kMaxManifoldPoints) return;
+    found.points[static_cast<std::size_t>(found.count++)] = {at, gap_m};
+}
+
+// The point of a core's surface that is nearest to a point, both in the core's frame: the direction out of the core there, and how far
+// along it the point is (negative: inside).
+struct OnCore {
+    Vec3 on, out;
+    double distance;
+};
+OnCore nearest_on(Vec3 half, Vec3 point) {
+    const Vec3 on{std::clamp(point.x, -half.x, half.x), std::clamp(point.y, -half.y, half.y), std::clamp(point.z, -half.z, half.z)};
+    const Vec3 way = point - on;
+    if (const double distance = length(way); distance > 0) return {on, (1 / distance) * way, distance};
+    int axis = 0;
+    for (int i = 1; i < 3; ++i)
+        if (part(half, i) - std::abs(part(point, i)) < part(half, axis) - std::abs(part(point, axis))) axis = i;
+    OnCore found{point, {}, std::abs(part(point, axis)) - part(half, axis)};
+    part(found.out, axis) = part(point, axis) < 0 ? -1 : 1;
+    part(found.on, axis) = part(found.out, axis) * part(half, axis);
+    return found;
+}
+
+void collide_ball_and_core(const Core& ball, const Core& core, const Pose& pose, Vec3 from_core, bool ball_first, double reach,
+                           Manifold& found) {
+    const OnCore near = nearest_on(core.half_m, into(pose, from_core));
+    const Vec3 out = out_of(pose, near.out);
+    const double gap = near.distance - core.radius_m - ball.radius_m;
+    found.normal = ball_first ? -out : out;
+    // From the centre of the core; the ball is at from_core.
+    const Vec3 at = out_of(pose, near.on) + (core.radius_m + 0.5 * gap) * out;
+    add(found, ball_first ? at - from_core : at, gap, reach);
+}
+
+struct LineEnds {
+    Vec3 p, q;
+};
+// The nearest points of two lines from their middles, of half lengths a and b along unit vectors (C. Ericson: "Real-Time Collision
+// Detection", section 5.1.9).
+LineEnds nearest_of_lines(Vec3 a_middle, Vec3 a_along, double a, Vec3 b_middle, Vec3 b_along, double b) {
+    const Vec3 between = a_middle - b_middle;
+    const double mixed = dot(a_along, b_along), on_a = dot(a_along, between), on_b = dot(b_along, between), area = 1 - mixed * mixed;
+    double s = area > 1e-12 ? std::clamp((mixed * on_b - on_a) / area, -a, a) : 0;
+    double t = mixed * s + on_b;
+    if (std::abs(t) > b) {
+        t = std::clamp(t, -b, b);
+        s = std::clamp(mixed * t - on_a, -a, a);
+    }
+    return {a_middle + s * a_along, b_middle + t * b_along};
+}
+
+// Lines that are nearly parallel and side by side meet at both ends of their common stretch.
+bool collide_side_by_side(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, Vec3 shift, double reach, Manifold& found) {
+    constexpr double kParallel = 0.9985, kShort = 0.1;
+    const Vec3 u = a_pose.axes[2], v = b_pose.axes[2];
+    const double mixed = dot(u, v), middle = dot(shift, u), half = b.half_m.z * std::abs(mixed);
+    const double low = std::max(-a.half_m.z, middle - half), high = std::min(a.half_m.z, middle + half);
+    const double radii = a.radius_m + b.radius_m;
+    if (std::abs(mixed) < kParallel || high - low < kShort * radii) return false;
+    const auto ends = [&](double s) {
+        const double t = std::clamp((s - middle) / mixed, -b.half_m.z, b.half_m.z);
+        return LineEnds{s * u, shift + t * v};
+    };
+    const LineEnds first = ends(low), last = ends(high);
+    const Vec3 across = (first.q - first.p) + (last.q - last.p), sideways = across - dot(across, u) * u;
+    const double wide = length(sideways);
+    found.normal = wide > kApart * radii ? (1 / wide) * sideways : any_across(u);
+    for (const LineEnds& both : {first, last}) {
+        const double gap = dot(both.q - both.p, found.normal) - radii;
+        add(found, both.p + (a.radius_m + 0.5 * gap) * found.normal, gap, reach);
+    }
+    return true;
+}
+
+void add_nearest(const Core& a, const Core& b, const LineEnds& ends, Vec3 otherwise, double reach, Manifold& found) {
+    const Vec3 way = ends.q - ends.p;
+    const double distance = length(way), radii = a.radius_m + b.radius_m;
+    found.normal = distance > 0 ? (1 / distance) * way : otherwise;
+    add(found, ends.p + (a.radius_m + 0.5 * (distance - radii)) * found.normal, distance - radii, reach);
+}
+
+void collide_lines(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, Vec3 shift, double reach, Manifold& found) {
+    if (collide_side_by_side(a, a_pose, b, b_pose, shift, reach, found)) return;
+    const Vec3 u = a_pose.axes[2], v = b_pose.axes[2], across = cross(u, v);
+    const double size = length(across);
+    Vec3 otherwise = size > 1e-6 ? (1 / size) * across : any_across(u);
+    if (dot(otherwise, shift) < 0) otherwise = -otherwise;
+    add_nearest(a, b, nearest_of_lines({}, u, a.half_m.z, shift, v, b.half_m.z), otherwise, reach, found);
+}
+
+// A face of a core, or the whole of a line, as a ring of corners from the core's centre.
+struct Ring {
+    std::array<Vec3, 8> corners;
+    int count = 0;
+    void push(Vec3 corner) {
+        if (count < 8) corners[static_cast<std::size_t>(count++)] = corner;
+    }
+    std::span<const Vec3> all() const { return std::span(corners).first(static_cast<std::size_t>(count)); }
+};
+
+// The face that looks most along a direction.
+Ring face_along(const Core& core, const Pose& pose, Vec3 direction) {
+    Ring ring;
+    const Vec3 z = core.half_m.z * pose.axes[2];
+    if (kind_of(core) == CoreKind::Line) {
+        ring.push(z), ring.push(-z);
+        return ring;
+    }
+    int axis = 0;
+    double best = -1;
+    for (int i = 0; i < 3; ++i)
+        if (const double along = std::abs(dot(direction, pose.axes[static_cast<std::size_t>(i)])); along > best) axis = i, best = along;
+    const auto edge = [&](int i) { return part(core.half_m, i) * pose.axes[static_cast<std::size_t>(i)]; };
+    const Vec3 out = dot(direction, edge(axis)) < 0 ? -edge(axis) : edge(axis), p = edge((axis + 1) % 3), q = edge((axis + 2) % 3);
+    ring.push(out + p + q), ring.push(out - p + q), ring.push(out - p - q), ring.push(out + p - q);
+    return ring;
+}
+
+// Cuts off what lies beyond `limit` along coordinate `axis` times `sign`.
+void clip(Ring& ring, int axis, double sign, double limit) {
+    Ring kept;
+    for (int i = 0; i < ring.count; ++i) {
+        const Vec3 here = ring.corners[static_cast<std::size_t>(i)], next = ring.corners[static_cast<std::size_t>((i + 1) % ring.count)];
+        const double from = sign * part(here, axis) - limit, to = sign * part(next, axis) - limit;
+        if (from <= 0) kept.push(here);
+        if ((from < 0 && to > 0) || (from > 0 && to < 0)) {
+            Vec3 crossing = here + (from / (from - to)) * (next - here);
+            part(crossing, axis) = sign * limit;
+            kept.push(crossing);
+        }
+    }
+    ring = kept;
+}
+
+// Two cores of which at least one is a box.
+class Boxes {
+  public:
+    Boxes(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, double reach)
+        : a_(a),
+          b_(b),
+          a_pose_(a_pose),
+          b_pose_(b_pose),
+          shift_(b_pose.centre - a_pose.centre),
+          reach_(reach),
+          radii_(a.radius_m + b.radius_m),
+          a_box_(kind_of(a) == CoreKind::Box),
+          b_box_(kind_of(b) == CoreKind::Box) {
+        a_shift_ = into(a_pose, shift_), b_shift_ = into(b_pose, shift_);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                turn_[i][j] = dot(a_pose.axes[static_cast<std::size_t>(i)], b_pose.axes[static_cast<std::size_t>(j)]);
+                size_[i][j] = std::abs(turn_[i][j]);
+            }
+        least_ = kNever;
+        for (const Core* core : {&a_, &b_})
+            if (kind_of(*core) == CoreKind::Box) least_ = std::min({least_, core->half_m.x, core->half_m.y, core->half_m.z});
+    }
+
+    void collide(AxisHint& hint, Manifold& found);
+
+  private:
+    static constexpr int kFaces = 3, kEdges = 6, kAxes = 15;
+    bool has(int axis) const {
+        if (axis < kFaces) return a_box_;
+        if (axis < kEdges) return b_box_;
+        return (a_box_ || (axis - kEdges) / 3 == 2) && (b_box_ || (axis - kEdges) % 3 == 2);
+    }
+    // How far apart the cores' shadows on an axis are: a lower bound of their distance, and of their overlap the whole if nothing is less.
+    double separation(int axis) const;
+    Vec3 direction(int axis) const;
+    bool by_face(int axis, double separated, bool apart, Manifold& found) const;
+    bool by_edges(int axis, double separated, bool apart, Manifold& found) const;
+    LineEnds support_edges(int axis) const;
+    void by_nearest(int edge_axis, Vec3 otherwise, Manifold& found) const;
+    static void keep_four(std::span<const ManifoldPoint> all, Vec3 first, Vec3 second, Manifold& found);
+
+    const Core &a_, &b_;
+    const Pose &a_pose_, &b_pose_;
+    Vec3 shift_, a_shift_, b_shift_;
+    double reach_, radii_, least_ = 0;
+    bool a_box_, b_box_;
+    double turn_[3][3], size_[3][3];
+};
+
+double Boxes::separation(int axis) const {
+    const Vec3 &a = a_.half_m, &b = b_.half_m;
+    if (axis < kFaces) {
+        const auto& row = size_[axis];
+        return std::abs(part(a_shift_, axis)) - part(a, axis) - (b.x * row[0] + b.y * row[1] + b.z * row[2]);
+    }
+    if (axis < kEdges) {
+        const int j = axis - kFaces;
+        return std::abs(part(b_shift_, j)) - part(b, j) - (a.x * size_[0][j] + a.y * size_[1][j] + a.z * size_[2][j]);
+    }
+    // The cross product of an edge of each.
+    constexpr double kParallel = 1e-6;
+    const int i = (axis - kEdges) / 3, j = (axis - kEdges) % 3, i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    const double square = 1 - turn_[i][j] * turn_[i][j];
+    if (square < kParallel) return -kNever;
+    const double apart = std::abs(part(a_shift_, i2) * turn_[i1][j] - part(a_shift_, i1) * turn_[i2][j]);
+    const double of_a = part(a, i1) * size_[i2][j] + part(a, i2) * size_[i1][j];
+    const double of_b = part(b, j1) * size_[i][j2] + part(b, j2) * size_[i][j1];
+    return (apart - of_a - of_b) / std::sqrt(square);
+}
+
+// A unit vector from the first body to the second.
+Vec3 Boxes::direction(int axis) const {
+    Vec3 along;
+    if (axis < kFaces)
+        along = a_pose_.axes[static_cast<std::size_t>(axis)];
+    else if (axis < kEdges)
+        along = b_pose_.axes[static_cast<std::size_t>(axis - kFaces)];
+    else {
+        along =
+            cross(a_pose_.axes[static_cast<std::size_t>((axis - kEdges) / 3)], b_pose_.axes[static_cast<std::size_t>((axis - kEdges) % 3)]);
+        along = (1 / length(along)) * along;
+    }
+    return dot(along, shift_) < 0 ? -along : along;
+}
+
+// Of all points, those that reach farthest to the four sides, and the deepest one.
+void Boxes::keep_four(std::span<const ManifoldPoint> all, Vec3 first, Vec3 second, Manifold& found) {
+    if (all.size() <= kMaxManifoldPoints) {
+        for (const ManifoldPoint& point : all) found.points[static_cast<std::size_t>(found.count++)] = point;
+        return;
+    }
+    std::array<bool, 8> kept{};
+    std::size_t deepest = 0;
+    for (std::size_t i = 1; i < all.size(); ++i)
+        if (all[i].gap_m < all[deepest].gap_m) deepest = i;
+    const auto farthest = [&](Vec3 side) {
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < all.size(); ++i)
+            if (dot(all[i].at - all[best].at, side) > 0) best = i;
+        return best;
+    };
+    constexpr double kClearly = 1e-3;
+    double least = kNever;
+    for (const Vec3 side : {first + second, first - second, -first - second, second - first}) {
+        const std::size_t i = farthest(side);
+        kept[i] = true;
+        least = std::min(least, all[i].gap_m);
+    }
+    if (all[deepest].gap_m < least - kClearly * std::abs(least) && !kept[deepest]) {
+        std::size_t nearest = 0;
+        double best = kNever;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (const double away = length(all[i].at - all[deepest].at); kept[i] && away < best) nearest = i, best = away;
+        kept[nearest] = false, kept[deepest] = true;
+    }
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (kept[i]) found.points[static_cast<std::size_t>(found.count++)] = all[i];
+}
+
+// Clips the face of the other core against the sides of this one. False if it lies beside this face, so that an edge or a corner is
+// nearer.
+bool Boxes::by_face(int axis, double separated, bool apart, Manifold& found) const {
+    const bool of_a = axis < kFaces;
+    const Core &own = of_a ? a_ : b_, &other = of_a ? b_ : a_;
+    const Pose &own_pose = of_a ? a_pose_ : b_pose_, &other_pose = of_a ? b_pose_ : a_pose_;
+    const int up = of_a ? axis : axis - kFaces, first = (up + 1) % 3, second = (up + 2) % 3;
+    const Vec3 normal = direction(axis), out = of_a ? normal : -normal, towards = of_a ? shift_ : -shift_;
+    // In this core's frame, but along `out`.
+    const double sign = dot(out, own_pose.axes[static_cast<std::size_t>(up)]) < 0 ? -1 : 1;
+    Ring ring;
+    for (const Vec3 corner : face_along(other, other_pose, -out).all()) ring.push(into(own_pose, towards + corner));
+    if (other.half_m.x == 0) {
+        // A line: a ring of two corners, of which clipping would find each crossing twice.
+        Vec3 &p = ring.corners[0], &q = ring.corners[1];
+        for (const int side : {first, second})
+            for (const double way : {1.0, -1.0}) {
+                const double limit = part(own.half_m, side), from = way * part(p, side) - limit, to = way * part(q, side) - limit;
+                if (from > 0 && to > 0) return false;
+                if (from > 0) p = p + (from / (from - to)) * (q - p);
+                if (to > 0) q = q + (to / (to - from)) * (p - q);
+            }
+    } else {
+        for (const int side : {first, second})
+            for (const double way : {1.0, -1.0}) clip(ring, side, way, part(own.half_m, side));
+    }
+    std::array<ManifoldPoint, 8> points;
+    std::size_t count = 0;
+    double nearest = kNever;
+    for (const Vec3 corner : ring.all()) {
+        const double above = sign * part(corner, up) - part(own.half_m, up), gap = above - radii_;
+        nearest = std::min(nearest, above);
+        if (gap > reach_) continue;
+        Vec3 at = corner;
+        part(at, up) -= sign * (other.radius_m + 0.5 * gap);
+        at = out_of(own_pose, at);
+        points[count++] = {of_a ? at : shift_ + at, gap};
+    }
+    if (ring.count == 0 || (apart && nearest > separated + kOverFace * least_)) return false;
+    found.normal = normal;
+    const auto side = [&](int i) {
+        return part(own.half_m, i) > 0 ? (1 / part(own.half_m, i)) * own_pose.axes[static_cast<std::size_t>(i)] : Vec3{};
+    };
+    keep_four(std::span(points).first(count), side(first), side(second), found);
+    return true;
+}
+
+LineEnds Boxes::support_edges(int axis) const {
+    const int i = (axis - kEdges) / 3, j = (axis - kEdges) % 3;
+    const Vec3 normal = direction(axis);
+    Vec3 p, q = shift_;
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 &a = a_pose_.axes[static_cast<std::size_t>(k)], &b = b_pose_.axes[static_cast<std::size_t>(k)];
+        if (k != i) p = p + (dot(a, normal) < 0 ? -part(a_.half_m, k) : part(a_.half_m, k)) * a;
+        if (k != j) q = q + (dot(b, normal) < 0 ? part(b_.half_m, k) : -part(b_.half_m, k)) * b;
+    }
+    return nearest_of_lines(p, a_pose_.axes[static_cast<std::size_t>(i)], part(a_.half_m, i), q, b_pose_.axes[static_cast<std::size_t>(j)],
+                            part(b_.half_m, j));
+}
+
+bool Boxes::by_edges(int axis, double separated, bool apart, Manifold& found) const {
+    const LineEnds ends = support_edges(axis);
+    if (apart && length(ends.q - ends.p) > separated + kOverFace * least_) return false;
+    found.normal = direction(axis);
+    const double gap = separated - radii_;
+    add(found, 0.5 * (ends.p + ends.q + (a_.radius_m - b_.radius_m) * found.normal), gap, reach_);
+    return true;
+}
+
+// Of cores that are apart, the nearest points: a corner and what is nearest to it, or points within two edges.
+void Boxes::by_nearest(int edge_axis, Vec3 otherwise, Manifold& found) const {
+    LineEnds best{};
+    double least = kNever;
+    const auto offer = [&](const LineEnds& ends) {
+        if (const double distance = length(ends.q - ends.p); distance < least) best = ends, least = distance;
+    };
+    const auto corners = [](const Core& core, const auto& visit) {
+        const bool box = core.half_m.x > 0;
+        for (int bits = box ? 0 : 3; bits < 8; bits += box ? 1 : 4)
+            visit(Vec3{(bits & 1) != 0 ? core.half_m.x : -core.half_m.x, (bits & 2) != 0 ? core.half_m.y : -core.half_m.y,
+                       (bits & 4) != 0 ? core.half_m.z : -core.half_m.z});
+    };
+    corners(b_, [&](Vec3 corner) {
+        const Vec3 q = shift_ + out_of(b_pose_, corner);
+        offer({out_of(a_pose_, nearest_on(a_.half_m, into(a_pose_, q)).on), q});
+    });
+    corners(a_, [&](Vec3 corner) {
+        const Vec3 p = out_of(a_pose_, corner);
+        offer({p, shift_ + out_of(b_pose_, nearest_on(b_.half_m, into(b_pose_, p - shift_)).on)});
+    });
+    if (edge_axis >= 0) offer(support_edges(edge_axis));
+    add_nearest(a_, b_, best, otherwise, reach_, found);
+}
+
+void Boxes::collide(AxisHint& hint, Manifold& found) {
+    const double farthest = reach_ + radii_;
+    if (hint < kAxes && has(hint) && separation(hint) > farthest) return;
+    double face = -kNever, edge = -kNever;
+    int face_axis = 0, edge_axis = -1;
+    for (int axis = 0; axis < kAxes; ++axis) {
+        if (!has(axis)) continue;
+        const double apart = separation(axis);
+        if (apart > farthest) {
+            hint = static_cast<AxisHint>(axis);
+            return;
+        }
+        if (axis < kEdges) {
+            if (apart > face) face = apart, face_axis = axis;
+        } else if (apart > edge) {
+            edge = apart, edge_axis = axis;
+        }
+    }
+    const double better = kBetter * least_, apart = std::max(face, edge);
+    if (hint < kEdges && has(hint) && separation(hint) >= face - better) face_axis = hint;
+    const bool was_edge = hint >= kEdges && hint < kAxes;
+    const bool by_edge = edge_axis >= 0 && edge > face + (was_edge ? 0 : better);
+    const int axis = by_edge ? edge_axis : face_axis;
+    hint = static_cast<AxisHint>(axis);
+    const bool disjoint = apart > kApart * least_;
+    if (by_edge ? by_edges(axis, edge, disjoint, found) : by_face(axis, separation(axis), disjoint, found)) return;
+    if (disjoint) return by_nearest(edge_axis, direction(axis), found);
+    // The cores overlap beside the face that is nearest: the deepest point of the other core stands for all.
+    if (edge_axis >= 0) by_edges(edge_axis, edge, false, found);
+}
+
+}  // namespace
+
+Pose pose_of(Vec3 centre, Quat turn) { return {centre, {rotate(turn, {1, 0, 0}), rotate(turn, {0, 1, 0}), rotate(turn, {0, 0, 1})}}; }
+
+void collide(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, double reach_m, AxisHint& hint, Manifold& found) {
+    found.count = 0;
+    const CoreKind first = kind_of(a), second = kind_of(b);
+    const Vec3 shift = b_pose.centre - a_pose.centre;
+    if (first == CoreKind::Box || second == CoreKind::Box) {
+        if (second == CoreKind::Point) return collide_ball_and_core(b, a, a_pose, shift, false, reach_m, found);
+        if (first == CoreKind::Point) return collide_ball_and_core(a, b, b_pose, -shift, true, reach_m, found);
+        return Boxes(a, a_pose, b, b_pose, reach_m).collide(hint, found);
+    }
+    if (first == CoreKind::Line && second == CoreKind::Line) return collide_lines(a, a_pose, b, b_pose, shift, reach_m, found);
+    if (first == CoreKind::Line) return collide_ball_and_core(b, a, a_pose, shift, false, reach_m, found);
+    collide_ball_and_core(a, b, b_pose, -shift, true, reach_m, found);
+}
+
+void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, Manifold& found) {
+    found.count = 0;
+    found.normal = -normal;
+    const double height = dot(normal, a_pose.centre) - offset_m - a.radius_m;
+    Ring ring;
+    if (kind_of(a) == CoreKind::Point)
+        ring.push({});
+    else
+        ring = face_along(a, a_pose, -normal);
+    for (const Vec3 corner : ring.all()) {
+        const double gap = height + dot(normal, corner);
+        add(found, corner - (a.radius_m + 0.5 * gap) * normal, gap, reach_m);
+    }
+}
+
+}  // namespace meld::physics

@@ -1,0 +1,54 @@
+// Where two rounded shapes touch, or a shape and a plane: one normal and up to four points, from the shapes' cores.
+//
+// Flat faces are clipped against each other, so a box stands on four points and a capsule lies on two. Where the cores are apart and an
+// edge or a corner comes nearest, the points are exactly the nearest ones.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "physics/bodies/types.h"
+
+namespace meld::physics {
+
+// The core of a shape (bodies/body_shape.h) and how far its surface is from it.
+struct Core {
+    Vec3 half_m = {};
+    double radius_m = 0;
+};
+
+// The place of a body, and the unit axes of its frame as seen from the world.
+struct Pose {
+    Vec3 centre;
+    std::array<Vec3, 3> axes;
+};
+Pose pose_of(Vec3 centre, Quat turn);
+
+inline constexpr int kMaxManifoldPoints = 4;
+
+struct ManifoldPoint {
+    // Midway between the two surfaces, from the centre of the first body.
+    Vec3 at;
+    // Between the surfaces along the normal; negative: they overlap.
+    double gap_m;
+};
+
+struct Manifold {
+    // From the first body to the second.
+    Vec3 normal;
+    int count = 0;
+    std::array<ManifoldPoint, kMaxManifoldPoints> points;
+};
+
+// Which axis kept two boxes apart the last time: it is tried first, and kept while another is hardly better.
+using AxisHint = std::uint8_t;
+inline constexpr AxisHint kNoAxis = 0xff;
+
+// The points of two bodies nearer to each other than `reach_m`, none if they are farther apart. Cost: 20 ns for two boxes that `hint`
+// shows to be apart, below a microsecond for two faces.
+void collide(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, double reach_m, AxisHint& hint, Manifold& found);
+
+// The same with the half space of points where dot(normal, p) <= offset_m.
+void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, Manifold& found);
+
+}  // namespace meld::physics

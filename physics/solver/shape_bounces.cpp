@@ -1,0 +1,157 @@
+// Restitution of bodies with shapes. The points of two bodies collide together: each is to part with the speed that its own approach
+// implies, and a few rounds over the points find impulses that do so, none of which pulls. So a face that lands flat leaves flat.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/bodies/symmetric.h"
+#include "physics/solver/shape_contacts.h"
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+constexpr int kBounceRounds = 12;
+
+Vec3 lane_of(const Lanes& x, const Lanes& y, const Lanes& z, int i) {
+    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
+}
+
+// A body of a contact that collides.
+struct PointCollider {
+    double inverse_mass;
+    Symmetric turning;
+    Vec3 linear, surface, acceleration;
+
+    Vec3 velocity_at(Vec3 arm) const { return linear + cross(surface, arm); }
+    double lightness(Vec3 arm, Vec3 direction) const {
+        const Vec3 turned = cross(arm, direction);
+        return inverse_mass * (1 + dot(turned, turning * turned));
+    }
+    void push(Vec3 arm, Vec3 impulse) {
+        linear = linear + inverse_mass * impulse;
+        surface = surface + inverse_mass * (turning * cross(arm, impulse));
+    }
+};
+
+PointCollider collider_of(const BodyVelocity& velocity, const Turning& turning, std::uint32_t slot, const BounceRule& rule) {
+    const auto d = [](float x) { return static_cast<double>(x); };
+    const float(&t)[8] = turning.entries;
+    PointCollider body{d(velocity.inverse_mass),
+                       {d(t[0]), d(t[1]), d(t[2]), d(t[3]), d(t[4]), d(t[5])},
+                       widened(velocity.linear),
+                       widened(velocity.surface),
+                       {}};
+    if (velocity.inverse_mass == 0) return body;
+    body.acceleration = widened(rule.gravity);
+    for (const Wrench* wrenches : rule.wrenches)
+        if (wrenches) body.acceleration = body.acceleration + body.inverse_mass * widened(wrenches[slot].force);
+    return body;
+}
+
+// The points of a lane, and the two bodies.
+struct FaceCollision {
+    PointCollider a, b;
+    Vec3 normal;
+    double restitution, friction;
+    const ShapeBatch& batch;
+    int lane, points;
+
+    FaceCollision(const ShapeContacts& contacts, const Bodies& bodies, const ShapeBatch& of, int i, int count, const BounceRule& rule)
+        : a(collider_of(bodies.velocity[of.a[i]], contacts.turning(of.a[i]), of.a[i], rule)),
+          b(collider_of(bodies.velocity[of.b[i]], contacts.turning(of.b[i]), of.b[i], rule)),
+          normal(lane_of(of.nx, of.ny, of.nz, i)),
+          restitution(static_cast<double>(of.restitution[i])),
+          friction(static_cast<double>(of.friction[i])),
+          batch(of),
+          lane(i),
+          points(count) {}
+
+    const ShapePoint& point(int p) const { return batch.points[static_cast<std::size_t>(p)]; }
+    Vec3 a_arm(int p) const { return lane_of(point(p).ax, point(p).ay, point(p).az, lane); }
+    Vec3 b_arm(int p) const { return lane_of(point(p).bx, point(p).by, point(p).bz, lane); }
+    Vec3 apart(int p) const { return b.velocity_at(b_arm(p)) - a.velocity_at(a_arm(p)); }
+    double gap(int p) const { return static_cast<double>(point(p).gap[lane]); }
+    double lightness(int p, Vec3 direction) const { return a.lightness(a_arm(p), direction) + b.lightness(b_arm(p), direction); }
+    bool can_bounce() const { return restitution > 0 && a.inverse_mass + b.inverse_mass > 0; }
+    bool bounces(int p, const BounceRule& rule) const {
+        const double speed = dot(apart(p), normal);
+        return speed < -static_cast<double>(rule.min_speed) &&
+               gap(p) < static_cast<double>(rule.margin) - static_cast<double>(rule.step_s) * speed;
+    }
+    // See speed_after in contact_kernels.cpp.
+    double speed_after(int p, const BounceRule& rule) const {
+        const double pull = dot(b.acceleration - a.acceleration, normal), half = 0.5 * static_cast<double>(rule.step_s) * pull;
+        const double approach = std::max(-(dot(apart(p), normal) + half), 0.0), gained = -2 * pull * std::max(gap(p), 0.0);
+        const double impact_squared = std::max(approach * approach + gained, 0.0);
+        return std::min(std::sqrt(std::max(restitution * restitution * impact_squared - gained, 0.0)), approach) - half;
+    }
+    void push(int p, Vec3 impulse) { a.push(a_arm(p), -impulse), b.push(b_arm(p), impulse); }
+};
+
+void set_velocity(BodyVelocity& velocity, const PointCollider& body) {
+    set_single(velocity.linear, body.linear), set_single(velocity.surface, body.surface);
+}
+
+}  // namespace
+
+void ShapeContacts::begin_bounces() {
+    for (ShapeBatch& batch : batches_)
+        for (ShapePoint& point : batch.points) point.bounced = physics::lanes(0);
+}
+
+bool ShapeContacts::any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule) const {
+    const ShapeLane* lane = lanes(block).data();
+    for (const ShapeBatch& batch : batches(block))
+        for (int i = 0; i < kLanes; ++i, ++lane) {
+            if (lane->points == 0) continue;
+            const FaceCollision collision(*this, bodies, batch, i, lane->points, rule);
+            if (!collision.can_bounce()) continue;
+            for (int p = 0; p < collision.points; ++p)
+                if (collision.bounces(p, rule)) return true;
+        }
+    return false;
+}
+
+void ShapeContacts::bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule) {
+    const ShapeLane* lane = lanes(block).data();
+    for (ShapeBatch& batch : batches(block))
+        for (int i = 0; i < kLanes; ++i, ++lane) {
+            if (lane->points == 0) continue;
+            FaceCollision collision(*this, bodies, batch, i, lane->points, rule);
+            if (!collision.can_bounce()) continue;
+            std::array<bool, kMaxManifoldPoints> bouncing{};
+            std::array<double, kMaxManifoldPoints> after{}, along{};
+            for (std::size_t p = 0; p < lane->points; ++p)
+                if ((bouncing[p] = collision.bounces(static_cast<int>(p), rule)))
+                    after[p] = collision.speed_after(static_cast<int>(p), rule);
+            if (std::ranges::none_of(bouncing, [](bool does) { return does; })) continue;
+            for (int round = 0; round < kBounceRounds; ++round)
+                for (int p = 0; p < collision.points; ++p) {
+                    const auto n = static_cast<std::size_t>(p);
+                    if (!bouncing[n]) continue;
+                    const double missing = after[n] - dot(collision.apart(p), collision.normal);
+                    const double change = std::max(missing / collision.lightness(p, collision.normal), -along[n]);
+                    along[n] += change;
+                    collision.push(p, change * collision.normal);
+                }
+            for (int p = 0; p < collision.points; ++p) {
+                const auto n = static_cast<std::size_t>(p);
+                if (!bouncing[n]) continue;
+                const Vec3 apart = collision.apart(p), slip = apart - dot(apart, collision.normal) * collision.normal;
+                if (const double speed = length(slip); speed > 0) {
+                    const Vec3 direction = (1 / speed) * slip;
+                    const double stops = speed / collision.lightness(p, direction);
+                    collision.push(p, -std::min(stops, collision.friction * along[n]) * direction);
+                }
+                ShapePoint& point = batch.points[n];
+                point.bounced[i] += static_cast<float>(along[n]);
+                // The impulse from before no longer presses.
+                point.normal_impulse[i] = point.tx[i] = point.ty[i] = point.tz[i] = 0;
+            }
+            set_velocity(bodies.velocity[batch.a[i]], collision.a);
+            if (lane->obstacle == kNoSlot) set_velocity(bodies.velocity[batch.b[i]], collision.b);
+        }
+}
+
+}  // namespace meld::physics

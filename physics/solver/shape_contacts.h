@@ -1,0 +1,189 @@
+// Contacts of bodies with shapes, with each other, with spheres and with obstacles: up to four points for each two bodies.
+//
+// A body of bounding radius R keeps its spin as surface velocity R w, as spheres do. A point at arm r from its centre then moves with
+// v + u x (r/R), and an impulse P there changes v by P/m and u by T (r/R x P)/m, where T is R^2 times the inverse of its inertia per kg. So
+// arms are stored as shares of R, and a sphere is the special case in which T is a number.
+//
+// As with spheres, batches of eight lanes are laid out with the candidate list, and impulses stay in place. A lane is two bodies. Lanes
+// that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "physics/bodies/bodies.h"
+#include "physics/bodies/body_shape.h"
+#include "physics/bodies/buffer.h"
+#include "physics/bodies/lanes.h"
+#include "physics/bodies/material.h"
+#include "physics/bodies/stage.h"
+#include "physics/collision/block_grid.h"
+#include "physics/collision/core_contacts.h"
+#include "physics/collision/obstacles.h"
+#include "physics/collision/pair_search.h"
+#include "runtime/base/bytes.h"
+#include "runtime/base/error.h"
+
+namespace meld::physics {
+
+// One of the points of eight lanes. Arms are shares of the bodies' bounding radii; impulses act on b, and reversed on a. `lightness` and
+// `slip_lightness` are the inverses of the effective masses along and across the normal; `bounced` is the impulse of bounces in this tick.
+struct alignas(32) ShapePoint {
+    Lanes ax, ay, az;
+    Lanes bx, by, bz;
+    Lanes gap;
+    Lanes normal_impulse;
+    Lanes tx, ty, tz;
+    Lanes lightness, slip_lightness;
+    Lanes bounced;
+};
+
+// Eight times two bodies, or a body and an obstacle, whose slot b is the block's motionless entry; so is a where a lane is empty.
+struct alignas(32) ShapeBatch {
+    std::uint32_t a[kLanes], b[kLanes];
+    Lanes nx, ny, nz;
+    Lanes friction, restitution;
+    std::array<ShapePoint, kMaxManifoldPoints> points;
+    // The greatest number of points in a lane.
+    std::uint32_t used;
+};
+
+struct ShapeLane {
+    // Of an obstacle its number; kNoSlot: b is a body.
+    std::uint32_t obstacle = kNoSlot;
+    AxisHint axis = kNoAxis;
+    std::uint8_t points = 0;
+    std::uint8_t touching = 0;
+};
+
+// How easily a body is turned, T as seen from the world: xx, xy, xz, yy, yz, zz and two entries without meaning.
+struct alignas(32) Turning {
+    float entries[8];
+};
+
+// The passes over batches (shape_kernels.cpp).
+void prepare_shapes(std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings);
+void warm_start_shapes(std::span<const ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings);
+void sweep_shapes(std::span<ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule);
+
+class ShapeContacts {
+  public:
+    // What it needs of the scene.
+    struct Setup {
+        const BlockGrid& grid;
+        const Bodies& bodies;
+        const BodyShapes& shapes;
+        const Obstacles& obstacles;
+        std::span<const Material> materials;
+    };
+    // Surfaces nearer than this have contacts, farther for bodies that approach fast; and lanes whose surfaces are nearer than `near_m`
+    // when the list is made come first.
+    struct Reach {
+        PairSearch::Reach search;
+        double ahead_s = 0, near_m = 0;
+    };
+    struct Ended {
+        BodyId body;
+        std::uint32_t other;
+        bool is_obstacle;
+    };
+    // Keeps the impulses and drops the batches; `lay_out` puts them into the new ones. Returns the touches of bodies flagged kRemoved,
+    // which end here.
+    std::vector<Ended> take_out(const Bodies& bodies);
+    void lay_out(const Setup& setup, const Reach& reach, Workers& workers);
+    bool empty() const { return batches_.empty(); }
+    std::size_t candidate_count() const { return candidates_; }
+
+    // Bodies have turned: of these slots, or of all.
+    void turn_all(const Setup& setup, Workers& workers);
+    void turn(const Setup& setup, std::uint32_t first, std::uint32_t count);
+    // Normals and points of a block from the present places; points keep the impulses of those that were nearest to them. Returns how deep
+    // the worst overlap is that is deeper than the settings allow, if any.
+    struct Contact {
+        double margin_m = 0, ahead_s = 0, max_overlap_share = 1;
+    };
+    struct TooDeep {
+        BodyId body, other;
+        std::uint32_t obstacle;
+        double overlap_m, least_m;
+    };
+    std::optional<TooDeep> refresh(const Setup& setup, std::uint32_t block, const Contact& contact);
+    // Places have changed, or which bodies can be moved: effective masses are computed again before they are next used.
+    void places_changed() { prepared_ = false; }
+    void prepare(std::span<const std::uint32_t> blocks, const Bodies& bodies, Workers& workers);
+
+    void warm_start(std::uint32_t block, BodyVelocity* velocities) const;
+    void sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule);
+    // Restitution (shape_bounces.cpp): all points of two bodies at once, so that a face that lands flat leaves flat.
+    void begin_bounces();
+    bool any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule) const;
+    void bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule);
+    void forget_impulses();
+
+    std::span<ShapeBatch> batches(std::size_t block) {
+        return block + 1 < first_.size() ? std::span(batches_).subspan(first_[block], first_[block + 1] - first_[block])
+                                         : std::span<ShapeBatch>();
+    }
+    std::span<const ShapeBatch> batches(std::size_t block) const { return const_cast<ShapeContacts*>(this)->batches(block); }
+    // Eight a batch.
+    std::span<ShapeLane> lanes(std::size_t block) {
+        return block + 1 < first_.size() ? std::span(lanes_).subspan(kLanes * first_[block], kLanes * (first_[block + 1] - first_[block]))
+                                         : std::span<ShapeLane>();
+    }
+    std::span<const ShapeLane> lanes(std::size_t block) const { return const_cast<ShapeContacts*>(this)->lanes(block); }
+    const Turning& turning(std::uint32_t slot) const { return turnings_[slot]; }
+
+    // In a snapshot (saved_shape_contacts.cpp), as Contacts does it.
+    void save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, ByteWriter& out) const;
+    // False if they name what is not there.
+    bool load(const Setup& setup, std::span<const std::span<const std::byte>> of_block);
+    std::size_t bytes() const;
+
+  private:
+    // What is kept while batches are laid out again: by the body with the lower number, then the other, or an obstacle.
+    struct Kept {
+        std::uint64_t key;
+        AxisHint axis;
+        std::uint8_t points, touching;
+        // Of each point its arms on the first and the second of them, and the impulses on the second.
+        struct Point {
+            float first[3], second[3], normal_impulse, tangent[3];
+        };
+        std::array<Point, kMaxManifoldPoints> of;
+    };
+    struct Chosen {
+        BodyPair slots;
+        BodyPair keys;
+        std::uint32_t obstacle;
+    };
+    struct Arena;
+    static std::uint64_t key_of(BodyId body, std::uint32_t partner, bool obstacle) {
+        return std::uint64_t{body} << 32 | std::uint64_t{partner} << 1 | std::uint64_t{obstacle};
+    }
+    void choose(const Setup& setup, const Reach& reach, std::uint32_t block, Arena& arena) const;
+    static void empty_batch(ShapeBatch& batch);
+    static void set_materials(const Setup& setup, ShapeBatch& batch, int i, const ShapeLane& lane);
+    void recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& lane, int i) const;
+    void collide_lane(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m, Manifold& found) const;
+    void empty_lane(ShapeBatch& batch, int i, int from) const;
+    void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found) const;
+
+    Buffer<ShapeBatch> batches_;
+    std::vector<ShapeLane> lanes_;
+    // By block, and one more.
+    std::vector<std::uint32_t> first_;
+    std::vector<Kept> kept_;
+    // By slot, also of motionless entries.
+    Buffer<Turning> turnings_;
+    Buffer<Pose> poses_;
+    std::size_t candidates_ = 0;
+    bool prepared_ = false;
+};
+
+}  // namespace meld::physics
