@@ -3,6 +3,7 @@
     page_test.py --meldc PATH --meldsim PATH [unittest options]
 """
 import pathlib
+import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -22,6 +23,21 @@ from viewing import CORNER  # noqa: E402
 
 class Seen(Pages):
     """What everybody does with a page."""
+
+    def test_a_shared_run_of_many_catoms_goes_back(self):
+        """The page keeps some of its states, and makes the others again."""
+        self.write("walk.meld", "type linear token(node).\ntoken(@0).\ntoken(A), neighbor(A, B), B > A -o token(B).\n")
+        self.write("walk.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(60, 60, 40)"\n')
+        self.share("--colour", "token(A)", "--ticks", "60", program="walk.meld")
+        self.assertLess((pathlib.Path(self.folder) / "a.html").stat().st_size, 2_000_000)
+        last = self.run_js("return viewer.info.last")
+        self.assertGreater(last, 45)
+        for tick in (last, last - 1, 5, 6, 40, 0, last):
+            self.to(tick)
+            self.call("meldsim", "run", "walk.meld", "--ticks", tick, "--quiet", "--facts-out", "f") if tick > 0 else self.write("f", "")
+            wanted = [int(number) for number in re.findall(r"token\(@(\d+)\)", self.read("f").decode())]
+            orange = self.run_js("const s = viewer.source.shown; return [...s.ids].filter((_, i) => s.colours[4 * i] === 0xe6)")
+            self.assertEqual(orange, wanted, tick)
 
     def test_a_shared_run_has_its_colours_where_they_belong(self):
         self.share("--colour", "dist(A, D)", "--facts", "dist")

@@ -47,6 +47,17 @@ class Drawing : public sim::SimModule {
     Drawn drawn(sim::Subdomain& subdomain);
 
   private:
+    struct DrawnRow {
+        u64 id;
+        world::Vec3 position, tail;
+        double diameter;
+    };
+    static DrawnRow row_of(const sim::Subdomain& subdomain, sim::Catom catom);
+    void begin(const sim::Subdomain& subdomain, std::size_t most, Drawn& drawn);
+    void add(const sim::Subdomain& subdomain, const DrawnRow& row, Drawn& drawn) const;
+    void draw_own(const sim::Subdomain& subdomain, Drawn& drawn);
+    void draw_all(sim::Subdomain& subdomain, Drawn& drawn);
+
     Appearance appearance_;
 };
 

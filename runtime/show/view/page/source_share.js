@@ -1,6 +1,9 @@
 // A run that is in this page: frames of some ticks, each as what has changed; runtime/show/view/share/changes.h describes the bytes.
 import {Reader, boundsOf, emptyFrame, joinIds, placeOf} from "./block.js";
 
+// Of large frames, so many states are kept beside the first; and in all, states of so many catoms.
+const STATES_BESIDE = 4, MOST_CATOMS_KEPT = 4000000;
+
 export const isShared = () => document.getElementById("share") !== null;
 
 async function inflated(letters) {
@@ -79,8 +82,27 @@ function changed(state, read) {
     return next;
 }
 
+// What is the same in both states is one array; others are copied at once. `stale`: whose colours may be others, if there are colours.
+function replaced(before, at, values) {
+    const {count, ids, positions, diameters} = before;
+    const next = {count, ids, positions, diameters, values: before.values.slice()};
+    const moved = at.some((place, i) => before.diameters[place] !== values.diameters[i] ||
+        [0, 1, 2].some((axis) => before.positions[3 * place + axis] !== values.positions[3 * i + axis]));
+    if (moved) [next.positions, next.diameters] = [before.positions.slice(), before.diameters.slice()];
+    at.forEach((place, i) => {
+        next.values[place] = values.values[i];
+        if (!moved) return;
+        next.positions.set(values.positions.subarray(3 * i, 3 * i + 3), 3 * place);
+        next.diameters[place] = values.diameters[i];
+    });
+    if (before.colours) [next.colours, next.stale] = [before.colours.slice(), before.stale ? [...before.stale, ...at] : at];
+    return next;
+}
+
 // Catoms of a state without those that are removed, and with those that are set; both in the order of their ids.
 function merged(before, removed, set, values) {
+    const known = removed.size === 0 && before.count > 0 && set.map((id) => placeOf(before, id));
+    if (known && known.every((place) => place >= 0)) return replaced(before, known, values);
     const fresh = set.reduce((count, id) => count + (placeOf(before, id) < 0 ? 1 : 0), 0);
     const count = before.count - removed.size + fresh;
     const next = {count, ids: new Float64Array(count), positions: new Float32Array(3 * count), diameters: new Float32Array(count),
@@ -129,9 +151,29 @@ export class ShareSource {
         if (!this.pieces.has(piece)) {
             if (this.pieces.size >= 3) this.pieces.delete(this.pieces.keys().next().value);
             const buffer = await inflated(document.getElementById(`piece${piece}`).textContent);
-            this.pieces.set(piece, {read: new Reader(buffer), states: []});
+            // Where each frame begins, as far as they have been read, and the states of some.
+            this.pieces.set(piece, {buffer, begins: [0], states: new Map()});
         }
         return this.pieces.get(piece);
+    }
+
+    // The state of a frame: from the nearest one before it that is kept. The first is kept, and of the others so many that were made last
+    // as memory allows.
+    async state(piece, within) {
+        const {buffer, begins, states} = await this.states(piece);
+        let from = within;
+        while (from >= 0 && !states.has(from)) --from;
+        let state = states.get(from);
+        for (let i = from + 1; i <= within; ++i) {
+            const read = new Reader(buffer, begins[i]);
+            state = changed(state, read);
+            begins[i + 1] = read.at;
+            if (i !== 0 && i !== within && within - i >= STATES_BESIDE) continue;
+            const most = Math.max(STATES_BESIDE, Math.floor(MOST_CATOMS_KEPT / Math.max(1, state.count)));
+            while (states.size > most) states.delete([...states.keys()].find((each) => each !== 0));
+            states.set(i, state);
+        }
+        return state;
     }
 
     // The frame of this tick, or of the last one before it; without a tick, the frame that is shown.
@@ -142,11 +184,9 @@ export class ShareSource {
         this.index = index;
         const piece = this.ends.findIndex((end) => index < end);
         const within = index - (piece > 0 ? this.ends[piece - 1] : 0);
-        const {read, states} = await this.states(piece);
-        while (states.length <= within) states.push(changed(states[states.length - 1], read));
-        const state = states[within];
+        const state = await this.state(piece, within);
         this.shown = state;
-        const colours = state.colours || (state.colours = this.painted(state));
+        const colours = this.painted(state);
         const frame = {...state, form: this.head.form, colours, valueOf: (place) => this.value(state.values[place])};
         const bounds = boundsOf(frame);
         return {words: {tick: state.tick, catoms: state.catoms, shown: state.count, legend: this.head.legend,
@@ -154,12 +194,15 @@ export class ShareSource {
     }
 
     painted(state) {
-        const out = new Uint8Array(4 * state.count);
+        if (state.colours && !state.stale) return state.colours;
+        const out = state.colours || (state.colours = new Uint8Array(4 * state.count)), stale = state.stale;
+        state.stale = null;
         if (this.head.colours === null && !this.head.look.colour) {
             out.set(new Uint8Array(state.values.buffer));
             return out;
         }
-        for (let i = 0; i < state.count; ++i) {
+        for (let at = 0; at < (stale ? stale.length : state.count); ++at) {
+            const i = stale ? stale[at] : at;
             out.set(this.head.colours === null ? [176, 176, 176] : this.colour(state.values[i]), 4 * i);
             out[4 * i + 3] = 255;
         }

@@ -97,33 +97,17 @@ std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene) {
     return out;
 }
 
-std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers, const Values& values) {
+BlockEnd frame_end(const picture::Frame& frame) {
     const render::Scene& scene = frame.scene;
-    const bool wide = std::ranges::any_of(frame.ids, [](std::uint64_t id) { return high_word(id) != 0; });
-    const auto arrows = static_cast<std::size_t>(std::ranges::count_if(scene.strokes, &render::Stroke::arrow));
-    const std::size_t catoms = scene.places.size();
-    const std::uint32_t flags = (wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered) | (values.numbers.empty() ? 0 : kNumbers) |
-                                (values.words.empty() ? 0 : kWords);
     std::vector<render::Triangle> triangles = picture::floor_of(scene);
     triangles.insert(triangles.end(), scene.obstacles.begin(), scene.obstacles.end());
+    const auto arrows = std::ranges::count_if(scene.strokes, &render::Stroke::arrow);
+    BlockEnd end{.lines = low_word(scene.strokes.size() - static_cast<std::size_t>(arrows)),
+                 .arrows = static_cast<std::uint32_t>(arrows),
+                 .labels = low_word(scene.notes.size()),
+                 .triangles = low_word(triangles.size())};
     Block out;
-    out.reserve(64 + 44 * catoms + 28 * scene.strokes.size() + 40 * scene.notes.size() + 36 * triangles.size());
-    const auto tick = static_cast<std::uint64_t>(frame.tick);
-    for (const std::uint64_t number :
-         {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms}, std::uint64_t{flags},
-          std::uint64_t{scene.strokes.size() - arrows}, std::uint64_t{arrows}, std::uint64_t{scene.notes.size()},
-          static_cast<std::uint64_t>(scene.form), std::uint64_t{triangles.size()}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0},
-          std::uint64_t{0}, std::uint64_t{0}})
-        out.put(low_word(number));
-    for (const render::Vec& place : scene.places) out.put(place);
-    for (std::size_t i = 0; i < catoms; ++i) out.put(scene.diameter(i));
-    for (const std::uint64_t id : frame.ids) out.put(low_word(id));
-    if (wide)
-        for (const std::uint64_t id : frame.ids) out.put(high_word(id));
-    for (const render::Rgb colour : scene.colours) out.put(colour);
-    for (const Cover& cover : covers) out.put(cover);
-    for (const double number : values.numbers) out.put(number);
-    for (const std::uint32_t word : values.words) out.put(word);
+    out.reserve(28 * scene.strokes.size() + 40 * scene.notes.size() + 36 * triangles.size());
     for (const bool arrow : {false, true})
         for (const render::Stroke& stroke : scene.strokes) {
             if (stroke.arrow != arrow) continue;
@@ -138,7 +122,35 @@ std::string frame_block(const picture::Frame& frame, std::span<const Cover> cove
     }
     for (const render::Triangle& triangle : triangles)
         for (const render::Vec& corner : triangle) out.put(corner);
-    return out.take();
+    end.bytes = out.take();
+    return end;
+}
+
+std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers, const Values& values) {
+    const render::Scene& scene = frame.scene;
+    const bool wide = std::ranges::any_of(frame.ids, [](std::uint64_t id) { return high_word(id) != 0; });
+    const BlockEnd end = frame_end(frame);
+    const std::size_t catoms = scene.places.size();
+    const std::uint32_t flags = (wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered) | (values.numbers.empty() ? 0 : kNumbers) |
+                                (values.words.empty() ? 0 : kWords);
+    Block out;
+    out.reserve(64 + 44 * catoms + end.bytes.size());
+    const auto tick = static_cast<std::uint64_t>(frame.tick);
+    for (const std::uint64_t number :
+         {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms}, std::uint64_t{flags},
+          std::uint64_t{end.lines}, std::uint64_t{end.arrows}, std::uint64_t{end.labels}, static_cast<std::uint64_t>(scene.form),
+          std::uint64_t{end.triangles}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{0}})
+        out.put(low_word(number));
+    for (const render::Vec& place : scene.places) out.put(place);
+    for (std::size_t i = 0; i < catoms; ++i) out.put(scene.diameter(i));
+    for (const std::uint64_t id : frame.ids) out.put(low_word(id));
+    if (wide)
+        for (const std::uint64_t id : frame.ids) out.put(high_word(id));
+    for (const render::Rgb colour : scene.colours) out.put(colour);
+    for (const Cover& cover : covers) out.put(cover);
+    for (const double number : values.numbers) out.put(number);
+    for (const std::uint32_t word : values.words) out.put(word);
+    return out.take() + end.bytes;
 }
 
 ordered_json legend_json(const std::optional<render::Legend>& legend) {

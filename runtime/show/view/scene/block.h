@@ -39,6 +39,13 @@ Values values_of(const picture::Frame& frame);
 // `covers`: of each catom, as of Thinned; or none. Cost: 28 bytes a catom, and those of the values.
 std::string frame_block(const picture::Frame& frame, std::span<const Cover> covers = {}, const Values& values = {});
 
+// What follows the catoms in a block, with how much there is of it.
+struct BlockEnd {
+    std::uint32_t lines = 0, arrows = 0, labels = 0, triangles = 0;
+    std::string bytes = {};
+};
+BlockEnd frame_end(const picture::Frame& frame);
+
 // Of each note the place in the scene of the catom that it is about.
 std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene);
 

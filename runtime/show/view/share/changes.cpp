@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -62,8 +61,7 @@ std::uint32_t Changes::stands_for(render::Number number, bool whole) {
 }
 
 std::vector<std::uint32_t> Changes::colours_of(const picture::Frame& frame) {
-    if (!frame.numbers.empty()) colours_ = Colours::Numbers;
-    if (!frame.words.empty()) colours_ = Colours::Words;
+    colours_ = kind_of(frame);
     std::vector<std::uint32_t> out(frame.ids.size(), none(colours_));
     if (colours_ == Colours::Own && frame.coloured_by.empty())
         for (std::size_t i = 0; i < out.size(); ++i) {
@@ -86,11 +84,8 @@ std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bo
     // What said "none" before says something else now.
     key = key || colours_before != colours_;
     for (std::size_t i = 0; i < now.ids.size(); ++i) now.diameters.push_back(frame.scene.diameter(i));
-    const std::string block = frame_block(frame);
-    std::uint32_t header[16];
-    std::memcpy(header, block.data(), sizeof header);
-    const std::size_t catoms_end = sizeof header + now.ids.size() * ((header[5] & kWideIds) != 0 ? 28 : 24);
-    now.strokes = block.substr(catoms_end);
+    BlockEnd end = frame_end(frame);
+    now.strokes = std::move(end.bytes);
 
     const State nothing;
     const State& before = key ? nothing : before_;
@@ -109,15 +104,15 @@ std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bo
     removed.insert(removed.end(), before.ids.begin() + static_cast<std::ptrdiff_t>(was), before.ids.end());
     // A label says the place of its catom, which may be another one.
     const bool other_catoms = !removed.empty() || now.ids.size() != before.ids.size();
-    const bool strokes = key || now.strokes != before.strokes || (header[8] > 0 && other_catoms);
+    const bool strokes = key || now.strokes != before.strokes || (end.labels > 0 && other_catoms);
     const std::string listed = facts_json(before.facts, now.facts);
 
     std::string out;
     const auto tick = static_cast<std::uint64_t>(frame.tick);
     for (const std::uint64_t number :
          {std::uint64_t{key ? 0U : 1U}, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()}, std::uint64_t{set.size()},
-          std::uint64_t{strokes ? 1U : 0U}, std::uint64_t{header[6]}, std::uint64_t{header[7]}, std::uint64_t{header[8]},
-          std::uint64_t{listed.size()}, std::uint64_t{header[10]}})
+          std::uint64_t{strokes ? 1U : 0U}, std::uint64_t{end.lines}, std::uint64_t{end.arrows}, std::uint64_t{end.labels},
+          std::uint64_t{listed.size()}, std::uint64_t{end.triangles}})
         put(out, static_cast<std::uint32_t>(number));
     put_ids(out, removed);
     put_ids(out, set);

@@ -28,6 +28,8 @@ class Changes {
     // NaN stands for none, whatever values are.
     enum class Colours { Own, Numbers, Words };
 
+    // Whether its colours stand for something else than those of the frames so far: its record has all of it.
+    bool changes_colours(const picture::Frame& frame) const { return kind_of(frame) != colours_; }
     // The record of the next frame. `key`: with all of it.
     std::string record(const picture::Frame& frame, FactsOfCatoms facts, bool key);
 
@@ -49,6 +51,9 @@ class Changes {
             return places[i] == other.places[j] && diameters[i] == other.diameters[j] && colours[i] == other.colours[j];
         }
     };
+    Colours kind_of(const picture::Frame& frame) const {
+        return !frame.words.empty() ? Colours::Words : !frame.numbers.empty() ? Colours::Numbers : colours_;
+    }
     std::vector<std::uint32_t> colours_of(const picture::Frame& frame);
     std::uint32_t stands_for(render::Number number, bool whole);
 

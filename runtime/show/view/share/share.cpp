@@ -27,7 +27,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Frames are compressed together until there is so much of them: the page reads all of it to show one.
+// Frames are compressed together until there is so much of them: the page reads all of it to show one. The first of them is whole; what
+// the others change may take as much as that.
 constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
 constexpr std::size_t kMostFramesInPiece = 128;
 
@@ -115,12 +116,15 @@ class Page {
 
     Result<void> add(const picture::Frame& frame, FactsOfCatoms facts) {
         values_.add(frame);
+        if (changes_.changes_colours(frame))
+            if (auto ended = end_piece(); !ended) return ended;
         const bool key = piece_.empty();
         piece_ += changes_.record(frame, std::move(facts), key);
+        if (key) most_piece_bytes_ = std::max(kPieceBytes, 2 * piece_.size());
         ticks_.push_back(frame.tick);
         ++frames_in_piece_;
         shared_.catoms = std::max(shared_.catoms, frame.catoms);
-        return piece_.size() >= kPieceBytes || frames_in_piece_ >= kMostFramesInPiece ? end_piece() : Result<void>{};
+        return piece_.size() >= most_piece_bytes_ || frames_in_piece_ >= kMostFramesInPiece ? end_piece() : Result<void>{};
     }
 
     Result<Shared> finish(const world::World& world, bool flat, const std::string& lattice, const picture::Frame& last) {
@@ -186,7 +190,7 @@ class Page {
     Changes changes_;
     Values values_;
     std::string piece_;
-    std::size_t frames_in_piece_ = 0;
+    std::size_t frames_in_piece_ = 0, most_piece_bytes_ = kPieceBytes;
     std::vector<std::size_t> pieces_;  // The frames in each.
     std::vector<std::int64_t> ticks_;
     Shared shared_;
