@@ -43,6 +43,8 @@ struct Stage {
     int colour = -1;
     // For FindBounces: how many of the following stages do nothing if nothing bounces.
     int bounce_stages = 0;
+    // For Refresh: whether the step goes on after it, so that contacts of shapes may follow their bodies until its end.
+    bool goes_on = false;
 
     // Whether other subdomains must receive its results before the next stage (subdomain.h).
     bool must_exchange() const { return colour >= 0 || kind == Kind::Prepare; }

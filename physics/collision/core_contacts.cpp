@@ -15,6 +15,13 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 // Shares of the least thickness: another axis must be better by this to replace a face; cores nearer than this count as touching; and a
 // point over a face may be this much farther away than the face's plane.
 constexpr double kBetter = 0.01, kApart = 1e-7, kOverFace = 1e-3;
+// Boxes whose axes differ by less than this, rad, have no axes of edges that say more than those of their faces.
+constexpr double kAlike = 1e-3;
+// Faces that differ by less than this angle, as its cosine and sine, lie on each other: they touch in several points, whose normal is that
+// of one of them, although one point between their edges may be a little nearer.
+constexpr double kFlat = 0.98, kSlant = 0.2;
+// Nearest points that change less than this, as a share of the least thickness, are found.
+constexpr double kSettled = 1e-7;
 
 double& part(Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 double part(const Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
@@ -150,6 +157,14 @@ Ring face_along(const Core& core, const Pose& pose, Vec3 direction) {
     return ring;
 }
 
+// Whether the face, or the line, that looks most along `-out` lies nearly across it.
+bool lies_flat(const Core& core, const Pose& pose, Vec3 out) {
+    if (kind_of(core) == CoreKind::Line) return std::abs(dot(out, pose.axes[2])) < kSlant;
+    double most = 0;
+    for (const Vec3& axis : pose.axes) most = std::max(most, std::abs(dot(out, axis)));
+    return most > kFlat;
+}
+
 // Cuts off what lies beyond `limit` along coordinate `axis` times `sign`.
 void clip(Ring& ring, int axis, double sign, double limit) {
     Ring kept;
@@ -178,17 +193,7 @@ class Boxes {
           reach_(reach),
           radii_(a.radius_m + b.radius_m),
           a_box_(kind_of(a) == CoreKind::Box),
-          b_box_(kind_of(b) == CoreKind::Box) {
-        a_shift_ = into(a_pose, shift_), b_shift_ = into(b_pose, shift_);
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) {
-                turn_[i][j] = dot(a_pose.axes[static_cast<std::size_t>(i)], b_pose.axes[static_cast<std::size_t>(j)]);
-                size_[i][j] = std::abs(turn_[i][j]);
-            }
-        least_ = kNever;
-        for (const Core* core : {&a_, &b_})
-            if (kind_of(*core) == CoreKind::Box) least_ = std::min({least_, core->half_m.x, core->half_m.y, core->half_m.z});
-    }
+          b_box_(kind_of(b) == CoreKind::Box) {}
 
     void collide(AxisHint& hint, Manifold& found);
 
@@ -197,7 +202,16 @@ class Boxes {
     bool has(int axis) const {
         if (axis < kFaces) return a_box_;
         if (axis < kEdges) return b_box_;
+        if (alike_) return false;
         return (a_box_ || (axis - kEdges) / 3 == 2) && (b_box_ || (axis - kEdges) % 3 == 2);
+    }
+    void compare_axes();
+    // Whether the shadows of the cores on an axis of faces are farther apart than they may be.
+    bool far_along(int axis) const;
+    // The distance of a core from the box around the other one along its axes, given how far their shadows on these are apart.
+    static double beyond_box(double x, double y, double z) {
+        const double p = std::max(x, 0.0), q = std::max(y, 0.0), r = std::max(z, 0.0);
+        return std::sqrt(p * p + q * q + r * r);
     }
     // How far apart the cores' shadows on an axis are: a lower bound of their distance, and of their overlap the whole if nothing is less.
     double separation(int axis) const;
@@ -206,15 +220,39 @@ class Boxes {
     bool by_edges(int axis, double separated, bool apart, Manifold& found) const;
     LineEnds support_edges(int axis) const;
     void by_nearest(int edge_axis, Vec3 otherwise, Manifold& found) const;
+    bool by_turns(Vec3 otherwise, Manifold& found) const;
     static void keep_four(std::span<const ManifoldPoint> all, Vec3 first, Vec3 second, Manifold& found);
 
     const Core &a_, &b_;
     const Pose &a_pose_, &b_pose_;
     Vec3 shift_, a_shift_, b_shift_;
     double reach_, radii_, least_ = 0;
-    bool a_box_, b_box_;
+    bool a_box_, b_box_, alike_ = false;
     double turn_[3][3], size_[3][3];
 };
+
+void Boxes::compare_axes() {
+    a_shift_ = into(a_pose_, shift_), b_shift_ = into(b_pose_, shift_);
+    alike_ = a_box_ && b_box_;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            turn_[i][j] = dot(a_pose_.axes[static_cast<std::size_t>(i)], b_pose_.axes[static_cast<std::size_t>(j)]);
+            size_[i][j] = std::abs(turn_[i][j]);
+            alike_ = alike_ && (size_[i][j] < kAlike || size_[i][j] > 0.5);
+        }
+    least_ = kNever;
+    for (const Core* core : {&a_, &b_})
+        if (kind_of(*core) == CoreKind::Box) least_ = std::min({least_, core->half_m.x, core->half_m.y, core->half_m.z});
+}
+
+bool Boxes::far_along(int axis) const {
+    const Vec3 along = axis < kFaces ? a_pose_.axes[static_cast<std::size_t>(axis)] : b_pose_.axes[static_cast<std::size_t>(axis - kFaces)];
+    const auto shadow = [&](const Core& core, const Pose& pose) {
+        return core.half_m.x * std::abs(dot(along, pose.axes[0])) + core.half_m.y * std::abs(dot(along, pose.axes[1])) +
+               core.half_m.z * std::abs(dot(along, pose.axes[2]));
+    };
+    return std::abs(dot(along, shift_)) - shadow(a_, a_pose_) - shadow(b_, b_pose_) > reach_ + radii_;
+}
 
 double Boxes::separation(int axis) const {
     const Vec3 &a = a_.half_m, &b = b_.half_m;
@@ -324,7 +362,7 @@ bool Boxes::by_face(int axis, double separated, bool apart, Manifold& found) con
         at = out_of(own_pose, at);
         points[count++] = {of_a ? at : shift_ + at, gap};
     }
-    if (ring.count == 0 || (apart && nearest > separated + kOverFace * least_)) return false;
+    if (ring.count == 0 || (apart && nearest > separated + kOverFace * least_ && !lies_flat(other, other_pose, out))) return false;
     found.normal = normal;
     const auto side = [&](int i) {
         return part(own.half_m, i) > 0 ? (1 / part(own.half_m, i)) * own_pose.axes[static_cast<std::size_t>(i)] : Vec3{};
@@ -355,6 +393,25 @@ bool Boxes::by_edges(int axis, double separated, bool apart, Manifold& found) co
     return true;
 }
 
+// Goes to and fro between the cores, each time to the nearest point of the other: from a corner, or between edges that are parallel, this
+// ends at once.
+bool Boxes::by_turns(Vec3 otherwise, Manifold& found) const {
+    constexpr int kTurns = 6;
+    Vec3 p, q = shift_;
+    double before = kNever;
+    for (int i = 0; i < kTurns; ++i) {
+        p = out_of(a_pose_, nearest_on(a_.half_m, into(a_pose_, q)).on);
+        q = shift_ + out_of(b_pose_, nearest_on(b_.half_m, into(b_pose_, p - shift_)).on);
+        const double distance = length(q - p);
+        if (before - distance < kSettled * least_) {
+            add_nearest(a_, b_, {p, q}, otherwise, reach_, found);
+            return true;
+        }
+        before = distance;
+    }
+    return false;
+}
+
 // Of cores that are apart, the nearest points: a corner and what is nearest to it, or points within two edges.
 void Boxes::by_nearest(int edge_axis, Vec3 otherwise, Manifold& found) const {
     LineEnds best{};
@@ -382,10 +439,13 @@ void Boxes::by_nearest(int edge_axis, Vec3 otherwise, Manifold& found) const {
 
 void Boxes::collide(AxisHint& hint, Manifold& found) {
     const double farthest = reach_ + radii_;
-    if (hint < kAxes && has(hint) && separation(hint) > farthest) return;
-    double face = -kNever, edge = -kNever;
+    if (hint < kEdges && has(hint) && far_along(hint)) return;
+    compare_axes();
+    double face = -kNever, edge = -kNever, of_faces[kEdges];
     int face_axis = 0, edge_axis = -1;
     for (int axis = 0; axis < kAxes; ++axis) {
+        if (axis == kFaces && a_box_ && beyond_box(of_faces[0], of_faces[1], of_faces[2]) > farthest) return;
+        if (axis == kEdges && b_box_ && beyond_box(of_faces[3], of_faces[4], of_faces[5]) > farthest) return;
         if (!has(axis)) continue;
         const double apart = separation(axis);
         if (apart > farthest) {
@@ -393,20 +453,24 @@ void Boxes::collide(AxisHint& hint, Manifold& found) {
             return;
         }
         if (axis < kEdges) {
+            of_faces[axis] = apart;
             if (apart > face) face = apart, face_axis = axis;
         } else if (apart > edge) {
             edge = apart, edge_axis = axis;
         }
     }
-    const double better = kBetter * least_, apart = std::max(face, edge);
-    if (hint < kEdges && has(hint) && separation(hint) >= face - better) face_axis = hint;
-    const bool was_edge = hint >= kEdges && hint < kAxes;
-    const bool by_edge = edge_axis >= 0 && edge > face + (was_edge ? 0 : better);
+    const double apart = std::max(face, edge);
+    const double better = kBetter * least_;
+    if (hint < kEdges && has(hint) && of_faces[hint] >= face - better) face_axis = hint;
+    const bool by_edge = edge_axis >= 0 && edge > face + better && std::abs(dot(direction(edge_axis), direction(face_axis))) < kFlat;
     const int axis = by_edge ? edge_axis : face_axis;
     hint = static_cast<AxisHint>(axis);
     const bool disjoint = apart > kApart * least_;
-    if (by_edge ? by_edges(axis, edge, disjoint, found) : by_face(axis, separation(axis), disjoint, found)) return;
-    if (disjoint) return by_nearest(edge_axis, direction(axis), found);
+    if (by_edge ? by_edges(axis, edge, disjoint, found) : by_face(axis, of_faces[axis], disjoint, found)) return;
+    if (disjoint) {
+        if (!by_turns(direction(axis), found)) by_nearest(edge_axis, direction(axis), found);
+        return;
+    }
     // The cores overlap beside the face that is nearest: the deepest point of the other core stands for all.
     if (edge_axis >= 0) by_edges(edge_axis, edge, false, found);
 }
@@ -442,6 +506,14 @@ void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double o
         const double gap = height + dot(normal, corner);
         add(found, corner - (a.radius_m + 0.5 * gap) * normal, gap, reach_m);
     }
+}
+
+bool nearer(const BodyShape& a, const Attitude& a_place, const BodyShape& b, const Attitude& b_place, double within_m) {
+    Manifold found;
+    AxisHint hint = kNoAxis;
+    collide({a.core_m, a.rounding_m}, pose_of(a_place.centre, a_place.turn), {b.core_m, b.rounding_m},
+            pose_of(b_place.centre, b_place.turn), within_m, hint, found);
+    return found.count > 0;
 }
 
 }  // namespace meld::physics

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "physics/bodies/body_shape.h"
 #include "physics/bodies/types.h"
 
 namespace meld::physics {
@@ -50,5 +51,12 @@ void collide(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pos
 
 // The same with the half space of points where dot(normal, p) <= offset_m.
 void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, Manifold& found);
+
+// Whether two bodies are nearer to each other than `within_m`.
+struct Attitude {
+    Vec3 centre;
+    Quat turn;
+};
+bool nearer(const BodyShape& a, const Attitude& a_place, const BodyShape& b, const Attitude& b_place, double within_m);
 
 }  // namespace meld::physics

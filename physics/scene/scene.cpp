@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/collision/core_contacts.h"
 #include "physics/comparison/engines.h"
 #include "physics/scene/scene.h"
 #include "physics/solver/engine.h"

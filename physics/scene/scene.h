@@ -25,6 +25,7 @@
 #include "physics/bodies/settings.h"
 #include "physics/bodies/symmetric.h"
 #include "physics/bodies/types.h"
+#include "physics/collision/core_contacts.h"
 #include "physics/collision/obstacles.h"
 #include "physics/statics/connection_load.h"
 #include "runtime/base/bytes.h"
@@ -167,6 +168,11 @@ class Scene {
     // Of a body with a shape that of the sphere around it.
     double radius(BodyId body) const;
     std::optional<BodyShape> shape(BodyId body) const;
+    double surface_m2(BodyId body) const;
+    // Of all bodies.
+    double least_thickness_m() const;
+    // Whether two bodies are nearer to each other than this, surface to surface.
+    bool nearer(BodyId body, BodyId other, double within_m) const;
     // About an axis through its centre, kg m^2; of a body with a shape the mean of those about its axes.
     double moment_of_inertia(BodyId body) const;
     SwitchedFeatures features(BodyId body) const;

@@ -60,6 +60,22 @@ std::optional<BodyShape> Scene::shape(BodyId body) const {
     return index == 0 ? std::nullopt : std::optional(world_->shapes.kind(index).shape);
 }
 
+double Scene::surface_m2(BodyId body) const {
+    const double r = radius(body);
+    const auto own = shape(body);
+    return own ? own->surface_m2() : 4 * std::numbers::pi * r * r;
+}
+
+double Scene::least_thickness_m() const { return 2 * world_->least_radius_m(); }
+
+bool Scene::nearer(BodyId body, BodyId other, double within_m) const {
+    const auto shape_of = [&](BodyId id) { return shape(id).value_or(BodyShape{{}, radius(id)}); };
+    const auto place_of = [&](BodyId id) { return Attitude{state(id).position_m, state(id).orientation}; };
+    if (!shape(body) && !shape(other))
+        return length(place_of(other).centre - place_of(body).centre) < radius(body) + radius(other) + within_m;
+    return physics::nearer(shape_of(body), place_of(body), shape_of(other), place_of(other), within_m);
+}
+
 double Scene::moment_of_inertia(BodyId body) const {
     const BodyProperties& properties = world_->bodies.properties[world_->bodies.slot(body)];
     return static_cast<double>(properties.inertia_factor) * static_cast<double>(properties.mass) * radius(body) * radius(body);
@@ -75,8 +91,7 @@ SwitchedFeatures Scene::features(BodyId body) const {
 double Scene::pressure(BodyId body) {
     double force = 0;
     for (const std::uint32_t index : contacts_of(body)) force += std::max(0.0, contacts()[index].normal_force_n);
-    if (const auto own = shape(body)) return force / own->surface_m2();
-    return force / (4 * std::numbers::pi * radius(body) * radius(body));
+    return force / surface_m2(body);
 }
 
 double Scene::energy_drawn_j(BodyId body) const {

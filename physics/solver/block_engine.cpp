@@ -61,7 +61,7 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
         if (soft) coloured(Kind::WarmStart);
         for (int sweep = 0; sweep < solver.sweeps; ++sweep) coloured(Kind::Solve);
         stages.push_back({.kind = Kind::Move});
-        stages.push_back({.kind = Kind::Refresh});
+        stages.push_back({.kind = Kind::Refresh, .goes_on = substep + 1 < times.substeps});
         bounce();
         for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) coloured(Kind::Relax);
     }
@@ -163,7 +163,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Move:
             return move(times, workers);
         case Stage::Kind::Refresh:
-            return refresh(active_, times, workers);
+            return refresh(active_, times, workers, stage.goes_on);
         case Stage::Kind::Finish: {
             if (world_.has_features()) account_charges(world_, workers);
             rows_.collect(world_.composites, workers);
@@ -393,7 +393,7 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     return fine ? Result<void>() : world_.check_speeds();
 }
 
-Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers) {
+Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers, bool goes_on) {
     const StageClock clock(world_.times.refresh);
     MELD_EXPECT(states_.size() == grid_.blocks().size(), "{} states of {} blocks", states_.size(), grid_.blocks().size());
     const auto max_overlap = static_cast<float>(world_.settings.max_overlap_share);
@@ -406,7 +406,9 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
     };
     for_blocks(blocks, workers, [&](int worker, std::uint32_t block) {
         if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) fails(collided.error());
-        if (!shape_contacts_.empty())
+        if (!shape_contacts_.empty() && goes_on)
+            shape_contacts_.follow(block, world_.bodies.velocity.data(), static_cast<float>(times.substep_s()));
+        else if (!shape_contacts_.empty())
             if (const auto deep = refresh_shapes(block, times.dt_s)) fails(*deep);
         const bool deep = refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap);
         refresh_fast(block, times.dt_s);

@@ -155,7 +155,7 @@ class BlockEngine final : public Engine {
     void begin_actuation(double dt_s, Workers& workers);
     void actuate_block(std::uint32_t block);
     // Gaps and normals of the contacts of these blocks, from the present positions.
-    Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers);
+    Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers, bool goes_on = false);
     // The error: a body that ODE fails at or that is too deep in an obstacle, and the message; of several, that of the lowest body.
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     template <class Fails>

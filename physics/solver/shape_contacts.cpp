@@ -46,7 +46,8 @@ double speed_of(const BodyVelocity& v) { return length(widened(v.surface)); }
 // One worker's workspace: the lanes of its block, near ones first.
 struct ShapeContacts::Arena {
     PairSearch search;
-    std::vector<Chosen> near, far;
+    // By how many points they have: several, few, none.
+    std::array<std::vector<Chosen>, 3> near;
     std::vector<std::uint64_t> used;
     std::vector<std::uint8_t> colour;
     std::vector<Chosen> lanes;
@@ -134,12 +135,13 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         ShapeLane lane{.obstacle = chosen.obstacle};
         Manifold found;
         collide_lane(setup, pair, 0, lane, reach.near_m, found);
-        (found.count > 0 ? arena.near : arena.far).push_back(chosen);
+        arena.near[found.count > 2 ? 0 : found.count > 0 ? 1 : 2].push_back(chosen);
     };
     const auto lay = [&](std::size_t keys) {
-        arena.colour_lanes(arena.near, keys, none);
-        arena.colour_lanes(arena.far, keys, none);
-        arena.near.clear(), arena.far.clear();
+        for (std::vector<Chosen>& some : arena.near) {
+            arena.colour_lanes(some, keys, none);
+            some.clear();
+        }
     };
     for (const BodyPair pair : arena.search.pairs()) {
         const std::uint32_t a = slots[pair.first], b = slots[pair.second];

@@ -5,7 +5,8 @@
 // arms are stored as shares of R, and a sphere is the special case in which T is a number.
 //
 // As with spheres, batches of eight lanes are laid out with the candidate list, and impulses stay in place. A lane is two bodies. Lanes
-// that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing.
+// that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing. Points are
+// found anew at the end of each step; within it they follow the bodies' velocities.
 #pragma once
 
 #include <array>
@@ -68,6 +69,8 @@ struct alignas(32) Turning {
 };
 
 // The passes over batches (shape_kernels.cpp).
+// The gaps after a time in which bodies have moved at these velocities.
+void follow_shapes(std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s);
 void prepare_shapes(std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings);
 void warm_start_shapes(std::span<const ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings);
 void sweep_shapes(std::span<ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule);
@@ -105,6 +108,8 @@ class ShapeContacts {
     void turn(const Setup& setup, std::uint32_t first, std::uint32_t count);
     // Normals and points of a block from the present places; points keep the impulses of those that were nearest to them. Returns how deep
     // the worst overlap is that is deeper than the settings allow, if any.
+    // The same to first order, without looking for points.
+    void follow(std::uint32_t block, const BodyVelocity* velocities, float step_s) { follow_shapes(batches(block), velocities, step_s); }
     struct Contact {
         double margin_m = 0, ahead_s = 0, max_overlap_share = 1;
     };

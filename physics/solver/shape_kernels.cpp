@@ -6,6 +6,9 @@ namespace meld::physics {
 
 namespace {
 
+// How often the points of two bodies push along the normal before friction.
+constexpr int kRoundsOfFaces = 2;
+
 struct LaneBodies {
     LaneVelocities moving;
     Tensors turning;
@@ -42,6 +45,20 @@ MELD_INLINE void add_lightness(PointLightness& sum, const Lanes& inverse_mass, c
     sum.first += inverse_mass * (1.0f + dot(first, turned));
     sum.mixed += inverse_mass * dot(second, turned);
     sum.second += inverse_mass * (1.0f + dot(second, turning * second));
+}
+
+MELD_INLINE void follow_shapes_kernel(std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s) {
+    for (ShapeBatch& batch : batches) {
+        if (batch.used == 0) continue;
+        const LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Vector normal{batch.nx, batch.ny, batch.nz}, apart = b.linear - a.linear;
+        for (std::uint32_t p = 0; p < batch.used; ++p) {
+            ShapePoint& point = batch.points[p];
+            const Vector moving =
+                apart + cross(b.surface, {point.bx, point.by, point.bz}) - cross(a.surface, {point.ax, point.ay, point.az});
+            point.gap += step_s * dot(moving, normal);
+        }
+    }
 }
 
 MELD_INLINE void prepare_shapes_kernel(std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings) {
@@ -84,6 +101,19 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, BodyVelocity
         if (batch.used == 0) continue;
         LaneBodies a = load_bodies(velocities, turnings, batch.a), b = load_bodies(velocities, turnings, batch.b);
         const Vector normal{batch.nx, batch.ny, batch.nz};
+        // The points of a face push each other's apart, so one round over them leaves half of an approach.
+        for (int round = 1; round < kRoundsOfFaces && batch.used > 1; ++round)
+            for (std::uint32_t p = 0; p < batch.used; ++p) {
+                ShapePoint& point = batch.points[p];
+                const Vector a_arm{point.ax, point.ay, point.az}, b_arm{point.bx, point.by, point.bz};
+                const Lanes parting = dot(velocity_at(b, b_arm) - velocity_at(a, a_arm), normal);
+                const Lanes now = point.normal_impulse;
+                point.normal_impulse =
+                    max_lanes(now - wanted_change<false>(point.gap, now, parting, point.lightness, LaneMask{}, rule), lanes(0));
+                const Vector impulse = (point.normal_impulse - now) * normal;
+                push(a, a_arm, lanes(-1) * impulse);
+                push(b, b_arm, impulse);
+            }
         for (std::uint32_t p = 0; p < batch.used; ++p) {
             ShapePoint& point = batch.points[p];
             const Vector a_arm{point.ax, point.ay, point.az}, b_arm{point.bx, point.by, point.bz};
@@ -111,6 +141,8 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, BodyVelocity
 
 }  // namespace
 
+MELD_KERNEL_VARIANTS(follow_shapes, (std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s),
+                     (batches, velocities, step_s))
 MELD_KERNEL_VARIANTS(prepare_shapes, (std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings),
                      (batches, velocities, turnings))
 MELD_KERNEL_VARIANTS(warm_start_shapes, (std::span<const ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings),

@@ -129,7 +129,7 @@ TEST(Shapes, AStackFallsAsleep) {
     for (BodyId id = 0; id < 10; ++id)
         need(scene->add_body({.id = id, .position_m = {0, 0, 0.5 + id}, .shape = box_shape({1, 1, 1}, 0.02)}));
     Workers workers(1);
-    run(*scene, 960, 2, workers);
+    run(*scene, 1440, 2, workers);
     EXPECT_EQ(scene->awake_bodies(), 0u);
     // A push wakes it.
     need(scene->set_wrench(9, {30, 0, 0}, {}));
