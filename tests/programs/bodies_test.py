@@ -352,6 +352,70 @@ def have_sizes(bodies):
         close(speeds[1], 3 * 2 * 8 / (8 + 2), 1e-3, "the speed of the small one after the collision")
 
 
+def have_shapes(bodies):
+    """A box and a log on a slope against formulas; a box that was turned; what touches whom; the same bits with any number of threads
+    and over a checkpoint; what cannot be, with its place."""
+    sine, cosine = math.sin(math.radians(10)), math.cos(math.radians(10))
+    slope = ('[[body]]\npositions = [[0, 0, 0.5], [0, 6, 0.5]]\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\nfriction = 0.15\n'
+             f'gravity = [{9.81 * sine}, 0, {-9.81 * cosine}]\nshape = "box"\nedges = [1, 3, 1]\n' + FINE +
+             '[[motion.catoms]]\nwhere = "id == 0"\nshape = "capsule"\nlength = 3\nturned = [90, 0, 0]\n')
+    facts, _ = bodies.run(SPEED, slope, 120)
+    speeds = {row[0]: row[1] for row in facts["speed"]}
+    # Of a solid cylinder of length 2 with half balls: moment of inertia along the axis, per mass and square of the radius.
+    cylinder, balls = math.pi * 0.25 * 2, 4 / 3 * math.pi / 8
+    factor = (cylinder / 2 + 2 / 5 * balls) / (cylinder + balls)
+    close(speeds[0], 2 * 9.81 * sine / (1 + factor), 0.01, "the speed of a log that rolls")
+    close(speeds[1], 2 * 9.81 * (sine - 0.15 * cosine), 0.01, "the speed of a box that slides")
+
+    program = PLACE + "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\ntype stands(node, int).\nstands(A, O) :- contact(A, O).\n"
+    stack = ('[[body]]\npositions = [[0, 0, 0.25], [0, 0, 1], [0.3, 0, 2], [0, 0, 3.5]]\n[motion]\nkind = "bodies"\nground = 0\n'
+             'steps = 4\nshape = "cube"\n' + FINE +
+             '[[motion.catoms]]\nwhere = "id == 0"\nshape = "box"\nedges = [3, 1, 0.5]\nturned = [0, 0, 90]\nfixed = true\n'
+             '[[motion.catoms]]\nwhere = "id == 3"\nshape = "sphere"\n')
+    facts, summary = bodies.run(program, stack, 300)
+    places = {row[0]: row[1:] for row in facts["place"]}
+    close(places[1][2], 1, 0.005, "the height of a cube on a fixed box")
+    close(places[2][2], 2, 0.005, "the height of a cube on it")
+    close(places[2][0], 0.3, 0.005, "where the upper cube stands")
+    same((facts["beside"][0], (1, 2) in facts["beside"], (0, 2) in facts["beside"]), ((0, 1), True, False), "who touches whom")
+    same(summary["ended"], "quiet", "how a stack of cubes ends")
+
+    fall = ('[[body]]\nshape = "move(box(4, 4, 4), 0, 0, 3)"\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\nspacing = 1.3\n'
+            'shape = "cube"\n' + FINE + '[[motion.catoms]]\nwhere = "x > 0"\nshape = "capsule"\nlength = 1.2\nturned = [40, 30, 0]\n')
+    told = [bodies.command(program, fall, 60, "--threads", str(threads), "--digest", bodies.folder / f"{threads}.digests")
+            for threads in (1, 2, 3)]
+    same([done.returncode for done in told], [0, 0, 0], told[0].stderr)
+    digests = [(bodies.folder / f"{threads}.digests").read_text() for threads in (1, 2, 3)]
+    same(digests[1:], digests[:1] * 2, "the digests with 1, 2 and 3 threads")
+    saved = bodies.folder / "saved"
+    done = bodies.command(program, fall, 30, "--checkpoint", saved, "--digest", bodies.folder / "on.digests")
+    same(done.returncode, 0, done.stderr)
+    done = subprocess.run([bodies.meldsim, "resume", saved, "--ticks", "60", "--quiet"], env=bodies.environment, capture_output=True,
+                          text=True, check=False)
+    same(done.returncode, 0, done.stderr)
+    same((bodies.folder / "on.digests").read_text(), digests[0], "the digests over a checkpoint")
+
+    for world, message in (
+            (ONE + 'shape = "box"\n', "w.toml:5:9: a box has no edges"),
+            (ONE + 'shape = "cube"\nedges = [1, 2, 3]\n', "a cube has no edges"),
+            (ONE + 'edges = [1, 2, 3]\n', "edges is of a shape, and none is given"),
+            (ONE + 'shape = "box"\nedges = [1, 0, 3]\n', "an edge of a box is not positive"),
+            (ONE + 'shape = "cube"\nrounding = 0.5\n', "edges rounded by 0.5 leave nothing of the cube"),
+            (ONE + 'shape = "cube"\ninertia = 0.5\n', "the inertia of a cube follows from its shape"),
+            (ONE + 'shape = "cube"\nengine = "hash"\n', 'the engine "hash" knows spheres alone'),
+            (ONE + 'shape = "cube"\n[[motion.feature]]\ndirections = 6\n', "w.toml:6:1: only spheres have features"),
+            (ONE + 'shape = "cube"\n[[motion.catoms]]\nwhere = "id == 0"\nconnected = true\n', "w.toml:6:1: only spheres are connected"),
+            (ONE + 'shape = "cube"\n[[motion.obstacle]]\nkind = "terrain"\nheights = [[0, 0], [0, 0]]\n',
+             "w.toml:6:1: a terrain holds spheres alone")):
+        done = bodies.command(PLACE, world, 1)
+        if done.returncode != 2 or message not in done.stderr:
+            sys.exit(f"{world}\nended with {done.returncode}: {done.stderr}\nnot {message}")
+    done = bodies.command(PLACE, ONE + 'shape = "cube"\n', 1, "-n", "2")
+    same((done.returncode, "only spheres move on several" in done.stderr), (2, True), done.stderr)
+    done = bodies.command("connect(A, B) :- neighbor(A, B).\n", ONE + 'shape = "cube"\n', 1)
+    same((done.returncode, "only spheres are connected" in done.stderr), (2, True), done.stderr)
+
+
 def wait_for_ports(bodies):
     """Twenty small catoms around a large one, which has twelve ports: the last eight are no neighbours until others leave. All
     fly through the world together, so that those who wait change processes too."""
@@ -418,7 +482,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
         for check in (falls, is_measured_in_diameters, is_pushed, rolls, slides_and_leans, senses, fixed_ones_touch, switches, pull, bounce,
-                      have_sizes, wait_for_ports, divides_anew, warns, advises_on_steps, lose_the_fallen, refuses):
+                      have_sizes, have_shapes, wait_for_ports, divides_anew, warns, advises_on_steps, lose_the_fallen, refuses):
             check(bodies)
             print(f"{check.__name__}: fine")
 

@@ -47,6 +47,7 @@ void Drawing::begin(const sim::Subdomain& subdomain, std::size_t most, Drawn& dr
     drawn.ids.reserve(most);
     drawn.positions.reserve(most);
     if (subdomain.has_diameters()) drawn.diameters.reserve(most);
+    if (subdomain.has_rounded()) drawn.rounded.reserve(most);
     if (subdomain.ensemble.has_amoebots()) drawn.tails.reserve(most);
     drawn.colours.reserve(most);
     if (appearance_.labels()) drawn.labels.reserve(most);
@@ -57,6 +58,7 @@ void Drawing::add(const sim::Subdomain& subdomain, const DrawnRow& row, Drawn& d
     drawn.ids.push_back(row.id);
     drawn.positions.push_back(row.position);
     if (subdomain.has_diameters()) drawn.diameters.push_back(row.diameter);
+    if (subdomain.has_rounded()) drawn.rounded.push_back(row.rounded);
     if (subdomain.ensemble.has_amoebots()) drawn.tails.push_back(row.tail);
     drawn.colours.push_back(appearance_.colour(row.id));
     if (appearance_.labels()) drawn.labels.push_back(appearance_.label(row.id));
@@ -65,7 +67,7 @@ void Drawing::add(const sim::Subdomain& subdomain, const DrawnRow& row, Drawn& d
 Drawing::DrawnRow Drawing::row_of(const sim::Subdomain& subdomain, sim::Catom catom) {
     const world::Vec3 position = subdomain.ensemble.position(catom);
     return {subdomain.ensemble.id(catom), position, subdomain.ensemble.has_amoebots() ? tail_position(subdomain, catom) : position,
-            subdomain.diameter(catom)};
+            subdomain.diameter(catom), subdomain.rounded(catom)};
 }
 
 // Nothing is sent, and in most runs catoms stand in the order of their numbers.

@@ -17,14 +17,20 @@ namespace meld::record {
 // The array of where the other cells of amoebots are: /VTKHDF/PointData/tail_position.
 inline constexpr const char* kTailPosition = "tail_position";
 
+// The arrays of what bodies look like that are no spheres: half the edges of their cores in diameters and the rounding; and the rotations
+// as w, x, y, z.
+inline constexpr const char* kCore = "core";
+inline constexpr const char* kOrientation = "orientation";
+
 // All catoms of a run as they are drawn, in the order of their numbers.
 struct Drawn {
     std::vector<u64> ids = {};
-    std::vector<world::Vec3> positions = {};  // In catom diameters.
-    std::vector<double> diameters = {};       // Empty where bodies do not differ in size.
-    std::vector<world::Vec3> tails = {};      // Where an amoebot's other cell is, or its only one; empty if there are no amoebots.
-    std::vector<std::uint32_t> colours = {};  // 0xRRGGBB.
-    std::vector<std::string> labels = {};     // Empty if the program sets none.
+    std::vector<world::Vec3> positions = {};       // In catom diameters.
+    std::vector<double> diameters = {};            // Empty where bodies do not differ in size.
+    std::vector<world::RoundedBody> rounded = {};  // Empty where all are spheres.
+    std::vector<world::Vec3> tails = {};           // Where an amoebot's other cell is, or its only one; empty if there are no amoebots.
+    std::vector<std::uint32_t> colours = {};       // 0xRRGGBB.
+    std::vector<std::string> labels = {};          // Empty if the program sets none.
     std::vector<std::pair<std::size_t, std::size_t>> lines = {};  // Between catoms, by their places here.
 
     // Where a catom stands; nothing if there is none of this number.
@@ -51,6 +57,7 @@ class Drawing : public sim::SimModule {
         u64 id;
         world::Vec3 position, tail;
         double diameter;
+        world::RoundedBody rounded;
     };
     static DrawnRow row_of(const sim::Subdomain& subdomain, sim::Catom catom);
     void begin(const sim::Subdomain& subdomain, std::size_t most, Drawn& drawn);

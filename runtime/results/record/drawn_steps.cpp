@@ -45,6 +45,8 @@ Result<DrawnSteps> DrawnSteps::of(RecordingReader recording) {
                     "It is damaged, or was written by another version", ExitCode::RecordingRefused);
     out.colours_ = *colours;
     out.diameters_ = find("diameter", ElementType::Float64, 1, false);
+    out.cores_ = find(kCore, ElementType::Float64, 4, false);
+    out.orientations_ = find(kOrientation, ElementType::Float64, 4, false);
     out.tails_ = find(kTailPosition, ElementType::Float64, 3, false);
     out.labels_ = find("label", ElementType::Int64, 1, true);
     return out;
@@ -119,6 +121,32 @@ Result<void> DrawnSteps::read_diameters(std::size_t step, Drawn& drawn) {
     });
 }
 
+Result<void> DrawnSteps::read_rounded(std::size_t step, Drawn& drawn) {
+    if (!cores_ || !orientations_) return {};
+    using Row = std::array<double, 4>;
+    drawn.rounded.resize(drawn.ids.size());
+    std::size_t at = 0;
+    const auto cores = [&](std::span<const Row> rows) -> Result<void> {
+        for (const Row& row : rows) {
+            if (!std::ranges::all_of(row, [](double x) { return x >= 0 && x < kFarthest; }))
+                return damaged(step, "a catom has a shape that cannot be");
+            world::RoundedBody& body = drawn.rounded[at++];
+            body.core = {row[0], row[1], row[2]}, body.rounding = row[3];
+        }
+        return {};
+    };
+    if (auto read = each<Row>(*cores_, step, drawn.ids.size(), cores); !read) return read;
+    at = 0;
+    return each<Row>(*orientations_, step, drawn.ids.size(), [&](std::span<const Row> rows) -> Result<void> {
+        for (const Row& row : rows) {
+            const double square = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
+            if (!(std::abs(square - 1) < 0.01)) return damaged(step, "a catom is turned as none can be");
+            drawn.rounded[at++].turn = row;
+        }
+        return {};
+    });
+}
+
 Result<void> DrawnSteps::read_labels(std::size_t step, Drawn& drawn) {
     if (!labels_) return {};
     const Result<const std::vector<std::string>*> texts = recording_.texts(recording_.series()[*labels_].texts);
@@ -153,7 +181,7 @@ Result<void> DrawnSteps::read_lines(std::size_t step, Drawn& drawn) {
 Result<Drawn> DrawnSteps::drawn(std::size_t step) {
     Drawn out;
     for (const auto& part : {&DrawnSteps::read_ids, &DrawnSteps::read_positions, &DrawnSteps::read_colours, &DrawnSteps::read_diameters,
-                             &DrawnSteps::read_tails, &DrawnSteps::read_labels, &DrawnSteps::read_lines})
+                             &DrawnSteps::read_rounded, &DrawnSteps::read_tails, &DrawnSteps::read_labels, &DrawnSteps::read_lines})
         if (const auto done = (this->*part)(step, out); !done) return tl::unexpected<Error>(done.error());
     return out;
 }

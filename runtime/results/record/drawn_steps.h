@@ -32,6 +32,7 @@ class DrawnSteps {
     Result<void> read_places(SeriesIndex series, std::size_t step, std::size_t count, std::vector<world::Vec3>& places);
     Result<void> read_colours(std::size_t step, Drawn& drawn);
     Result<void> read_diameters(std::size_t step, Drawn& drawn);
+    Result<void> read_rounded(std::size_t step, Drawn& drawn);
     Result<void> read_tails(std::size_t step, Drawn& drawn);
     Result<void> read_labels(std::size_t step, Drawn& drawn);
     Result<void> read_lines(std::size_t step, Drawn& drawn);
@@ -41,7 +42,7 @@ class DrawnSteps {
 
     RecordingReader recording_;
     SeriesIndex colours_ = 0;
-    std::optional<SeriesIndex> diameters_ = {}, labels_ = {}, tails_ = {};
+    std::optional<SeriesIndex> diameters_ = {}, cores_ = {}, orientations_ = {}, labels_ = {}, tails_ = {};
 };
 
 }  // namespace meld::record

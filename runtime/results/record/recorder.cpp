@@ -45,13 +45,14 @@ Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
     appearance_.start(subdomain.program_actions);
     has_tails_ = subdomain.ensemble.has_amoebots();
     has_diameters_ = subdomain.has_diameters();
+    has_rounded_ = subdomain.has_rounded();
     info_.lines = appearance_.lines();
     std::string descriptions;
     for (const RecordedPredicate& r : recorded_) {
         const std::string& name = r.name();
         if (name == "id" || name == "colour" || (name == "label" && appearance_.labels()) ||
             (name == "diameter" && subdomain.has_diameters()) || (name == kTailPosition && subdomain.ensemble.has_amoebots()) ||
-            (name == "load" && load_))
+            ((name == kCore || name == kOrientation) && has_rounded_) || (name == "load" && load_))
             return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
                         "Derive a predicate of another name from it");
         descriptions += (descriptions.empty() ? "" : ", ") + r.description();
@@ -132,6 +133,8 @@ void Recorder::finish(sim::Subdomain& subdomain) {
 
 namespace {
 
+std::array<double, 4> core_of(const world::RoundedBody& body) { return {body.core[0], body.core[1], body.core[2], body.rounding}; }
+
 constexpr u64 kNobody = ~u64{0};
 // If more than one catom of so many has changed, tables of facts are made anew.
 constexpr std::size_t kFew = 4;
@@ -169,7 +172,7 @@ bool Recorder::find_changes(sim::Subdomain& subdomain) {
 Recorder::RecordedRow Recorder::row_of(const sim::Subdomain& subdomain, sim::Catom catom) {
     const world::Vec3 position = subdomain.ensemble.position(catom);
     return {subdomain.ensemble.id(catom), narrow(position), subdomain.ensemble.has_amoebots() ? tail_position(subdomain, catom) : position,
-            subdomain.diameter(catom)};
+            subdomain.diameter(catom), subdomain.rounded(catom)};
 }
 
 void Recorder::pack_appearance(const sim::Subdomain& subdomain, ByteWriter& out) {
@@ -251,6 +254,8 @@ void Recorder::begin_rows(std::size_t most) {
     begin(step_.positions, most);
     begin(step_.tails, has_tails_ ? most : 0);
     begin(step_.diameters, has_diameters_ ? most : 0);
+    begin(step_.cores, has_rounded_ ? most : 0);
+    begin(step_.orientations, has_rounded_ ? most : 0);
     begin(step_.colours, 3 * most);
     begin(step_.labels, appearance_.labels() ? most : 0);
     for (RecordedPredicate& r : recorded_) r.begin_step(most);
@@ -261,12 +266,23 @@ void Recorder::read_appearance(ByteReader& in) {
     if (load_) load_->receive(in);
 }
 
+void Recorder::add_rounded(const world::RoundedBody& body) {
+    step_.cores.push_back(core_of(body));
+    step_.orientations.push_back(body.turn);
+}
+
+void Recorder::replace_rounded(u64 row, const world::RoundedBody& body) {
+    replace(step_.cores, row, core_of(body), step_.changed_cores);
+    replace(step_.orientations, row, body.turn, step_.changed_orientations);
+}
+
 void Recorder::add_row(const RecordedRow& row, ByteReader& facts) {
     step_.ids.push_back(row.id);
     if (load_) load_->add(row.id, facts.read<LoadMap::Load>());
     step_.positions.push_back(row.position);
     if (has_tails_) step_.tails.push_back(row.tail);
     if (has_diameters_) step_.diameters.push_back(row.diameter);
+    if (has_rounded_) add_rounded(row.rounded);
     const std::uint32_t colour = appearance_.colour(row.id);
     for (const int shift : {16, 8, 0}) step_.colours.push_back(static_cast<std::uint8_t>(colour >> shift));
     if (appearance_.labels()) step_.labels.push_back(appearance_.label(row.id));
@@ -289,8 +305,8 @@ void Recorder::read_rows(const std::vector<std::vector<std::byte>>& all) {
 void Recorder::begin_update() {
     appearance_.begin_step();
     step_.updated = true;
-    for (std::vector<u64>* rows :
-         {&step_.moved, &step_.changed_tails, &step_.changed_diameters, &step_.changed_colours, &step_.changed_labels})
+    for (std::vector<u64>* rows : {&step_.moved, &step_.changed_tails, &step_.changed_diameters, &step_.changed_cores,
+                                   &step_.changed_orientations, &step_.changed_colours, &step_.changed_labels})
         rows->clear();
     for (RecordedPredicate& r : recorded_) r.begin_update();
 }
@@ -314,6 +330,7 @@ void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
             replace(step_.positions, at, row.position, step_.moved);
             if (has_tails_) replace(step_.tails, at, row.tail, step_.changed_tails);
             if (has_diameters_) replace(step_.diameters, at, row.diameter, step_.changed_diameters);
+            if (has_rounded_) replace_rounded(at, row.rounded);
             for (RecordedPredicate& r : recorded_) r.update(at, row.id, in);
         });
     end_update();
@@ -369,6 +386,10 @@ Result<void> Recorder::write_step(const sim::Subdomain& subdomain, const Digest&
     };
     std::vector<RecordedArray> arrays{column("colour", RecordedArray::UInt8, step_.colours.data(), 3, step_.changed_colours)};
     if (has_diameters_) arrays.push_back(column("diameter", RecordedArray::Float64, step_.diameters.data(), 1, step_.changed_diameters));
+    if (has_rounded_) {
+        arrays.push_back(column(kCore, RecordedArray::Float64, step_.cores.data(), 4, step_.changed_cores));
+        arrays.push_back(column(kOrientation, RecordedArray::Float64, step_.orientations.data(), 4, step_.changed_orientations));
+    }
     if (has_tails_) arrays.push_back(column(kTailPosition, RecordedArray::Float64, step_.tails.data(), 3, step_.changed_tails));
     if (appearance_.labels()) arrays.push_back(column("label", RecordedArray::Text, step_.labels.data(), 1, step_.changed_labels));
     if (load_) load_->list(arrays);

@@ -50,18 +50,20 @@ class Recorder : public sim::SimModule {
         RecordedPosition position;
         world::Vec3 tail;
         double diameter;
+        world::RoundedBody rounded;
     };
     static RecordedRow row_of(const sim::Subdomain& subdomain, sim::Catom catom);
     // A step as its columns, in the order of ids, and what of it is not as it was in the step before.
     struct Step {
         LargeArray<u64> ids;
         LargeArray<RecordedPosition> positions;
-        std::vector<world::Vec3> tails;  // Of amoebots alone.
-        std::vector<double> diameters;   // If bodies differ in size.
+        std::vector<world::Vec3> tails;                          // Of amoebots alone.
+        std::vector<double> diameters;                           // If bodies differ in size.
+        std::vector<std::array<double, 4>> cores, orientations;  // If some are no spheres.
         LargeArray<std::uint8_t> colours;
         std::vector<std::string> labels;
         bool updated = false;  // Made of the step before: these are the rows that are not as they were in it.
-        std::vector<u64> moved, changed_tails, changed_diameters, changed_colours, changed_labels;
+        std::vector<u64> moved, changed_tails, changed_diameters, changed_cores, changed_orientations, changed_colours, changed_labels;
     };
     // What is recorded: finds the predicates, and completes info_.
     Result<void> prepare(sim::Subdomain& subdomain);
@@ -84,6 +86,7 @@ class Recorder : public sim::SimModule {
     void begin_rows(std::size_t most);
     void read_appearance(ByteReader& in);
     void add_row(const RecordedRow& row, ByteReader& facts);
+    void add_rounded(const world::RoundedBody& body);
     void read_rows(const std::vector<std::vector<std::byte>>& all);
     // A step of the one before it.
     void begin_update();
@@ -95,6 +98,7 @@ class Recorder : public sim::SimModule {
         column[row] = value;
         changed.push_back(row);
     }
+    void replace_rounded(u64 row, const world::RoundedBody& body);
     // Of the last step. In most runs the numbers have no gaps.
     bool has_row(u64 id) const { return (id < step_.ids.size() && step_.ids[id] == id) || std::ranges::binary_search(step_.ids, id); }
     u64 row_with(u64 id) const { return id < step_.ids.size() && step_.ids[id] == id ? id : find_row(id); }
@@ -115,7 +119,7 @@ class Recorder : public sim::SimModule {
     std::string path_;
     int every_;
     std::vector<std::string> wanted_;
-    bool has_tails_ = false, has_diameters_ = false;
+    bool has_tails_ = false, has_diameters_ = false, has_rounded_ = false;
     RecordingInfo info_;
     Loaded loaded_;
     std::vector<RecordedPredicate> recorded_;  // With their facts in the last step.

@@ -147,9 +147,44 @@ Solid cubes(const render::Scene& scene) {
     return out;
 }
 
+// A box or a line with round edges, turned: on each side a grid as on a rounded cube.
+Shape skin_of(const render::RoundedBody& body, std::size_t how_many) {
+    // How much normals lean at grid lines: tangents of shares of 45 degrees.
+    std::vector<float> leans = {0, 0.41421356F, 1};
+    if (how_many <= kFew) leans = {0, 0.19891237F, 0.41421356F, 0.66817864F, 1};
+    // A line, and to which end of the core it belongs.
+    std::vector<std::pair<float, float>> lines;
+    for (auto lean = leans.rbegin(); lean != leans.rend(); ++lean) lines.emplace_back(-*lean, -1.0F);
+    for (const float lean : leans) lines.emplace_back(lean, 1.0F);
+    const auto count = static_cast<std::uint32_t>(lines.size());
+    Shape out;
+    for (const Vec& axis : render::kAxes) {
+        const Vec u(axis.y(), axis.z(), axis.x()), v = axis.cross(u);
+        const auto first = static_cast<std::uint32_t>(out.corners.size());
+        for (const auto& [b_lean, b_end] : lines)
+            for (const auto& [a_lean, a_end] : lines) {
+                const Vec normal = (axis + a_lean * u + b_lean * v).normalized(), end = axis + a_end * u + b_end * v;
+                out.normals.push_back(body.turn * normal);
+                out.corners.push_back(body.turn * Vec(end.cwiseProduct(body.core) + body.rounding * normal));
+            }
+        for (std::uint32_t y = 0; y + 1 < count; ++y)
+            for (std::uint32_t x = 0; x + 1 < count; ++x) {
+                const std::uint32_t at = first + y * count + x, above = at + count;
+                out.faces.insert(out.faces.end(), {{at, at + 1, above + 1}, {at, above + 1, above}});
+            }
+    }
+    return out;
+}
+
 }  // namespace
 
 Solid solid_of(const render::Scene& scene) {
+    if (!scene.rounded.empty()) {
+        Solid out;
+        for (std::size_t i = 0; i < scene.places.size(); ++i)
+            add(out, skin_of(scene.rounded[i], scene.places.size()), scene.places[i], 1, scene.colours[i]);
+        return out;
+    }
     if (scene.form == Form::Cube) return cubes(scene);
     const std::vector<std::size_t> seen = exposed(scene);
     Solid out{.flat = scene.form == Form::Disc || scene.form == Form::Hexagon};

@@ -19,6 +19,11 @@ render::Rgb rgb(std::uint32_t c) {
     return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
 }
 
+render::RoundedBody rounded_of(const world::RoundedBody& body) {
+    const auto [w, x, y, z] = body.turn;
+    return {vec_of(body.core), static_cast<float>(body.rounding), Eigen::Quaterniond(w, x, y, z).normalized().cast<float>()};
+}
+
 // Of a lattice that fills space, from a catom to each of its neighbours.
 std::vector<Vec> ways_of(const world::Lattice& lattice) {
     std::vector<Vec> out;
@@ -50,6 +55,11 @@ void Stage::show(const std::vector<bool>& shown) {
         frame.ids.push_back(drawn_.ids[i]);
         scene.colours.push_back(rgb(drawn_.colours[i]));
         if (!drawn_.diameters.empty()) scene.diameters.push_back(static_cast<float>(drawn_.diameters[i]));
+        if (drawn_.rounded.empty()) continue;
+        const render::RoundedBody body = rounded_of(drawn_.rounded[i]);
+        scene.rounded.push_back(body);
+        // For what draws balls alone: as thick as the body is at least.
+        scene.diameters.push_back(2 * (body.core.minCoeff() + body.rounding));
     }
 }
 
@@ -86,6 +96,7 @@ void Stage::uncover_lines() {
             for (Vec* end : {&stroke.from, &stroke.to}) end->z() += kAbove;
     const float size = look_.size.value_or(in_plane_ || scene.strokes.empty() ? 1 : kSmall);
     if (size == 1) return;
+    for (render::RoundedBody& body : scene.rounded) body.core *= size, body.rounding *= size;
     if (scene.diameters.empty()) scene.diameters.assign(scene.places.size(), 1);
     for (float& diameter : scene.diameters) diameter *= size;
 }
@@ -95,7 +106,9 @@ void Stage::surround() {
     add_obstacles(world_, scene);
     if (!look_.ground || scene.places.empty()) return;
     float lowest = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < scene.places.size(); ++i) lowest = std::min(lowest, scene.places[i].z() - scene.diameter(i) / 2);
+    for (std::size_t i = 0; i < scene.places.size(); ++i)
+        lowest =
+            std::min(lowest, scene.places[i].z() - (scene.rounded.empty() ? scene.diameter(i) / 2 : scene.rounded[i].reach(Vec::UnitZ())));
     scene.ground = lowest;
 }
 

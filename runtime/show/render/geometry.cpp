@@ -99,18 +99,18 @@ RoundedCubes rounded_of(const Scene& scene) {
     return out;
 }
 
+template <class Solid>
 void bounds_of(const RTCBoundsFunctionArguments* asked) {
-    const RoundedCube& cube = static_cast<const RoundedCube*>(asked->geometryUserPtr)[asked->primID];
+    const Solid& solid = static_cast<const Solid*>(asked->geometryUserPtr)[asked->primID];
     RTCBounds& out = *asked->bounds_o;
-    std::tie(out.lower_x, out.lower_y, out.lower_z) =
-        std::tuple(cube.middle.x() - cube.half, cube.middle.y() - cube.half, cube.middle.z() - cube.half);
-    std::tie(out.upper_x, out.upper_y, out.upper_z) =
-        std::tuple(cube.middle.x() + cube.half, cube.middle.y() + cube.half, cube.middle.z() + cube.half);
+    const Vec low = solid.middle - solid.reach(), high = solid.middle + solid.reach();
+    std::tie(out.lower_x, out.lower_y, out.lower_z) = std::tuple(low.x(), low.y(), low.z());
+    std::tie(out.upper_x, out.upper_y, out.upper_z) = std::tuple(high.x(), high.y(), high.z());
 }
 
-// Calls `meets(i, t)` for each of the rays that meets a rounded cube after t, nearer than anything before.
-template <class Meets>
-void each_meeting(const int* valid, const RoundedCube& cube, RTCRayN* rays, unsigned count, const Meets& meets) {
+// Calls `meets(i, t)` for each of the rays that meets a rounded solid after t, nearer than anything before.
+template <class Solid, class Meets>
+void each_meeting(const int* valid, const Solid& cube, RTCRayN* rays, unsigned count, const Meets& meets) {
     for (unsigned i = 0; i < count; ++i) {
         if (valid[i] != -1) continue;
         const Vec from(RTCRayN_org_x(rays, count, i), RTCRayN_org_y(rays, count, i), RTCRayN_org_z(rays, count, i));
@@ -119,8 +119,9 @@ void each_meeting(const int* valid, const RoundedCube& cube, RTCRayN* rays, unsi
     }
 }
 
+template <class Solid>
 void meet_rounded(const RTCIntersectFunctionNArguments* asked) {
-    const RoundedCube& cube = static_cast<const RoundedCube*>(asked->geometryUserPtr)[asked->primID];
+    const Solid& cube = static_cast<const Solid*>(asked->geometryUserPtr)[asked->primID];
     const unsigned count = asked->N;
     RTCRayN* const rays = RTCRayHitN_RayN(asked->rayhit, count);
     RTCHitN* const hits = RTCRayHitN_HitN(asked->rayhit, count);
@@ -136,8 +137,9 @@ void meet_rounded(const RTCIntersectFunctionNArguments* asked) {
     });
 }
 
+template <class Solid>
 void hide_behind_rounded(const RTCOccludedFunctionNArguments* asked) {
-    const RoundedCube& cube = static_cast<const RoundedCube*>(asked->geometryUserPtr)[asked->primID];
+    const Solid& cube = static_cast<const Solid*>(asked->geometryUserPtr)[asked->primID];
     each_meeting(asked->valid, cube, asked->ray, asked->N, [&](unsigned i, const Vec&, const Vec&, float) {
         RTCRayN_tfar(asked->ray, asked->N, i) = -std::numeric_limits<float>::infinity();
     });
@@ -230,15 +232,23 @@ struct Geometry::Parts {
         return add(points, kCatoms) && enough;
     }
     bool add_rounded() {
-        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
         RoundedCubes seen = rounded_of(scene);
         cubes = std::move(seen.cubes);
         owners = std::move(seen.catoms);
-        rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(cubes.size()));
-        rtcSetGeometryUserData(geometry, cubes.data());
-        rtcSetGeometryBoundsFunction(geometry, bounds_of, nullptr);
-        rtcSetGeometryIntersectFunction(geometry, meet_rounded);
-        rtcSetGeometryOccludedFunction(geometry, hide_behind_rounded);
+        return add_solids(cubes);
+    }
+    bool add_bodies() {
+        for (std::size_t i = 0; i < scene.places.size(); ++i) boxes.push_back(RoundedBox::of(scene.rounded[i], scene.places[i]));
+        return add_solids(boxes);
+    }
+    template <class Solid>
+    bool add_solids(std::vector<Solid>& solids) {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(solids.size()));
+        rtcSetGeometryUserData(geometry, solids.data());
+        rtcSetGeometryBoundsFunction(geometry, bounds_of<Solid>, nullptr);
+        rtcSetGeometryIntersectFunction(geometry, meet_rounded<Solid>);
+        rtcSetGeometryOccludedFunction(geometry, hide_behind_rounded<Solid>);
         return add(geometry, kCatoms);
     }
     bool add_faces(Faces faces) {
@@ -300,6 +310,7 @@ struct Geometry::Parts {
         rtcSetSceneFlags(rays, many ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE);
         if (many) rtcSetSceneBuildQuality(rays, RTC_BUILD_QUALITY_LOW);
         const bool catoms = scene.places.empty()          ? true
+                            : !scene.rounded.empty()      ? add_bodies()
                             : scene.form == Form::Cube    ? add_faces(faces_of(scene))
                             : scene.form == Form::Hexagon ? add_faces(hexagons_of(scene))
                             : scene.form == Form::Rounded ? add_rounded()
@@ -314,6 +325,7 @@ struct Geometry::Parts {
     RTCScene rays = nullptr;
     std::vector<std::uint32_t> owners;  // The catoms of faces, balls and cubes; empty: each has the number of its own.
     std::vector<RoundedCube> cubes;
+    std::vector<RoundedBox> boxes;  // Of bodies.
     std::vector<std::uint32_t> tube_owners;
 };
 
@@ -343,7 +355,8 @@ Geometry::Hit Geometry::seen_by(const Ray& ray, float distance, Vec normal, std:
     if (geometry == kObstacles)
         return {distance, normal, kObstacle, static_cast<std::uint32_t>(scene.places.size() + scene.strokes.size())};
     const std::uint32_t catom = parts_->owners.empty() ? primitive : parts_->owners[primitive];
-    if (scene.form == Form::Cube) normal = bent(normal, ray.from + distance * ray.along - scene.places[catom], scene.diameter(catom) / 2);
+    if (scene.form == Form::Cube && scene.rounded.empty())
+        normal = bent(normal, ray.from + distance * ray.along - scene.places[catom], scene.diameter(catom) / 2);
     return {distance, normal, scene.colours[catom], catom};
 }
 

@@ -15,35 +15,34 @@ constexpr float kLean = 1e-12F;
 // So near to the surface, as a part of the radius squared, is on it.
 constexpr float kOn = 1e-4F;
 
-}  // namespace
-
 // Along the ray, the squared distance to the smaller cube is a convex function, of second degree between two of the planes in which the
 // faces of that cube lie. So the first place where it is the radius squared is found piece by piece; and a ray that has begun to go away
 // never comes back.
-std::optional<float> RoundedCube::enters(const Vec& from, const Vec& along, float within) const {
-    const Vec begin = from - middle;
+std::optional<float> enters_box(const Vec& half, float radius, const Vec& begin, const Vec& along, float within) {
     std::array<float, 3> way;
     float first = 0, last = within;
     for (int i = 0; i < 3; ++i) {
         way[static_cast<std::size_t>(i)] = std::abs(along[i]) < kLean ? kLean : along[i];
         const float slope = 1 / way[static_cast<std::size_t>(i)];
-        const float one = (-half - begin[i]) * slope, other = (half - begin[i]) * slope;
+        const float one = (-half[i] - begin[i]) * slope, other = (half[i] - begin[i]) * slope;
         first = std::max(first, std::min(one, other));
         last = std::min(last, std::max(one, other));
     }
     if (first > last) return std::nullopt;
     if (radius <= 0) return first;
     // From here on ways are counted from where the ray meets the cube with sharp edges: those from far away are too long to be exact.
-    const float inner = half - radius, rest = last - first;
+    const float rest = last - first;
+    // The half edge of the smaller one, where the ray begins, its direction, and when it comes between the planes and leaves them.
     struct Axis {
-        float at, way, in, out;  // Where it begins, its direction, and when it comes between the planes and leaves them.
+        float inner, at, way, in, out;
     };
     std::array<Axis, 3> axes;
     for (std::size_t i = 0; i < 3; ++i) {
         Axis& axis = axes[i];
+        axis.inner = half[static_cast<int>(i)] - radius;
         axis.way = way[i];
         axis.at = begin[static_cast<int>(i)] + first * axis.way;
-        const float towards = std::copysign(inner, axis.way);
+        const float towards = std::copysign(axis.inner, axis.way);
         axis.in = (-towards - axis.at) / axis.way;
         axis.out = (towards - axis.at) / axis.way;
     }
@@ -53,7 +52,7 @@ std::optional<float> RoundedCube::enters(const Vec& from, const Vec& along, floa
             const bool before = t < axis.in, after = t >= axis.out;
             if (before || !after) next = std::min(next, before ? axis.in : axis.out);
             if (!before && !after) continue;
-            const float beyond = axis.at - std::copysign(inner, before ? -axis.way : axis.way);
+            const float beyond = axis.at - std::copysign(axis.inner, before ? -axis.way : axis.way);
             a += axis.way * axis.way;
             b += axis.way * beyond;
             c += beyond * beyond;
@@ -70,17 +69,35 @@ std::optional<float> RoundedCube::enters(const Vec& from, const Vec& along, floa
     return std::nullopt;
 }
 
-Vec RoundedCube::normal(const Vec& at) const {
-    const Vec from_middle = at - middle;
+// At a place from the middle.
+Vec normal_of_box(const Vec& half, float radius, const Vec& from_middle) {
     if (radius > 0) {
-        const float inner = half - radius;
+        const Vec inner = half - Vec::Constant(radius);
         const Vec out = from_middle - from_middle.cwiseMax(-inner).cwiseMin(inner);
         const float length = out.norm();
         if (length > 0) return out / length;
     }
     int axis = 0;
-    from_middle.cwiseAbs().maxCoeff(&axis);
+    from_middle.cwiseAbs().cwiseQuotient(half).maxCoeff(&axis);
     return std::copysign(1.0F, from_middle[axis]) * Vec::Unit(axis);
 }
+
+}  // namespace
+
+std::optional<float> RoundedCube::enters(const Vec& from, const Vec& along, float within) const {
+    return enters_box(Vec::Constant(half), radius, from - middle, along, within);
+}
+
+Vec RoundedCube::normal(const Vec& at) const { return normal_of_box(Vec::Constant(half), radius, at - middle); }
+
+RoundedBox RoundedBox::of(const RoundedBody& body, const Vec& middle) {
+    return {middle, body.core + Vec::Constant(body.rounding), body.rounding, body.turn.toRotationMatrix()};
+}
+
+std::optional<float> RoundedBox::enters(const Vec& from, const Vec& along, float within) const {
+    return enters_box(half, radius, turn.transpose() * (from - middle), turn.transpose() * along, within);
+}
+
+Vec RoundedBox::normal(const Vec& at) const { return turn * normal_of_box(half, radius, turn.transpose() * (at - middle)); }
 
 }  // namespace meld::render

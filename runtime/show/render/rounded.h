@@ -17,6 +17,21 @@ struct RoundedCube {
     std::optional<float> enters(const Vec& from, const Vec& along, float within) const;
     // Away from it, at a place on its surface; of length 1.
     Vec normal(const Vec& at) const;
+    Vec reach() const { return Vec::Constant(half); }
+};
+
+// Boxes, lines and balls with the same edges, turned about their middles.
+struct RoundedBox {
+    Vec middle = Vec::Zero();
+    Vec half = Vec::Constant(0.5F);
+    float radius = 0.1F;
+    Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();  // From its own frame.
+
+    static RoundedBox of(const RoundedBody& body, const Vec& middle);
+    std::optional<float> enters(const Vec& from, const Vec& along, float within) const;
+    Vec normal(const Vec& at) const;
+    // Of the box along the axes around it.
+    Vec reach() const { return turn.cwiseAbs() * (half - Vec::Constant(radius)) + Vec::Constant(radius); }
 };
 
 }  // namespace meld::render

@@ -51,11 +51,22 @@ struct Note {
 using Triangle = std::array<Vec, 3>;
 inline constexpr Rgb kObstacle = {205, 200, 190};
 
+// A body that is no sphere: a box or a line, all that is within a radius of it, and how it is turned.
+struct RoundedBody {
+    Vec core = Vec::Zero();  // Half of its edges.
+    float rounding = 0.5F;
+    Eigen::Quaternionf turn = Eigen::Quaternionf::Identity();
+    float reach() const { return core.norm() + rounding; }
+    // Along an axis, from its middle.
+    float reach(const Vec& axis) const { return (turn.conjugate() * axis).cwiseAbs().dot(core) + rounding; }
+};
+
 struct Scene {
     Form form = Form::Sphere;
     std::vector<Vec> places = {};
-    std::vector<float> diameters = {};  // Empty: all are 1.
-    std::vector<Rgb> colours = {};      // One for each place.
+    std::vector<float> diameters = {};      // Empty: all are 1.
+    std::vector<RoundedBody> rounded = {};  // What bodies look like, whatever the form says; empty: as it says.
+    std::vector<Rgb> colours = {};          // One for each place.
     std::vector<Stroke> strokes = {};
     std::vector<Note> notes = {};
     std::vector<Note> callouts = {};  // Written beside the picture, with a line to the place.
@@ -66,6 +77,7 @@ struct Scene {
     float diameter(std::size_t i) const { return diameters.empty() ? 1.0F : diameters[i]; }
     // The radius of the ball around a catom: cubes and hexagons reach further than what they hold.
     float reach(std::size_t i) const {
+        if (!rounded.empty()) return rounded[i].reach();
         constexpr float kSqrt3 = std::numbers::sqrt3_v<float>;
         constexpr std::array<float, 5> kReach = {0.5F, kSqrt3 / 2, 0.5F, 1 / kSqrt3, kSqrt3 * (0.5F - kRound) + kRound};
         return diameter(i) * kReach[static_cast<std::size_t>(form)];

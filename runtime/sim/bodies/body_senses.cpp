@@ -60,7 +60,7 @@ bool touches(const PhysicsScene& physics, const world::World& world, u64 one, u6
     const physics::Scene& scene = *physics.scene;
     const auto a = static_cast<physics::BodyId>(one), b = static_cast<physics::BodyId>(other);
     if (!scene.has(a) || !scene.has(b)) return false;
-    return diameters * 2 * world.radius < scene.radius(a) + scene.radius(b) + physics.touch_m;
+    return diameters * 2 * world.radius < scene.radius(a) + scene.radius(b) + physics.touch_m && scene.nearer(a, b, physics.touch_m);
 }
 
 }  // namespace
@@ -192,8 +192,7 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity qua
         case BodyQuantity::Acceleration:
             return numbers(scene.acceleration(body));
         case BodyQuantity::Pressure:
-            return {{normal_force_n_[scene.slot(body)].value() / (4 * std::numbers::pi * scene.radius(body) * scene.radius(body)), 0, 0, 0},
-                    1};
+            return {{normal_force_n_[scene.slot(body)].value() / scene.surface_m2(body), 0, 0, 0}, 1};
         case BodyQuantity::Energy:
             return {{scene.energy_drawn_j(body), 0, 0, 0}, 1};
         case BodyQuantity::Obstacle:

@@ -11,6 +11,16 @@
 
 namespace meld::sim {
 
+namespace {
+
+bool touch(const FixedBody& a, const FixedBody& b, double touch_m) {
+    if (length(b.position_m - a.position_m) >= a.radius_m + b.radius_m + touch_m) return false;
+    if (a.shape.is_sphere() && b.shape.is_sphere()) return true;
+    return physics::nearer(a.shape, {a.position_m, a.orientation}, b.shape, {b.position_m, b.orientation}, touch_m);
+}
+
+}  // namespace
+
 std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::vector<FixedBody>& mine, double max_radius_m,
                                                double touch_m) {
     MELD_EXPECT(mine.empty() || max_radius_m > 0, "{} bodies, the largest of {} m", mine.size(), max_radius_m);
@@ -36,7 +46,7 @@ std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::
             if (others == cells.end()) continue;
             for (const FixedBody& a : bodies)
                 for (const FixedBody& b : others->second)
-                    if (a.id < b.id && length(b.position_m - a.position_m) < a.radius_m + b.radius_m + touch_m)
+                    if (a.id < b.id && touch(a, b, touch_m))
                         touches.push_back({{static_cast<physics::BodyId>(a.id), static_cast<std::uint32_t>(b.id), false}, true});
         }
     std::sort(touches.begin(), touches.end());

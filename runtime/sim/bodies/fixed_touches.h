@@ -14,6 +14,8 @@ struct FixedBody {
     std::uint64_t id = 0;
     physics::Vec3 position_m = {};
     double radius_m = 0;
+    physics::BodyShape shape = {};
+    physics::Quat orientation = {};
 };
 
 // The touches among the given catoms of all processes, sorted; every process calls it with its own. Surfaces nearer than `touch_m` touch.

@@ -37,6 +37,16 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
+    if (world_.physics.has_forms()) {
+        if (!subdomain.alone())
+            return fail(fmt::format("{}: some catoms are no spheres, and this run has {} processes (only spheres move on several)",
+                                    world_.path, subdomain.comm.processes()),
+                        "Use one process, without -n, or take `shape` out");
+        if (subdomain.program_actions.uses(ActionKind::Connect))
+            return fail(fmt::format("the program asks for `connect`, and some catoms of {} are no spheres (only spheres are connected)",
+                                    world_.path),
+                        "Take `connect` out of the program, or `shape` out of the world");
+    }
     return connections_.check(subdomain);
 }
 
@@ -64,13 +74,13 @@ void warn_of_empty_groups(Subdomain& subdomain, const std::vector<bool>& met) {
     unmatched.warn();
 }
 
-void warn_of_coarse_steps(Subdomain& subdomain, RadiusRange radii, HeightRange heights, const std::set<Surface>& surfaces) {
+void warn_of_coarse_steps(Subdomain& subdomain, double least_m, HeightRange heights, const std::set<Surface>& surfaces) {
     if (subdomain.comm.process() != 0 || surfaces.empty()) return;
     const world::PhysicsOptions& options = subdomain.world.physics;
     const bool bounces = std::any_of(surfaces.begin(), surfaces.end(), [](const Surface& s) { return s.restitution > 0; }) ||
                          std::any_of(options.obstacles.begin(), options.obstacles.end(),
                                      [](const world::ObstacleOptions& o) { return o.restitution.value_or(0) > 0; });
-    if (const auto advice = advice_on_step(options, 2 * radii.min, heights.high - heights.low, bounces))
+    if (const auto advice = advice_on_step(options, 2 * least_m, heights.high - heights.low, bounces))
         log::warning("{}: {}", subdomain.world.path, *advice);
 }
 
@@ -99,8 +109,9 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         heights = {std::min(heights.low, high.low), std::max(heights.high, high.high)};
         while (!in.done()) surfaces.insert(in.read<Surface>());
     }
-    warn_of_coarse_steps(subdomain, radii, heights, surfaces);
-    const double touch_m = physics::Settings{}.touch_share * 2 * radii.min;
+    const double least_m = std::min(radii.min, bodies.least_m());
+    warn_of_coarse_steps(subdomain, least_m, heights, surfaces);
+    const double touch_m = physics::Settings{}.touch_share * 2 * least_m;
     fixed_touches_ = touches_among(subdomain, bodies.unwatched(), radii.max, touch_m);
     auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
@@ -114,15 +125,29 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     if (done) done = connections_.connect_groups(subdomain, *physics_.scene, bodies, fixed_touches_);
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
-    tell_diameters(subdomain);
+    tell_looks(subdomain);
     return {};
 }
 
-void FreeMotion::tell_diameters(Subdomain& subdomain) {
+// Also of what the bodies' shapes imply.
+void FreeMotion::tell_looks(Subdomain& subdomain) {
+    if (world_.physics.has_forms()) {
+        physics_.touch_m = physics::Settings{}.touch_share * physics_.scene->least_thickness_m();
+        subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); });
+        return;
+    }
     if (kinds_.radii.min == world_.radius && kinds_.radii.max == world_.radius) return;
     subdomain.set_diameters([this, &subdomain](Catom c) {
         return physics_.scene->radius(static_cast<physics::BodyId>(subdomain.ensemble.id(c))) / world_.radius;
     });
+}
+
+world::RoundedBody FreeMotion::rounded_of(const Subdomain& subdomain, Catom catom) const {
+    const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
+    const physics::Scene& scene = *physics_.scene;
+    const physics::BodyShape shape = scene.shape(body).value_or(physics::BodyShape{{}, scene.radius(body)});
+    const physics::Quat q = scene.state(body).orientation;
+    return {to_diameters(world_, shape.core_m), shape.rounding_m / (2 * world_.radius), {q.w, q.x, q.y, q.z}};
 }
 
 Result<void> FreeMotion::step(Subdomain& subdomain) {

@@ -67,7 +67,8 @@ class FreeMotion : public SimModule {
     Result<void> look_up(Subdomain& subdomain);
     Result<void> load_scene(Subdomain& subdomain);
     Result<void> place_catoms(Subdomain& subdomain);
-    void tell_diameters(Subdomain& subdomain);
+    void tell_looks(Subdomain& subdomain);
+    world::RoundedBody rounded_of(const Subdomain& subdomain, Catom catom) const;
     // Makes the same scene on all processes, with the bodies of this one.
     Result<void> make_scene(Subdomain& subdomain);
     Result<void> step_once(Subdomain& subdomain);

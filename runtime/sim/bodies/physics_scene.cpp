@@ -170,6 +170,7 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
     spec.radius_m = world_.radius;
     spec.mass_kg = p.mass;
     spec.inertia_factor = p.inertia;
+    world::BodyForm form = p.form;
     std::optional<std::size_t> connected_in;
     constexpr double kUnbreakable = std::numeric_limits<double>::infinity();
     physics::BreakingLimits breaking{p.breaking_force.value_or(kUnbreakable), p.breaking_torque.value_or(kUnbreakable)};
@@ -184,6 +185,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         breaking = {group.breaking_force.value_or(breaking.force_n), group.breaking_torque.value_or(breaking.torque_nm)};
         if (group.velocity) spec.linear_velocity_m_s = vector_of(*group.velocity);
         if (group.spin) spec.angular_velocity_rad_s = vector_of(*group.spin);
+        if (group.form) form = *group.form;
+        if (group.turned) spec.orientation = turned_by({}, (std::numbers::pi / 180) * vector_of(*group.turned));
         surface.friction = group.friction.value_or(surface.friction);
         surface.restitution = group.restitution.value_or(surface.restitution);
     }
@@ -192,6 +195,11 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         spec.radius_m = placed.radius.value_or(spec.radius_m);
         spec.mass_kg = placed.mass.value_or(spec.mass_kg);
     }
+    if (!form.is_sphere()) {
+        const double diameter_m = 2 * world_.radius;
+        const world::BodyForm::Core core = form.core(spec.radius_m / diameter_m);
+        spec.shape = {diameter_m * vector_of(core.half), diameter_m * core.rounding};
+    }
     return {spec, surface, connected_in, breaking};
 }
 
@@ -199,14 +207,16 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     const auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
     for (std::size_t i = 0; i < groups_met_.size(); ++i)
         if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
-    const double r = spec.radius_m;
+    const double r = spec.shape ? spec.shape->radius_m() : spec.radius_m;
+    least_m_ = std::min(least_m_, spec.shape ? spec.shape->least_m() : r);
     radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.min, r), std::max(radii_.max, r)};
     surfaces_.insert(surface);
     const double height = height_of(world_, spec.position_m);
     heights_ = {std::min(heights_.low, height), std::max(heights_.high, height)};
     if (connected_in) connected_in_.emplace(id, *connected_in);
     const bool at_rest = spec.fixed && spec.linear_velocity_m_s == physics::Vec3{};
-    if (at_rest || connected_in) unwatched_.push_back({spec.id, spec.position_m, r});
+    if (at_rest || connected_in)
+        unwatched_.push_back({spec.id, spec.position_m, r, spec.shape.value_or(physics::BodyShape{{}, r}), spec.orientation});
 }
 
 Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {

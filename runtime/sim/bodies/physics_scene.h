@@ -56,6 +56,8 @@ class BodyMaker {
     // Of the examined bodies.
     RadiusRange radii() const { return radii_; }
     HeightRange heights() const { return heights_; }
+    // Half of the least thickness of the examined bodies, m.
+    double least_m() const { return least_m_; }
     // By group of the world: whether any examined catom is in its region.
     const std::vector<bool>& groups_met() const { return groups_met_; }
     // Examined catoms among which the physics may find no touches: those that are fixed and do not move, and connected ones.
@@ -84,6 +86,7 @@ class BodyMaker {
     std::map<Surface, std::uint8_t> materials_;
     RadiusRange radii_;
     HeightRange heights_;
+    double least_m_ = std::numeric_limits<double>::infinity();
     std::vector<FixedBody> unwatched_;
     std::unordered_map<std::uint64_t, std::size_t> connected_in_;
 };

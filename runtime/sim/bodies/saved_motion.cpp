@@ -158,7 +158,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     if (auto added = add_materials(physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
-    tell_diameters(subdomain);
+    tell_looks(subdomain);
     // A home takes some room besides that of its bodies.
     physics_.scene->reserve(subdomain.ensemble.owned_count() + loading_.homes.size(), subdomain.next_id());
     if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene, *subdomain.partition);

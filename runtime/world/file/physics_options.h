@@ -1,6 +1,7 @@
 // The options of a world with bodies, [motion] kind = "bodies": as read, in the units of the file.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -26,6 +27,23 @@ struct PlacedCatom {
     std::optional<double> radius, mass;  // Metres, kg; as for other catoms if they are not listed.
 };
 
+// What a body looks like. Lengths in diameters of the world. Nothing: a sphere.
+struct BodyForm {
+    std::string kind = "sphere";     // "sphere", "cube", "box" or "capsule".
+    Vec3 edges{1, 1, 1};             // Of a box.
+    double length = 2;               // Of a capsule, from end to end along its z axis.
+    std::optional<double> rounding;  // The radius of the edges of cubes and boxes; nothing: a share of the least edge.
+
+    bool is_sphere() const { return kind == "sphere"; }
+    // Of a body of this radius in diameters: the half edges of what is rounded, and by how much.
+    struct Core {
+        Vec3 half{};
+        double rounding = 0;
+        double least() const { return std::min({half[0], half[1], half[2]}) + rounding; }
+    };
+    Core core(double radius) const;
+};
+
 // Catoms that differ from the others; later groups override earlier ones.
 struct CatomGroup {
     Region where;
@@ -36,6 +54,8 @@ struct CatomGroup {
     std::optional<double> breaking_force, breaking_torque;  // As in PhysicsOptions.
     std::optional<Vec3> velocity;                           // At the start, m/s.
     std::optional<Vec3> spin;                               // At the start, rad/s.
+    std::optional<BodyForm> form;                           // As in PhysicsOptions.
+    std::optional<Vec3> turned;                             // At the start, by the length of this vector in degrees, about it.
     std::string place;
 };
 
@@ -75,6 +95,7 @@ struct PhysicsOptions {
     Vec3 gravity{0, 0, -9.81};
     double linear_damping = 0, angular_damping = 0;  // Shares per second.
     double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
+    BodyForm form;
     double spacing = 1;            // Between cells at the start, in diameters.
     std::optional<double> ground;  // Height of a plane, in diameters.
     // What a connection carries at most, N and N m; nothing: anything.
@@ -91,6 +112,10 @@ struct PhysicsOptions {
     std::vector<FeatureOptions> features;
     std::vector<ObstacleOptions> obstacles;
     std::vector<CatomGroup> groups;
+
+    bool has_forms() const {
+        return !form.is_sphere() || std::ranges::any_of(groups, [](const CatomGroup& g) { return g.form && !g.form->is_sphere(); });
+    }
 };
 
 }  // namespace meld::world

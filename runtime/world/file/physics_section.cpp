@@ -42,7 +42,8 @@ void refuse_keys_of_others(const Section& section, std::string_view kind, std::i
         for (const std::string_view key : other.keys)
             if (!own.has(key) && section.has(key))
                 section.wrong(key, fmt::format("a {} has no {}", kind, key),
-                              fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
+                              own.keys.empty() ? fmt::format("{} is of a {}", key, other.kind)
+                                               : fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
 }
 
 FeatureOptions feature_of_size(double diameter_m) {
@@ -151,10 +152,43 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
     read_surface(section, obstacle.friction, obstacle.restitution);
 }
 
+// The keys of a table that say what bodies look like, and the form if any does.
+constexpr std::string_view kFormKeys[] = {"shape", "edges", "length", "rounding"};
+
+std::optional<BodyForm> read_form(const Section& section) {
+    if (!section.has("shape")) {
+        for (const std::string_view key : kFormKeys)
+            if (section.has(key)) section.wrong(key, fmt::format("{} is of a shape, and none is given", key), "write shape = \"box\" too");
+        return std::nullopt;
+    }
+    BodyForm form;
+    section.read_choice("shape", form.kind, {"sphere", "cube", "box", "capsule"});
+    refuse_keys_of_others(section, form.kind,
+                          {{"sphere", {}}, {"cube", {"rounding"}}, {"box", {"edges", "rounding"}}, {"capsule", {"length"}}});
+    if (form.kind == "box" && !section.has("edges"))
+        section.wrong("shape", "a box has no edges", "write edges = [2, 1, 1], in catom diameters");
+    section.read("edges", form.edges);
+    if (std::ranges::any_of(form.edges, [](double edge) { return !(edge > 0); }))
+        section.wrong("edges", "an edge of a box is not positive", "write edges = [2, 1, 1], in catom diameters");
+    section.read_positive("length", form.length);
+    if (section.has("rounding")) {
+        double value = 0;
+        section.read_number("rounding", value, 0, kMost);
+        form.rounding = value;
+        const double least = form.kind == "box" ? std::ranges::min(form.edges) : 1.0;
+        if (!(2 * value < least))
+            section.wrong("rounding", fmt::format("edges rounded by {} leave nothing of the {}", value, form.kind),
+                          fmt::format("write less than half of its least edge, {}", least / 2));
+    }
+    if (!form.is_sphere() && section.has("inertia"))
+        section.wrong("inertia", fmt::format("the inertia of a {} follows from its shape", form.kind), "take inertia out");
+    return form;
+}
+
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
     const Section section(reader, table, "[[motion.catoms]]",
                           {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "breaking_force",
-                           "breaking_torque", "velocity", "spin"});
+                           "breaking_torque", "velocity", "spin", "shape", "edges", "length", "rounding", "turned"});
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
@@ -173,6 +207,9 @@ void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group)
     if (section.has("velocity")) section.read("velocity", vector), group.velocity = vector;
     vector = {};
     if (section.has("spin")) section.read("spin", vector), group.spin = vector;
+    vector = {};
+    if (section.has("turned")) section.read("turned", vector), group.turned = vector;
+    group.form = read_form(section);
 }
 
 void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense) {
@@ -187,7 +224,45 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
+// Bodies with shapes touch each other, planes and boxes; what only spheres can do or have is an error where it is written.
+void check_forms(TomlReader& reader, const Section& section, const PhysicsOptions& p) {
+    if (!p.has_forms()) return;
+    const auto at = [&](const std::string& place, std::string problem, const char* suggestion) {
+        reader.wrong(Error{fmt::format("{}: {}", place, problem), suggestion});
+    };
+    if (p.engine != "blocks")
+        section.wrong("engine", fmt::format("the engine \"{}\" knows spheres alone", p.engine),
+                      "write engine = \"blocks\", or take the shapes out");
+    for (const ObstacleOptions& o : p.obstacles)
+        if (o.kind == "terrain" || o.kind == "mesh")
+            at(o.place, fmt::format("a {} holds spheres alone", o.kind), "use planes and boxes, or take the shapes out");
+    for (const FeatureOptions& f : p.features) at(f.place, "only spheres have features", "take the features out, or the shapes");
+    for (const CatomGroup& g : p.groups)
+        if (g.connected.value_or(false)) at(g.place, "only spheres are connected", "take connected out, or the shapes");
+}
+
+// The least thickness of all bodies, m.
+double least_thickness(const PhysicsOptions& p, double diameter_m, double smallest_m) {
+    double least = smallest_m;
+    const auto look_at = [&](const BodyForm& form) {
+        if (form.kind == "box") least = std::min(least, diameter_m * std::ranges::min(form.edges));
+    };
+    look_at(p.form);
+    for (const CatomGroup& group : p.groups)
+        if (group.form) look_at(*group.form);
+    return least;
+}
+
 }  // namespace
+
+BodyForm::Core BodyForm::core(double radius) const {
+    constexpr double kRoundedShare = 0.02;
+    if (kind == "sphere") return {{}, radius};
+    if (kind == "capsule") return {{0, 0, std::max(length / 2 - radius, 0.0)}, radius};
+    const Vec3 whole = kind == "cube" ? Vec3{2 * radius, 2 * radius, 2 * radius} : edges;
+    const double least = std::ranges::min(whole), round = std::min(rounding.value_or(kRoundedShare * least), 0.49 * least);
+    return {{whole[0] / 2 - round, whole[1] / 2 - round, whole[2] / 2 - round}, round};
+}
 
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
     const Section section(
@@ -195,7 +270,8 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
         {"kind",           "engine",          "solver",      "step",        "substeps",       "steps",           "gravity",
          "linear_damping", "angular_damping", "mass",        "inertia",     "friction",       "restitution",     "spacing",
          "ground",         "roll_torque",     "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "lowest",
-         "lost",           "sense",           "feature",     "obstacle",    "catoms",         "breaking_force",  "breaking_torque"});
+         "lost",           "sense",           "feature",     "obstacle",    "catoms",         "breaking_force",  "breaking_torque",
+         "shape",          "edges",           "length",      "rounding"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -212,6 +288,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     section.read_number("angular_damping", p.angular_damping, 0, kMost);
     section.read_positive("mass", p.mass);
     section.read_number("inertia", p.inertia, 1e-6, 1);
+    if (const auto form = read_form(section)) p.form = *form;
     section.read_number("friction", p.friction, 0, kMost);
     section.read_number("restitution", p.restitution, 0, 1);
     section.read_number("spacing", p.spacing, 0.9, kMost);
@@ -234,6 +311,8 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     each_table(reader, table, "obstacle", [&](const toml::table& t) { read_obstacle(reader, t, p.obstacles.emplace_back()); });
     each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
     for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
+    smallest_m = least_thickness(p, diameter_m, smallest_m);
+    check_forms(reader, section, p);
     p.step = natural_step_s(smallest_m, std::hypot(p.gravity[0], p.gravity[1], p.gravity[2]));
     section.read_seconds("step", p.step);
 }

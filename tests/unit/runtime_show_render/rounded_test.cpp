@@ -79,5 +79,42 @@ TEST(RoundedCube, IsMetByRaysAlongItsFacesFromFarAway) {
     EXPECT_FALSE(cube.enters(Vec::Constant(0.49F), Vec::Constant(1).normalized(), 1));
 }
 
+TEST(RoundedBox, IsMetWhereSmallStepsMeetIt) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> any(-1, 1);
+    // A plate, a line and a ball, turned.
+    for (const Vec& core : {Vec(0.6F, 0.3F, 0.1F), Vec(0, 0, 0.7F), Vec(0, 0, 0)}) {
+        const RoundedBody body{core, 0.15F, Eigen::Quaternionf(0.7F, 0.5F, -0.4F, 0.3F).normalized()};
+        const RoundedBox box = RoundedBox::of(body, Vec(3, -2, 1));
+        const auto away = [&](const Vec& at) {
+            const Vec beyond = (body.turn.conjugate() * (at - box.middle)).cwiseAbs() - core;
+            return beyond.cwiseMax(0).norm() - body.rounding;
+        };
+        int met = 0;
+        for (int i = 0; i < 5'000; ++i) {
+            const Vec from = box.middle + 2 * Vec(any(random), any(random), any(random)).normalized();
+            const Vec along = (box.middle + 0.8F * Vec(any(random), any(random), any(random)) - from).normalized();
+            std::optional<float> wanted;
+            float nearest = 10;
+            for (float t = 0; t < 6 && !wanted; t += std::max(away(from + t * along), 1e-4F)) {
+                nearest = std::min(nearest, away(from + t * along));
+                if (nearest < 2e-5F) wanted = t;
+            }
+            const auto got = box.enters(from, along, 10);
+            if (wanted.has_value() != got.has_value()) {
+                EXPECT_LT(std::abs(nearest), 2e-3F) << i;
+                continue;
+            }
+            if (!got) continue;
+            ++met;
+            EXPECT_NEAR(away(from + *got * along), 0, 2e-3F) << i;
+            EXPECT_NEAR(*got, *wanted, 0.1F) << i;
+            EXPECT_LT(box.normal(from + *got * along).dot(along), 0.05F) << i;
+            for (int axis = 0; axis < 3; ++axis) EXPECT_LE(std::abs((from + *got * along - box.middle)[axis]), box.reach()[axis] + 2e-3F);
+        }
+        EXPECT_GT(met, 100);
+    }
+}
+
 }  // namespace
 }  // namespace meld::render

@@ -1,11 +1,13 @@
 // Frames of a run as the stage shows them, and how they are read: runtime/show/view/scene/block.h describes the bytes.
 
 const MAGIC = 0x46444c4d;
+// The form of bodies that are no spheres: each has one of its own.
+export const BODY = 5;
 
 export function emptyFrame() {
     return {tick: 0, count: 0, form: 0, positions: new Float32Array(0), diameters: new Float32Array(0), ids: new Float64Array(0),
         colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: [], triangles: new Float32Array(0), covers: null,
-        valueOf: () => undefined};
+        bodies: null, valueOf: () => undefined};
 }
 
 export const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: new Uint8Array(0)});
@@ -84,6 +86,9 @@ export function parseBlock(buffer, names = []) {
     frame.arrows = read.strokes(arrows);
     frame.labels = read.labels(labels);
     frame.triangles = read.floats(9 * triangles);
+    // Bodies that are no spheres: half the edges of their cores, their rounding, and how they are turned.
+    frame.bodies = flags & 16 ? read.floats(8 * count) : null;
+    if (frame.bodies) frame.form = BODY;
     return frame;
 }
 

@@ -1,5 +1,5 @@
 // Catoms as the graphics processor draws them, and which of them a ray meets.
-import {Mesh, RawShaderMaterial, Vector3} from "three";
+import {Mesh, Quaternion, RawShaderMaterial, Vector3} from "three";
 
 import {emptyFrame} from "./block.js";
 import {cornersOf} from "./corners.js";
@@ -29,7 +29,16 @@ function gathered(frame, places, cover) {
     }
     // It lies between -1 and 1.
     for (let i = 0; i < 4 * count; ++i) shade[i] = Math.round(127 * cover[i]);
-    return cornersOf(CORNERS, {position: [at, 4, false], colour: [colours, 4, true], cover: [shade, 4, true]});
+    const arrays = {position: [at, 4, false], colour: [colours, 4, true], cover: [shade, 4, true]};
+    if (frame.bodies) {
+        const part = (from) => {
+            const out = new Float32Array(4 * count);
+            for (let i = 0; i < count; ++i) out.set(frame.bodies.subarray(8 * places[i] + from, 8 * places[i] + from + 4), 4 * i);
+            return out;
+        };
+        Object.assign(arrays, {core: [part(0), 4, false], turn: [part(4), 4, false]});
+    }
+    return cornersOf(CORNERS, arrays);
 }
 
 export class Catoms {
@@ -45,7 +54,7 @@ export class Catoms {
     }
 
     mesh(order, fragment, more, options) {
-        const material = new RawShaderMaterial({vertexShader: catomVertex, fragmentShader: fragment(this.form),
+        const material = new RawShaderMaterial({vertexShader: catomVertex(this.form), fragmentShader: fragment(this.form),
             uniforms: this.uniforms(more), ...options});
         const mesh = new Mesh(gathered(emptyFrame(), [], []), material);
         mesh.frustumCulled = false;
@@ -127,16 +136,39 @@ function meeting(form, radius, x, y, z, along) {
     return enters <= leaves ? enters : Infinity;
 }
 
+// The same of a body that is no sphere, as a box: the ray is turned into its frame.
+function meetingBody(bodies, at, size, from, along) {
+    const [cx, cy, cz, rounding, qx, qy, qz, qw] = bodies.subarray(8 * at, 8 * at + 8);
+    const own = (v) => v.clone().applyQuaternion(new Quaternion(-qx, -qy, -qz, qw));
+    const begin = own(from), way = own(along), half = new Vector3(cx, cy, cz).addScalar(rounding).multiplyScalar(size);
+    let enters = -Infinity, leaves = Infinity;
+    for (const axis of ["x", "y", "z"]) {
+        const slope = 1 / (Math.abs(way[axis]) < 1e-9 ? 1e-9 : way[axis]);
+        const a = (-half[axis] - begin[axis]) * slope, b = (half[axis] - begin[axis]) * slope;
+        enters = Math.max(enters, Math.min(a, b));
+        leaves = Math.min(leaves, Math.max(a, b));
+    }
+    return enters <= leaves ? enters : Infinity;
+}
+
+// How far a catom reaches from its middle, at most.
+function reachOf(frame, place, size) {
+    if (!frame.bodies) return 0.5 * size * frame.diameters[place];
+    const [x, y, z, rounding] = frame.bodies.subarray(8 * place, 8 * place + 4);
+    return size * (Math.hypot(x, y, z) + rounding);
+}
+
 // The place in the frame of the catom that a ray meets first, and how far it is; -1: none.
 export function met(frame, drawn, size, {from, along}) {
     let place = -1, nearest = Infinity;
     const at = frame.positions;
     for (let i = 0; i < drawn.length; ++i) {
         const p = drawn[i], x = from.x - at[3 * p], y = from.y - at[3 * p + 1], z = from.z - at[3 * p + 2];
-        const middle = -(x * along.x + y * along.y + z * along.z), radius = 0.5 * size * frame.diameters[p];
+        const middle = -(x * along.x + y * along.y + z * along.z), radius = reachOf(frame, p, size);
         // Those that the ray passes by.
         if (x * x + y * y + z * z - middle * middle > 3.1 * radius * radius) continue;
-        const far = meeting(frame.form, radius, x, y, z, along);
+        const far = frame.bodies ? meetingBody(frame.bodies, p, size, new Vector3(x, y, z), along)
+            : meeting(frame.form, radius, x, y, z, along);
         if (far < nearest && far > 0) {
             nearest = far;
             place = p;

@@ -1,7 +1,10 @@
 // What the graphics processor does: a triangle is put in front of each catom, and each of its pixels sends a ray at the catom's true form.
 // Units: within a catom its diameter. The light is that of runtime/show/render/paint.cpp, but for shadows: neighbours darken instead.
+import {BODY} from "./block.js";
 
-export const catomVertex = `#version 300 es
+// Bodies have rays of their own, along their own axes.
+export const catomVertex = (form) => `#version 300 es
+${form === BODY ? "#define BODY" : ""}
 precision highp float;
 uniform mat4 viewMatrix, projectionMatrix;
 uniform bool parallel;
@@ -13,6 +16,10 @@ out vec3 seen;         // The same along the axes of the view.
 flat out vec3 paint;
 flat out vec4 covered;
 flat out float across;
+#ifdef BODY
+in vec4 core, turn;
+flat out vec4 kernel, turned;
+#endif
 const vec2 corners[3] = vec2[3](vec2(-1.7321, -1.0), vec2(1.7321, -1.0), vec2(0.0, 2.0));
 void main() {
     vec2 corner = corners[gl_VertexID % 3];
@@ -20,6 +27,12 @@ void main() {
     mat3 back = transpose(mat3(viewMatrix));
     across = position.w * size;
     float radius = across * reach;
+#ifdef BODY
+    across = size;
+    radius = size * (length(core.xyz) + core.w);
+    kernel = core;
+    turned = turn;
+#endif
     if (parallel) {
         seen = middle + vec3(corner * radius, 0.0);
         from = back * (seen - middle) / across;
@@ -125,10 +138,42 @@ bool meets(out vec2 t, out vec3 normal) {
 float outlined(vec3 at, vec3 normal) {
     vec3 bend = beyond(at);
     return 1.0 - 0.3 * smoothstep(0.0, 0.13, length(bend) - max(max(bend.x, bend.y), bend.z));
+}`, `
+// A box or a line, its edges rounded, turned about its middle.
+flat in vec4 kernel, turned;
+vec3 spun(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
+vec3 own(vec3 v) { return spun(vec4(-turned.xyz, turned.w), v); }
+vec3 beyond(vec3 at) { return max(abs(at) - kernel.xyz, 0.0); }
+bool meets(out vec2 t, out vec3 normal) {
+    vec3 begin = own(from), way = own(along), outer = kernel.xyz + kernel.w;
+    vec3 inverse = 1.0 / way, a = (-outer - begin) * inverse, b = (outer - begin) * inverse;
+    vec3 enters = min(a, b), leaves = max(a, b);
+    t = vec2(max(max(enters.x, enters.y), enters.z), min(min(leaves.x, leaves.y), leaves.z));
+    float length_ = length(way), gap = 0.0, small = 0.002 * max(max(outer.x, outer.y), outer.z);
+    for (int i = 0; i < 32 && t.x <= t.y; ++i) {
+        gap = length(beyond(begin + t.x * way)) - kernel.w;
+        if (gap < 0.5 * small) break;
+        t.x += gap / length_;
+    }
+    if (t.x > t.y || gap >= 4.0 * small) return false;
+    vec3 at = begin + t.x * way, bend = beyond(at), side = abs(at) - outer;
+    float most = max(max(side.x, side.y), side.z);
+    vec3 straight = vec3(greaterThanEqual(side, vec3(most)));
+    normal = spun(turned, normalize(sign(at) * (length(bend) > 0.5 * kernel.w && kernel.w > 0.0 ? bend : straight)));
+    return true;
+}
+float outlined(vec3 at, vec3 normal) {
+    float rim = mix(0.72, 1.0, smoothstep(0.0, 0.4, dot(normal, -normalize(along))));
+    if (kernel.x <= 0.0) return rim;
+    vec3 near_ = abs(own(at)) - (kernel.xyz + kernel.w);
+    float most = max(max(near_.x, near_.y), near_.z), least = min(min(near_.x, near_.y), near_.z);
+    float second = near_.x + near_.y + near_.z - most - least;
+    float wide = 0.06 * (min(min(kernel.x, kernel.y), kernel.z) + kernel.w);
+    return 1.0 - 0.38 * smoothstep(-2.0 * wide, 0.0, second);
 }`];
 
 // How far the forms reach from their middles.
-export const reaches = [0.5, 0.867, 0.53, 0.6, 0.78];
+export const reaches = [0.5, 0.867, 0.53, 0.6, 0.78, 1];
 
 const head = `#version 300 es
 precision highp float;

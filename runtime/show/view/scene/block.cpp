@@ -132,9 +132,9 @@ std::string frame_block(const picture::Frame& frame, std::span<const Cover> cove
     const BlockEnd end = frame_end(frame);
     const std::size_t catoms = scene.places.size();
     const std::uint32_t flags = (wide ? kWideIds : 0) | (covers.empty() ? 0 : kCovered) | (values.numbers.empty() ? 0 : kNumbers) |
-                                (values.words.empty() ? 0 : kWords);
+                                (values.words.empty() ? 0 : kWords) | (scene.rounded.empty() ? 0 : kBodies);
     Block out;
-    out.reserve(64 + 44 * catoms + end.bytes.size());
+    out.reserve(64 + 44 * catoms + end.bytes.size() + 32 * scene.rounded.size());
     const auto tick = static_cast<std::uint64_t>(frame.tick);
     for (const std::uint64_t number :
          {std::uint64_t{kBlockMagic}, std::uint64_t{kBlockVersion}, tick, tick >> 32, std::uint64_t{catoms}, std::uint64_t{flags},
@@ -150,7 +150,16 @@ std::string frame_block(const picture::Frame& frame, std::span<const Cover> cove
     for (const Cover& cover : covers) out.put(cover);
     for (const double number : values.numbers) out.put(number);
     for (const std::uint32_t word : values.words) out.put(word);
-    return out.take() + end.bytes;
+    std::string block = out.take();
+    block += end.bytes;
+    Block bodies;
+    for (const render::RoundedBody& body : scene.rounded) {
+        bodies.put(body.core);
+        bodies.put(body.rounding);
+        bodies.put(render::Vec(body.turn.vec()));
+        bodies.put(body.turn.w());
+    }
+    return block + bodies.take();
 }
 
 ordered_json legend_json(const std::optional<render::Legend>& legend) {

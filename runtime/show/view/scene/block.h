@@ -5,7 +5,8 @@
 // kWideIds, their high words behind them), the colours (red, green, blue, 255), with kCovered the covers (4 signed bytes each), with
 // kNumbers the numbers that they are coloured by (a double; NaN: none), and with kWords the words (32 bits: which of Values::names,
 // counted from 1; 0: none); then lines and arrows, each with both ends (6 floats) and its colour; then labels: the catom's place in the
-// block, the length in bytes, and the text in UTF-8, padded with zeros to 4 bytes; then triangles (9 floats).
+// block, the length in bytes, and the text in UTF-8, padded with zeros to 4 bytes; then triangles (9 floats); then, with kBodies, of all
+// catoms half the edges of their cores, their rounding, and how they are turned: x, y, z, w (8 floats).
 #pragma once
 
 #include <cstdint>
@@ -27,6 +28,8 @@ inline constexpr std::uint32_t kBlockVersion = 2;
 inline constexpr std::uint32_t kWideIds = 1, kCovered = 2;
 // Of catoms the values that they are coloured by.
 inline constexpr std::uint32_t kNumbers = 4, kWords = 8;
+// Bodies that are no spheres.
+inline constexpr std::uint32_t kBodies = 16;
 
 // What catoms are coloured by, by their places. Numbers that a double does not hold are words.
 struct Values {

@@ -54,11 +54,13 @@ void keep(picture::Frame& frame, std::span<const std::size_t> kept) {
         scene.colours[i] = scene.colours[kept[i]];
         frame.ids[i] = frame.ids[kept[i]];
         if (!scene.diameters.empty()) scene.diameters[i] = scene.diameters[kept[i]];
+        if (!scene.rounded.empty()) scene.rounded[i] = scene.rounded[kept[i]];
     }
     scene.places.resize(kept.size());
     scene.colours.resize(kept.size());
     frame.ids.resize(kept.size());
     if (!scene.diameters.empty()) scene.diameters.resize(kept.size());
+    if (!scene.rounded.empty()) scene.rounded.resize(kept.size());
     keep_values(frame.numbers, kept);
     keep_values(frame.words, kept);
 }
@@ -132,6 +134,7 @@ Thinned thin(picture::Frame& frame, std::size_t most) {
     frame.numbers.clear();
     frame.words.clear();
     scene.diameters.assign(balls.size(), static_cast<float>(out.coarse));
+    scene.rounded.clear();
     out.covers.resize(balls.size());
     for (std::size_t i = 0; i < balls.size(); ++i) {
         const Ball& ball = balls[i];
