@@ -61,6 +61,18 @@ TEST(FrameBlock, HoldsCatomsInTheOrderOfItsDescription) {
     EXPECT_TRUE(in.done());
 }
 
+TEST(FrameBlock, EndsWithTheShapesOfBodies) {
+    picture::Frame frame = two_catoms();
+    frame.scene.rounded = {{{1, 2, 3}, 0.25F, {0.5F, 0.5F, -0.5F, 0.5F}}, {{0, 0, 4}, 0.5F, {1, 0, 0, 0}}};
+    const std::string block = frame_block(frame), as_balls = frame_block(frame, {}, {}, Bodies::AsBalls);
+    ASSERT_EQ(block.size(), as_balls.size() + 2 * 32);
+    const std::string bodies = block.substr(as_balls.size());
+    Reader in(bodies);
+    EXPECT_EQ(Reader(block).next<std::uint32_t>(16)[5], kBodies);
+    EXPECT_EQ(in.next<float>(16), (Floats{1, 2, 3, 0.25F, 0.5F, -0.5F, 0.5F, 0.5F, 0, 0, 4, 0.5F, 0, 0, 0, 1}));
+    EXPECT_TRUE(in.done());
+}
+
 TEST(FrameBlock, HasHighWordsOfLargeIdsAndDiametersOfAllCatoms) {
     picture::Frame frame = two_catoms();
     frame.ids[1] = (std::uint64_t{2} << 32) + 5;
