@@ -64,7 +64,7 @@ TEST(FrameBlock, HoldsCatomsInTheOrderOfItsDescription) {
 TEST(FrameBlock, EndsWithTheShapesOfBodies) {
     picture::Frame frame = two_catoms();
     frame.scene.rounded = {{{1, 2, 3}, 0.25F, {0.5F, 0.5F, -0.5F, 0.5F}}, {{0, 0, 4}, 0.5F, {1, 0, 0, 0}}};
-    const std::string block = frame_block(frame), as_balls = frame_block(frame, {}, {}, Bodies::AsBalls);
+    const std::string block = frame_block(frame), as_balls = frame_block(two_catoms());
     ASSERT_EQ(block.size(), as_balls.size() + 2 * 32);
     const std::string bodies = block.substr(as_balls.size());
     Reader in(bodies);
