@@ -222,8 +222,10 @@ void RuleEmitter::restore(const Scope& before) {
 
 void RuleEmitter::comment(const check::Rule& rule) {
     w_.raw("");
-    // A piece is to stay the same where lines before it come and go.
-    if (!plan_.in_pieces()) w_.line("// {}", rule.line ? fmt::format("Line {}", rule.line) : std::string("Made by the compiler"));
+    // A piece is to stay the same where lines before it come and go, and texts of rules that the compiler made name lines. All texts are
+    // in the module's table of rules.
+    if (plan_.in_pieces()) return;
+    w_.line("// {}", rule.line ? fmt::format("Line {}", rule.line) : std::string("Made by the compiler"));
     std::string line;
     for (const char c : rule.text + "\n") {
         if (c != '\n') {

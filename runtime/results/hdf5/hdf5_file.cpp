@@ -23,6 +23,8 @@ static_assert(sizeof(hid_t) == sizeof(std::int64_t), "handles are kept as 64-bit
 
 namespace {
 
+// In rows that nobody has written; other types have 0.
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr unsigned kMostCompactLinks = 60'000;  // Of 65,535.
 constexpr std::size_t kFewestPackedBytes = 64 << 10;
 constexpr std::uint32_t kWithoutFilters = 3;  // A bit for each of the two.
@@ -42,6 +44,19 @@ hid_t stored_type(ElementType type) {
             return H5T_STD_U8LE;
     }
     return -1;
+}
+
+template <class Number>
+void fill(std::span<std::byte> bytes, Number number) {
+    for (std::size_t at = 0; at < bytes.size(); at += sizeof number) std::memcpy(bytes.data() + at, &number, sizeof number);
+}
+
+// As the library has rows that nobody has written.
+std::vector<std::byte> rows_of_nothing(ElementType type, std::size_t bytes) {
+    std::vector<std::byte> out(bytes);
+    if (type == ElementType::Float64) fill(std::span(out), kNoNumber);
+    if (type == ElementType::Float32) fill(std::span(out), static_cast<float>(kNoNumber));
+    return out;
 }
 
 bool is_two_dimensional(const ColumnShape& shape) { return shape.components > 1 || shape.two_dimensional; }
@@ -293,8 +308,7 @@ ColumnIndex Hdf5File::make_column(const std::string& path, const ColumnShape& sh
         check(H5Pset_deflate(properties, 1));
     }
     if (shape.type == ElementType::Float32 || shape.type == ElementType::Float64) {
-        const double nothing = std::numeric_limits<double>::quiet_NaN();
-        check(H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nothing));
+        check(H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &kNoNumber));
     }
     check(H5Pset_obj_track_times(properties, false));
     const hid_t dataset = H5Dcreate_anon(file_, stored_type(shape.type), space, properties, H5P_DEFAULT);
@@ -381,9 +395,9 @@ void Hdf5File::write_chunk(ColumnIndex index, std::uint64_t first_row, std::uint
     if (!column.shape.compressed || chunk_bytes < kFewestPackedBytes) return write_rows(index, first_row, rows, data);
     std::span<const std::byte> chunk(data, chunk_bytes);
     std::vector<std::byte> whole;
-    // The library fills up a chunk that is not full; nobody reads that.
+    // What the library fills up a chunk with that is cut, so that a recording that has gone on has the same bytes.
     if (rows < column.shape.chunk_rows) {
-        whole.resize(chunk_bytes);
+        whole = rows_of_nothing(column.shape.type, chunk_bytes);
         std::memcpy(whole.data(), data, rows * row_bytes);
         chunk = whole;
     }

@@ -119,6 +119,7 @@ class Viewer {
 
     // One request at a time; of those that come meanwhile only the last is made. `field` is the one whose change asks for it.
     async refresh(tick, field) {
+        if (tick !== undefined && !this.editing) this.wanted = tick;
         if (this.busy) {
             this.asked = [tick === undefined && this.asked ? this.asked[0] : tick, field];
             return;
@@ -150,6 +151,7 @@ class Viewer {
         this.look.mistaken(mistakes, field);
         if (this.words) this.showWords();
         this.busy = false;
+        if (!this.asked) this.wanted = null;
         if (this.asked) {
             const [next, of] = this.asked;
             this.asked = null;
@@ -242,9 +244,9 @@ class Viewer {
         };
     }
 
-    // The tick of a frame before or after the one that is shown.
+    // The tick of a frame before or after the one that is shown, or that is on its way: keys may come faster than frames.
     beside(frames) {
-        const {ticks} = this.info, at = ticks.findLastIndex((tick) => tick <= this.words.tick);
+        const {ticks} = this.info, from = this.wanted ?? this.words.tick, at = ticks.findLastIndex((tick) => tick <= from);
         return ticks[Math.min(Math.max(at + frames, 0), ticks.length - 1)];
     }
 
