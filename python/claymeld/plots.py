@@ -77,8 +77,9 @@ def plot(recording: Plotted, tick: Optional[int] = None, colour: Any = None, *, 
     tick = int(recording.ticks[step])
     frame = recording.frame(tick)
     places = frame[["x", "y", "z"]].to_numpy("float64")
-    diameters = frame["diameter"].to_numpy("float64") if "diameter" in frame else numpy.ones(len(frame))
-    flat = recording.lattice in CORNERS or (len(places) > 0 and float(numpy.ptp(places[:, 2])) == 0.0 and "diameter" not in frame)
+    diameters = _thickness(frame)
+    alike = "diameter" not in frame and "rounding" not in frame
+    flat = recording.lattice in CORNERS or (len(places) > 0 and float(numpy.ptp(places[:, 2])) == 0.0 and alike)
     if ax is not None:
         flat = flat and getattr(ax, "name", "") != "3d"
     else:
@@ -99,6 +100,14 @@ def plot(recording: Plotted, tick: Optional[int] = None, colour: Any = None, *, 
                   bbox_to_anchor=(1.02, 0.5))
     ax.set_title(f"tick {tick}" if title is None else title)
     return ax
+
+
+def _thickness(frame: pandas.DataFrame) -> NDArray[numpy.float64]:
+    """The diameters of catoms; of bodies that are no spheres, those of the balls that fit into them. (catoms,)"""
+    if "rounding" in frame:
+        cores = frame[["core_x", "core_y", "core_z"]].to_numpy("float64")
+        return numpy.asarray(2 * (cores.min(axis=1) + frame["rounding"].to_numpy("float64")))
+    return numpy.asarray(frame["diameter"].to_numpy("float64") if "diameter" in frame else numpy.ones(len(frame)))
 
 
 def exposed(places: NDArray[numpy.float64], lattice: str) -> NDArray[numpy.bool_]:

@@ -28,8 +28,10 @@ Ticks = Union[int, slice, Sequence[int], str, None]
 METHODS = ("nearest", "pad", "backfill")
 # How many ticks are kept that were made again.
 KEPT = 4
-# The array of where the other cells of amoebots are.
-TAILS = "tail_position"
+# Arrays of several numbers a catom, and the columns of a frame that they are: where the other cells of amoebots are; what bodies look like
+# that are no spheres, and how they are turned.
+PARTS = {"tail_position": ("tail_x", "tail_y", "tail_z"), "core": ("core_x", "core_y", "core_z", "rounding"),
+         "orientation": ("orientation_w", "orientation_x", "orientation_y", "orientation_z")}
 
 
 class Recording:
@@ -191,7 +193,9 @@ class Recording:
         -------
         pandas.DataFrame
             "catom" (int64); "x", "y", "z", in diameters of a catom (float32); "red", "green", "blue" (uint8); "label" and
-            "diameter" if they are recorded; of amoebots "tail_x", "tail_y", "tail_z", where the other cell is, or the only one;
+            "diameter" if they are recorded; of amoebots "tail_x", "tail_y", "tail_z", where the other cell is, or the only one; of bodies
+            that are not all spheres "core_x", "core_y", "core_z", "rounding", half the edges of each one's core and the radius around
+            it, in diameters, and "orientation_w", "orientation_x", "orientation_y", "orientation_z", how it is turned (float64);
             "load.evaluations" and "load.messages" if the run was counted. Then for each recorded
             predicate: of one without arguments whether it holds (bool); of one with one argument its value, in a column of its name,
             and of several in NAME.ARGUMENT (Int64, float64, boolean or objects; missing where there is no fact); of one with several
@@ -203,8 +207,9 @@ class Recording:
                                    **dict(zip(("red", "green", "blue"), steps.array("colour", step).T))}
         if "label" in steps.arrays:
             columns["label"] = pandas.Series(steps.strings("label", steps.array("label", step)), dtype=object)
-        if TAILS in steps.arrays and TAILS not in steps.predicates:
-            columns.update(zip(("tail_x", "tail_y", "tail_z"), steps.array(TAILS, step).T))
+        for name, parts in PARTS.items():
+            if name in steps.arrays and name not in steps.predicates:
+                columns.update(zip(parts, steps.array(name, step).T))
         for name in ("diameter", "load.evaluations", "load.messages"):
             if name in steps.arrays and name not in steps.predicates:
                 columns[name] = steps.array(name, step)

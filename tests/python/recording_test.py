@@ -117,6 +117,35 @@ class Reads(Recorded):
             axes = [recording.plot(tick) for tick in (1, 2)]
             self.assertEqual([len(ax.collections[1].get_segments()) for ax in axes], [0, 1])
 
+    def test_bodies_that_are_no_spheres_have_their_shapes(self):
+        program = "type up(node, max float).\nup(A, W) :- orientation(A, W, _, _, _).\n"
+        # A box that falls freely, turned by a quarter about x, with a capsule and a ball beside it.
+        world = {"body": {"positions": [[0, 0, 0], [5, 0, 0], [9, 0, 0]]}, "record": {"predicates": ["up"]},
+                 "motion": {"kind": "bodies", "catoms": [
+                     {"where": "id == 0", "shape": "box", "edges": [0.5, 2, 3], "rounding": 0.1, "turned": [90, 0, 0]},
+                     {"where": "id == 1", "shape": "capsule", "length": 2}]}}
+        parts = ["core_x", "core_y", "core_z", "rounding", "orientation_w", "orientation_x", "orientation_y", "orientation_z"]
+        half = 0.5 ** 0.5
+        with claymeld.run(program, world, every=1, ticks=4).recording as recording:
+            for tick, frame in recording:
+                self.assertEqual(list(frame.columns), ["catom", *"xyz", "red", "green", "blue", *parts, "up"])
+                self.assertTrue(all(frame[name].dtype == "float64" for name in parts))
+                self.assertTrue(numpy.allclose(frame[parts].iloc[0], [0.15, 0.9, 1.4, 0.1, half, half, 0, 0]), tick)
+                self.assertTrue(numpy.allclose(frame[parts].iloc[1], [0, 0, 0.5, 0.5, 1, 0, 0, 0]), tick)
+                self.assertEqual(frame[parts].iloc[2].tolist(), [0, 0, 0, 0.5, 1, 0, 0, 0])
+                if tick > 0:
+                    self.assertEqual(frame["up"].tolist(), frame["orientation_w"].tolist())
+            # As thick as they are, in space also if all are in one plane.
+            axes = recording.plot(0)
+            self.assertEqual(axes.name, "3d")
+            sizes = numpy.sqrt(axes.collections[0].get_sizes())
+            self.assertTrue(numpy.allclose(sizes / sizes[2], [0.5, 1, 1]))
+        # What a program calls so is a predicate, where there are no shapes.
+        self.assertEqual([name for name in self.recording.frame(0) if name.startswith(("core", "rounding", "orientation"))], [])
+        with claymeld.run("type core(node, max int).\ncore(A, 3) :- id(A, _).\n", {"body": {"shape": "box(2, 1, 1)"}}, predicates=["core"],
+                          ticks=2).recording as recording:
+            self.assertEqual(recording.frame()["core"].tolist(), [3, 3])
+
     def test_facts_of_any_predicate_and_tick_are_those_of_the_run(self):
         """Whether they are in the file or are made again."""
         for tick in (0, 3, 5, 11):
