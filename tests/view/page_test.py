@@ -184,6 +184,57 @@ class Drawn(Pages):
             self.to(self.run_js("return viewer.info.last"))
             self.assertLess(np.abs(self.cell(self.pixels(), 0, 0) - PURPLE).max(), 50, form)
 
+    def test_shapes_are_drawn_as_they_are_turned(self):
+        """A tall box seen from the front, and the same lying on its side, which a ball would not tell apart: served, shared, and without
+        graphics."""
+        self.write("box.meld", "setColor(A, 220, 30, 20) :- position(A, _, _, _).\n")
+        for turned, tall in (([0, 0, 0], True), ([0, 90, 0], False)):
+            self.write("box.toml", f"""[[body]]
+positions = [[0, 0, 2], [0, 20, 0.5]]
+[motion]
+kind = "bodies"
+ground = 0
+shape = "box"
+edges = [1, 1, 4]
+rounding = 0.1
+[[motion.catoms]]
+where = "id == 0"
+turned = {turned}
+[[motion.catoms]]
+where = "id == 1"
+shape = "sphere"
+""")
+            for how in ("served", "served #images", "shared", "shared #images"):
+                with self.subTest(how=how, tall=tall):
+                    after = how.partition(" ")[2]
+                    if how.startswith("served"):
+                        self.open(self.view("box.meld") + after)
+                        self.command("to 2")
+                        self.enter("look-only", "position(A, _, Y, _), Y < 9.0")
+                        self.wait(lambda: self.run_js("return viewer.stage.frame.count") == 1)
+                    else:
+                        self.share("--only", "position(A, _, Y, _), Y < 9.0", "--ticks", "2", program="box.meld", after=after)
+                        self.to(2)
+                    self.run_js("const {stage} = viewer; Object.assign(stage.view, {azimuth: -90, elevation: 0, angle: 0, height: 4});"
+                                "stage.view.update(); stage.draw()")
+                    wide, high = self.extent()
+                    self.assertAlmostEqual(max(wide, high) / min(wide, high), 4, delta=0.4)
+                    self.assertEqual(high > wide, tall)
+
+    def extent(self):
+        """How many columns and rows the catoms fill, which are red."""
+        seen = {}
+
+        def settled():
+            before = seen.get("now")
+            pixels = self.pixels()
+            red = pixels[:, :, 0] - pixels[:, :, 2] > 60
+            seen["now"] = int((red.sum(axis=0) > 20).sum()), int((red.sum(axis=1) > 20).sum())
+            return min(seen["now"]) > 0 and seen["now"] == before
+
+        self.wait(settled)
+        return seen["now"]
+
     def test_a_server_draws_where_the_browser_cannot(self):
         self.open(self.view("plate.meld") + "#images")
         self.command("run")

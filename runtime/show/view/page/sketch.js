@@ -1,4 +1,7 @@
 // The picture without WebGL and without a server: forms with plain sides, the farthest first.
+import {Quaternion, Vector3} from "three";
+
+import {BODY} from "./block.js";
 
 const SIDES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
 const HEXAGON = Array.from({length: 6}, (_, i) => [Math.cos((2 * i + 1) * Math.PI / 6) / Math.sqrt(3), Math.sin((2 * i + 1) * Math.PI / 6)
@@ -51,6 +54,7 @@ export class Sketch {
         const scale = view.parallel ? 1 / view.pixel : view.pixels / (2 * view.tangent * at.depth);
         pen.strokeStyle = marked ? "#ff591a" : css(rgb, 0.6);
         pen.lineWidth = marked ? 2.5 : 0.7;
+        if (frame.form === BODY && this.body({frame, view, size}, place, rgb, scale)) return;
         if (frame.form === CUBE || frame.form === ROUNDED || frame.form === HEX) {
             const sides = frame.form === HEX ? [[[0, 0, 1], HEXAGON]] : SIDES.map((side) => [side, cornersOf(side)]);
             for (const [side, corners] of sides) {
@@ -76,6 +80,36 @@ export class Sketch {
         pen.arc(at.x - radius * 0.25, at.y - radius * 0.3, radius * 0.5, 0, 2 * Math.PI);
         pen.fillStyle = css(rgb, 1.12);
         pen.fill();
+    }
+
+    // One that is no sphere: a box without its rounding, or a thick line; false: it is a sphere.
+    body({frame, view, size}, place, rgb, scale) {
+        const {pen} = this, [cx, cy, cz, rounding, ...turn] = frame.bodies.subarray(8 * place, 8 * place + 8);
+        const middle = new Vector3(...frame.positions.subarray(3 * place, 3 * place + 3)), own = new Quaternion(...turn);
+        const point = ([x, y, z]) => new Vector3(x, y, z).multiplyScalar(size).applyQuaternion(own).add(middle);
+        const seen = (v) => view.project(v.x, v.y, v.z);
+        if (cx === 0 && cy === 0) {
+            if (cz === 0) return false;
+            const ends = [-cz, cz].map((z) => seen(point([0, 0, z]))), line = pen.strokeStyle, edge = pen.lineWidth;
+            pen.lineCap = "round";
+            for (const [colour, more] of [[line, 2 * edge], [css(rgb, 0.88), 0]]) {
+                pen.strokeStyle = colour;
+                pen.lineWidth = Math.max(1.2, 2 * rounding * size * scale) + more;
+                pen.beginPath();
+                for (const {x, y} of ends) pen.lineTo(x, y);
+                pen.stroke();
+            }
+            return true;
+        }
+        const half = [cx, cy, cz].map((x) => x + rounding);
+        for (const side of SIDES) {
+            const out = point(side.map((x, i) => x * half[i])), away = new Vector3(...side).applyQuaternion(own);
+            if (away.dot(view.parallel ? view.forward : out.clone().sub(view.eye)) >= 0) continue;
+            const light = 0.78 + 0.2 * away.z + 0.1 * Math.abs(away.x);
+            this.fill(cornersOf(side).map((corner) => seen(point(corner.map((x, i) => 2 * x * half[i])))), css(rgb, light));
+            pen.stroke();
+        }
+        return true;
     }
 
     fill(ends, colour) {

@@ -1,5 +1,5 @@
 // A run that is in this page: frames of some ticks, each as what has changed; runtime/show/view/share/changes.h describes the bytes.
-import {Reader, boundsOf, emptyFrame, joinIds, placeOf} from "./block.js";
+import {BODY, Reader, boundsOf, emptyFrame, joinIds, placeOf} from "./block.js";
 
 // Of large frames, so many states are kept beside the first; and in all, states of so many catoms.
 const STATES_BESIDE = 4, MOST_CATOMS_KEPT = 4000000;
@@ -59,14 +59,25 @@ function painter(head) {
     });
 }
 
+// Of catoms that are no spheres, as in a frame block: 8 numbers each.
+function bodiesOf(cores, turns) {
+    const out = new Float32Array(2 * cores.length);
+    for (let i = 0; i < cores.length; i += 4) {
+        out.set(cores.subarray(i, i + 4), 2 * i);
+        out.set(turns.subarray(i, i + 4), 2 * i + 4);
+    }
+    return out;
+}
+
 // Reads one record and makes of the state before it the next one.
 function changed(state, read) {
     const [kind, tickLow, tickHigh, catoms, removedCount, setCount, strokes, lines, arrows, labels, factBytes, triangles] = read.words(12);
-    const before = kind === 0 ? {...emptyFrame(), values: new Uint32Array(0), facts: new Map()} : state;
+    const before = (kind & 1) === 0 ? {...emptyFrame(), values: new Uint32Array(0), facts: new Map()} : state;
     const ids = (count) => joinIds(read.words(count), read.words(count));
     const removed = new Set(ids(removedCount)), set = ids(setCount);
     const places = read.floats(3 * setCount), diameters = read.floats(setCount), values = read.words(setCount);
-    const next = merged(before, removed, set, {positions: places, diameters, values});
+    const bodies = kind & 2 ? bodiesOf(read.floats(4 * setCount), read.floats(4 * setCount)) : null;
+    const next = merged(before, removed, set, {positions: places, diameters, values, bodies});
     next.tick = tickLow + tickHigh * 4294967296;
     next.catoms = catoms;
     next.lines = strokes ? read.strokes(lines) : before.lines;
@@ -85,12 +96,13 @@ function changed(state, read) {
 // What is the same in both states is one array; others are copied at once. `stale`: whose colours may be others, if there are colours.
 function replaced(before, at, values) {
     const {count, ids, positions, diameters} = before;
-    const next = {count, ids, positions, diameters, values: before.values.slice()};
+    const next = {count, ids, positions, diameters, values: before.values.slice(), bodies: before.bodies && before.bodies.slice()};
     const moved = at.some((place, i) => before.diameters[place] !== values.diameters[i] ||
         [0, 1, 2].some((axis) => before.positions[3 * place + axis] !== values.positions[3 * i + axis]));
     if (moved) [next.positions, next.diameters] = [before.positions.slice(), before.diameters.slice()];
     at.forEach((place, i) => {
         next.values[place] = values.values[i];
+        if (next.bodies) next.bodies.set(values.bodies.subarray(8 * i, 8 * i + 8), 8 * place);
         if (!moved) return;
         next.positions.set(values.positions.subarray(3 * i, 3 * i + 3), 3 * place);
         next.diameters[place] = values.diameters[i];
@@ -106,12 +118,13 @@ function merged(before, removed, set, values) {
     const fresh = set.reduce((count, id) => count + (placeOf(before, id) < 0 ? 1 : 0), 0);
     const count = before.count - removed.size + fresh;
     const next = {count, ids: new Float64Array(count), positions: new Float32Array(3 * count), diameters: new Float32Array(count),
-        values: new Uint32Array(count)};
+        values: new Uint32Array(count), bodies: before.bodies || values.bodies ? new Float32Array(8 * count) : null};
     let at = 0, old = 0;
     const put = (id, from, i) => {
         next.ids[at] = id;
         for (let axis = 0; axis < 3; ++axis) next.positions[3 * at + axis] = from.positions[3 * i + axis];
         next.diameters[at] = from.diameters[i];
+        if (next.bodies) next.bodies.set(from.bodies.subarray(8 * i, 8 * i + 8), 8 * at);
         next.values[at++] = from.values[i];
     };
     const putOld = (limit) => {
@@ -187,7 +200,7 @@ export class ShareSource {
         const state = await this.state(piece, within);
         this.shown = state;
         const colours = this.painted(state);
-        const frame = {...state, form: this.head.form, colours, valueOf: (place) => this.value(state.values[place])};
+        const frame = {...state, form: state.bodies ? BODY : this.head.form, colours, valueOf: (place) => this.value(state.values[place])};
         const bounds = boundsOf(frame);
         return {words: {tick: state.tick, catoms: state.catoms, shown: state.count, legend: this.head.legend,
             bounds: bounds && [...bounds.low, ...bounds.high]}, frame};

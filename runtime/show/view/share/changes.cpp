@@ -22,6 +22,18 @@ void put_ids(std::string& out, const std::vector<std::uint64_t>& ids) {
     for (const std::uint64_t id : ids) put(out, static_cast<std::uint32_t>(id >> 32));
 }
 
+bool same_body(const render::RoundedBody& a, const render::RoundedBody& b) {
+    return a.core == b.core && a.rounding == b.rounding && a.turn.coeffs() == b.turn.coeffs();
+}
+
+// Cores mostly stay as they are, and are packed well beside each other.
+void put_bodies(std::string& out, const std::vector<render::RoundedBody>& bodies, const std::vector<std::size_t>& places) {
+    for (const std::size_t i : places)
+        for (const float number : {bodies[i].core.x(), bodies[i].core.y(), bodies[i].core.z(), bodies[i].rounding}) put(out, number);
+    for (const std::size_t i : places)
+        for (const float number : bodies[i].turn.coeffs()) put(out, number);
+}
+
 // What a catom's colour says if it has no value. While nobody has any, it is not known of what kind values will be: no word has this place.
 std::uint32_t none(Changes::Colours colours) {
     return colours == Changes::Colours::Words ? 0 : std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN());
@@ -44,6 +56,11 @@ std::string facts_json(const FactsOfCatoms& before, const FactsOfCatoms& now) {
 }
 
 }  // namespace
+
+bool Changes::State::same(std::size_t i, const State& other, std::size_t j) const {
+    return places[i] == other.places[j] && diameters[i] == other.diameters[j] && colours[i] == other.colours[j] &&
+           (bodies.empty() || same_body(bodies[i], other.bodies[j]));
+}
 
 std::uint32_t Changes::stands_for(render::Number number, bool whole) {
     // So many differ hardly ever; of floats most are none of 24 bits, and a colour needs no more of them unless they are near each other.
@@ -78,7 +95,7 @@ std::vector<std::uint32_t> Changes::colours_of(const picture::Frame& frame) {
 }
 
 std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bool key) {
-    State now{.ids = frame.ids, .places = frame.scene.places, .diameters = {}, .colours = {}, .strokes = {}, .facts = std::move(facts)};
+    State now{.ids = frame.ids, .places = frame.scene.places, .bodies = frame.scene.rounded, .facts = std::move(facts)};
     const Colours colours_before = colours_;
     now.colours = colours_of(frame);
     // What said "none" before says something else now.
@@ -109,10 +126,11 @@ std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bo
 
     std::string out;
     const auto tick = static_cast<std::uint64_t>(frame.tick);
+    const std::uint64_t kind = (key ? 0U : 1U) + (now.bodies.empty() ? 0U : 2U);
     for (const std::uint64_t number :
-         {std::uint64_t{key ? 0U : 1U}, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()}, std::uint64_t{set.size()},
-          std::uint64_t{strokes ? 1U : 0U}, std::uint64_t{end.lines}, std::uint64_t{end.arrows}, std::uint64_t{end.labels},
-          std::uint64_t{listed.size()}, std::uint64_t{end.triangles}})
+         {kind, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()}, std::uint64_t{set.size()}, std::uint64_t{strokes ? 1U : 0U},
+          std::uint64_t{end.lines}, std::uint64_t{end.arrows}, std::uint64_t{end.labels}, std::uint64_t{listed.size()},
+          std::uint64_t{end.triangles}})
         put(out, static_cast<std::uint32_t>(number));
     put_ids(out, removed);
     put_ids(out, set);
@@ -120,6 +138,7 @@ std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bo
         for (int axis = 0; axis < 3; ++axis) put(out, now.places[i][axis]);
     for (const std::size_t i : places) put(out, now.diameters[i]);
     for (const std::size_t i : places) put(out, now.colours[i]);
+    if (!now.bodies.empty()) put_bodies(out, now.bodies, places);
     if (strokes) out += now.strokes;
     out += listed;
     before_ = std::move(now);

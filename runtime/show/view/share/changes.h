@@ -1,11 +1,12 @@
 // Frames of a run one after the other, each as what has changed since the one before, for a page that keeps a state and changes it.
 //
-// A record, in little endian: 12 numbers of 32 bits: kind (0: the state before counts for nothing; 1: it changes), tick (low, high), catoms
-// of the run, removed, set, whether strokes, labels and triangles follow (otherwise they stay), lines, arrows, labels, bytes of facts,
-// triangles. Then the ids of removed catoms (all low words, all high words), and of those that are set the same, their places (3 floats),
-// diameters and colours (32 bits each, see Colours); lines, arrows, labels and triangles as in a frame block; and facts as JSON, padded
-// with spaces to 4 bytes: by ids, the list of a catom that has changed. Catoms are in the order of their ids; a label's catom is its place
-// in that order.
+// A record, in little endian: 12 numbers of 32 bits: kind (0: the state before counts for nothing; 1: it changes; and 2 more if catoms that
+// are set come with their bodies, which are no spheres), tick (low, high), catoms of the run, removed, set, whether strokes, labels and
+// triangles follow (otherwise they stay), lines, arrows, labels, bytes of facts, triangles. Then the ids of removed catoms (all low words,
+// all high words), and of those that are set the same, their places (3 floats), diameters and colours (32 bits each, see Colours), and with
+// bodies first half the edges of all cores with their roundings, then how all are turned: x, y, z, w (4 floats each); lines, arrows, labels
+// and triangles as in a frame block; and facts as JSON, padded with spaces to 4 bytes: by ids, the list of a catom that has changed. Catoms
+// are in the order of their ids; a label's catom is its place in that order.
 #pragma once
 
 #include <cstdint>
@@ -45,11 +46,10 @@ class Changes {
         std::vector<render::Vec> places = {};
         std::vector<float> diameters = {};
         std::vector<std::uint32_t> colours = {};
+        std::vector<render::RoundedBody> bodies = {};  // Empty where all are spheres.
         std::string strokes = {};
         FactsOfCatoms facts = {};
-        bool same(std::size_t i, const State& other, std::size_t j) const {
-            return places[i] == other.places[j] && diameters[i] == other.diameters[j] && colours[i] == other.colours[j];
-        }
+        bool same(std::size_t i, const State& other, std::size_t j) const;
     };
     Colours kind_of(const picture::Frame& frame) const {
         return !frame.words.empty() ? Colours::Words : !frame.numbers.empty() ? Colours::Numbers : colours_;
