@@ -131,6 +131,48 @@ class Exports(Case):
         self.assertEqual([int(row["id"]) for row in frames[1][1]], sorted(int(row["id"]) for row in frames[1][1]))
         self.assertTrue(all(0 <= float(row[f"color{i}"]) <= 1 for row in frames[1][1] for i in range(3)))
 
+    def test_shapes(self):
+        """What there is of bodies that are no spheres: a box that stands on its side, and a ball beside it."""
+        self.write("box.meld", "type far(node).\nfar(A) :- position(A, X, _, _), X > 3.0.\n")
+        self.write("box.toml", """[[body]]
+positions = [[0, 0, 1], [5, 0, 0.5]]
+[motion]
+kind = "bodies"
+ground = 0
+[[motion.catoms]]
+where = "id == 0"
+shape = "box"
+edges = [1, 2, 3]
+rounding = 0.1
+turned = [90, 0, 0]
+""")
+        half = 0.5 ** 0.5
+        names = ["core_x", "core_y", "core_z", "rounding", "orientation_w", "orientation_x", "orientation_y", "orientation_z"]
+        wanted = [0.4, 0.9, 1.4, 0.1, half, half, 0, 0]
+        run = ("--tick", "0")
+        data = self.export("a.csv", *run, target="box.meld").decode()
+        rows = list(csv.DictReader(io.StringIO(data, newline="")))
+        self.assertEqual(data.splitlines()[0], "tick,catom,x,y,z,diameter,red,green,blue,value," + ",".join(names))
+        self.assertTrue(np.allclose([float(rows[0][name]) for name in names], wanted, atol=1e-6), rows[0])
+        self.assertEqual([float(rows[1][name]) for name in names], [0, 0, 0, 0.5, 1, 0, 0, 0])
+        points = read_ply(self.export("a.ply", *run, "--colour", "neighborCount(A, N)", target="box.meld"))
+        self.assertTrue(np.allclose([points[name][0] for name in names], wanted, atol=1e-6))
+        self.assertEqual([points[name][1] for name in ("x", "rounding", "orientation_w", "value")], [5, 0.5, 1, 0])
+        (_, atoms), = read_xyz(self.export("a.xyz", *run, "--colour", "neighborCount(A, N)", target="box.meld").decode())
+        shape, turn = ([f"{name}{i}" for i in range(count)] for name, count in (("aspherical_shape", 3), ("orientation", 4)))
+        read = [float(atoms[0][name]) for name in (*shape, "rounding", *turn, "value")]
+        self.assertTrue(np.allclose(read, [0.5, 1, 1.5, 0.1, half, 0, 0, half, 0], atol=1e-6), read)
+        # The same of what was recorded; without a catom nobody knows, and of spheres alone there is none.
+        self.call("meldsim", "run", "box.meld", "--ticks", 3, "--record", "box.vtkhdf", "--quiet")
+        self.assertEqual(self.export("b.csv", *run, target="box.vtkhdf").decode(), data)
+        self.assertNotIn("core", self.export("b.csv", *run, "--hide", "position(A, _, _, _)", target="box.meld").decode())
+        # The columns are there from the first row on, wherever it is.
+        late = self.export("b.csv", "--tick", "0,1", "--only", "tick(A, T), T > 0", target="box.meld").decode().splitlines()
+        self.assertEqual((late[0], len(late)), (data.splitlines()[0], 3))
+        self.write("box.toml", '[[body]]\npositions = [[0, 0, 1], [5, 0, 0.5]]\n[motion]\nkind = "bodies"\n')
+        for end in ("csv", "xyz", "ply"):
+            self.assertNotIn(b"rounding", self.export(f"c.{end}", *run, target="box.meld"))
+
     def check_solid(self, data):
         """It is a surface: each triangle looks outwards, as its corners' normals do."""
         about, (places, normals, colours, faces) = read_glb(data)

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/csv_row.h"
@@ -56,18 +57,37 @@ class OneFile : public ModelFile {
 // A row for each catom and tick.
 class Csv : public OneFile {
   public:
-    explicit Csv(OutputFile file) : OneFile(std::move(file)) { write("tick,catom,x,y,z,diameter,red,green,blue,value\n"); }
+    explicit Csv(OutputFile file) : OneFile(std::move(file)) {}
     Result<void> add(const Frame& frame) override {
         const render::Scene& scene = frame.scene;
         const Values values(frame);
+        // A frame without catoms does not say whether they have shapes, and has no rows.
+        if (!scene.places.empty()) begin(!scene.rounded.empty());
         for (std::size_t i = 0; i < scene.places.size(); ++i) {
             const render::Vec& at = scene.places[i];
             const render::Rgb c = scene.colours[i];
-            write(fmt::format("{},{},{},{},{},{},{},{},{},{}\n", frame.tick, frame.ids[i], at.x(), at.y(), at.z(), scene.diameter(i), c.r,
-                              c.g, c.b, csv_field(values.text(i))));
+            write(fmt::format("{},{},{},{},{},{},{},{},{},{}{}\n", frame.tick, frame.ids[i], at.x(), at.y(), at.z(), scene.diameter(i), c.r,
+                              c.g, c.b, csv_field(values.text(i)), scene.rounded.empty() ? "" : shape_of(scene.rounded[i])));
         }
         return {};
     }
+    Result<void> commit() override {
+        begin(false);
+        return OneFile::commit();
+    }
+
+  private:
+    void begin(bool shapes) {
+        if (std::exchange(begun_, true)) return;
+        write(fmt::format("tick,catom,x,y,z,diameter,red,green,blue,value{}\n",
+                          shapes ? ",core_x,core_y,core_z,rounding,orientation_w,orientation_x,orientation_y,orientation_z" : ""));
+    }
+    static std::string shape_of(const render::RoundedBody& body) {
+        const Eigen::Quaternionf& turn = body.turn;
+        return fmt::format(",{},{},{},{},{},{},{},{}", body.core.x(), body.core.y(), body.core.z(), body.rounding, turn.w(), turn.x(),
+                           turn.y(), turn.z());
+    }
+    bool begun_ = false;
 };
 
 // Extended XYZ, as OVITO and ASE read it: a frame for each tick.
@@ -78,14 +98,16 @@ class Xyz : public OneFile {
         const render::Scene& scene = frame.scene;
         const Values values(frame);
         const char* const value = !frame.words.empty() ? ":value:S:1" : !frame.numbers.empty() ? ":value:R:1" : "";
-        write(fmt::format("{}\nProperties=species:S:1:pos:R:3:id:I:1:radius:R:1:color:R:3{} tick={} pbc=\"F F F\"\n", scene.places.size(),
-                          value, frame.tick));
+        const char* const shape = scene.rounded.empty() ? "" : ":aspherical_shape:R:3:rounding:R:1:orientation:R:4";
+        write(fmt::format("{}\nProperties=species:S:1:pos:R:3:id:I:1:radius:R:1:color:R:3{}{} tick={} pbc=\"F F F\"\n",
+                          scene.places.size(), shape, value, frame.tick));
         for (std::size_t i = 0; i < scene.places.size(); ++i) {
             const render::Vec& at = scene.places[i];
             const render::Rgb c = scene.colours[i];
             // Atoms have a kind; that of catoms is one that no element has.
             write(fmt::format("X {} {} {} {} {} {:.4f} {:.4f} {:.4f}", at.x(), at.y(), at.z(), frame.ids[i], scene.diameter(i) / 2,
                               c.r / 255.0, c.g / 255.0, c.b / 255.0));
+            if (!scene.rounded.empty()) write(shape_of(scene.rounded[i]));
             if (*value != '\0') {
                 std::string text = values.text(i);
                 std::ranges::replace_if(text, [](char letter) { return static_cast<unsigned char>(letter) <= ' ' || letter == '"'; }, '_');
@@ -94,6 +116,14 @@ class Xyz : public OneFile {
             write("\n");
         }
         return {};
+    }
+
+  private:
+    // Half of the edges with their rounding, and the rotation as x, y, z, w: what OVITO makes boxes of.
+    static std::string shape_of(const render::RoundedBody& body) {
+        const render::Vec half = body.core.array() + body.rounding;
+        const Eigen::Quaternionf& turn = body.turn;
+        return fmt::format(" {} {} {} {} {} {} {} {}", half.x(), half.y(), half.z(), body.rounding, turn.x(), turn.y(), turn.z(), turn.w());
     }
 };
 
@@ -116,11 +146,12 @@ class Ply : public OneFile {
             fmt::format("ply\nformat binary_little_endian 1.0\ncomment tick {}; unit: the diameter of a catom\nelement vertex {}\n"
                         "property float x\nproperty float y\nproperty float z\n"
                         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                        "property float radius\nproperty {} catom\n{}end_header\n",
+                        "property float radius\nproperty {} catom\n{}{}end_header\n",
                         frame.tick, scene.places.size(), short_ids ? "uint" : "double",
                         !numbers ? ""
                         : narrow ? "property float value\n"
-                                 : "property double value\n"));
+                                 : "property double value\n",
+                        scene.rounded.empty() ? "" : kShape));
         std::string row;
         for (std::size_t i = 0; i < scene.places.size(); ++i) {
             row.clear();
@@ -136,12 +167,20 @@ class Ply : public OneFile {
                 append(row, static_cast<float>(value));
             else if (numbers)
                 append(row, static_cast<double>(value));
+            if (!scene.rounded.empty()) append_shape(row, scene.rounded[i]);
             write(row);
         }
         return {};
     }
 
   private:
+    static constexpr const char* kShape =
+        "property float core_x\nproperty float core_y\nproperty float core_z\nproperty float rounding\n"
+        "property float orientation_w\nproperty float orientation_x\nproperty float orientation_y\nproperty float orientation_z\n";
+    static void append_shape(std::string& row, const render::RoundedBody& body) {
+        for (int axis = 0; axis < 3; ++axis) append(row, body.core[axis]);
+        for (const float number : {body.rounding, body.turn.w(), body.turn.x(), body.turn.y(), body.turn.z()}) append(row, number);
+    }
     // No type of the format holds all whole numbers.
     void warn_of_rounded(const Frame& frame) {
         const auto rounded = [](render::Number number) { return static_cast<render::Number>(static_cast<double>(number)) != number; };
