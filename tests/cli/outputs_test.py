@@ -141,6 +141,29 @@ class Paths(Case):
         self.refused("meldc", "compile", "p.meld", "-o", "hard", code=2, says=["the program and -o"])
         self.assertEqual(self.read("p.meld").decode() + self.read("w.toml").decode(), COUNT + WORLD)
 
+    def test_names_of_what_other_commands_make(self):
+        for name, says, cure in (("r.mp4", "a film", "meldsim movie r.vtkhdf -o r.mp4"), ("r.GIF", "a film", "-o r.mp4"),
+                                 ("r.png", "a picture", "meldsim shot r.vtkhdf -o r.png"), ("r.svg", "a picture", "-o r.png"),
+                                 ("no/r.csv", "a table", "meldsim export no/r.vtkhdf -o no/r.csv"), ("r.glb", "a model", "-o r.glb"),
+                                 ("r.html", "a page", "meldsim view r.vtkhdf --share r.html")):
+            with self.subTest(name):
+                self.refused("meldsim", *RUN, "--ticks", 3, "--record", name, code=2,
+                             says=[f"cannot write {name}: a recording is VTKHDF, and this is the name of {says}",
+                                   f"Write --record {name.rpartition('.')[0]}.vtkhdf; `", f"{cure}` makes {says}"])
+        for name, says, cure in (("v.vtkhdf", "a recording", "meldsim run p.meld --record v.vtkhdf"),
+                                 ("v.webm", "a film", "meldsim movie p.meld -o v.webm")):
+            with self.subTest(name):
+                self.refused("meldsim", "view", *RUN[1:], "--ticks", 3, "--share", name, code=2,
+                             says=[f"cannot write {name}: a run is shared as HTML, and this is the name of {says}",
+                                   f"Write --share v.html; `{cure}` makes {says}"])
+        self.assertEqual(self.files(), {"p.meld", "ever.meld", "w.toml"})
+        # Any other name is as good as those of which docs speak.
+        for option, name in (("--record", "r"), ("--record", "r.h5"), ("--record", "r.2")):
+            self.call("meldsim", *RUN, "--ticks", 3, option, name)
+            self.assertIn(name, self.files())
+        self.call("meldsim", "view", *RUN[1:], "--ticks", 3, "--share", "page")
+        self.assertIn("page", self.files())
+
     def test_two_results_on_one_stream(self):
         for arguments, says in ((("--json", "--facts-out", "-"), "--facts-out and --json"),
                                 (("--json", "--digest", "-"), "--digest and --json"),

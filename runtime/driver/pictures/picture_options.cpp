@@ -232,7 +232,8 @@ Result<std::int64_t> last_tick_of(const PictureOptions& options) {
         std::string form = std::filesystem::path(options.file).extension().string();
         std::ranges::transform(form, form.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         if (options.file != "-" && !form.empty() && form != ".png")
-            return fail(fmt::format("{}: a picture is a .png file", options.file), "Write another name, as in picture.png");
+            return fail(fmt::format("{}: a picture is a .png file", options.file),
+                        "Write another name, as in picture.png; meldsim movie makes films, and meldsim export files for other programs");
         last = ticks_of(shot->ticks).map([](const auto& ticks) { return std::ranges::max(ticks); });
     } else if (const ExportOptions* const exported = std::get_if<ExportOptions>(&options.of)) {
         const Result<std::vector<std::int64_t>> ticks = ticks_of(exported->ticks);

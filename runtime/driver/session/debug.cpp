@@ -247,6 +247,11 @@ int debug_command(RunOptions options, std::string scratch, const ParseRun& parse
     if (options.debug->view && !options.debug->view->share.file.empty()) {
         if (const auto distinct = check_output(options, world_path(options), "--share", options.debug->view->share.file); !distinct)
             return print_error(distinct.error());
+        const std::string& target = options.replay.empty() ? options.program : options.replay;
+        if (const auto fits = check_name(
+                {"--share", options.debug->view->share.file, "a run is shared as HTML", ".html", target.empty() ? "TARGET" : target});
+            !fits)
+            return print_error(fits.error());
         if (!options.debug->view->other.empty())
             return print_error({"--share: a page shows one run", fmt::format("Leave out {}", options.debug->view->other)});
     }

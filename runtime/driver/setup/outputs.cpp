@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <filesystem>
+#include <iterator>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -16,6 +21,23 @@ namespace meld::driver {
 Durability durability(const RunOptions& options) { return options.sync ? Durability::Machine : Durability::Process; }
 
 namespace {
+
+// What files with such endings are, and the command that makes them; the ending that it gives them, if it is another one.
+struct Made {
+    const char *what, *command, *option, *ending;
+    std::array<std::string_view, 4> endings;
+};
+constexpr Made kMade[] = {
+    {"a film", "meldsim movie", "-o", "", {".mp4", ".webm"}},
+    {"a film", "meldsim movie", "-o", ".mp4", {".mov", ".avi", ".mkv", ".gif"}},
+    {"a picture", "meldsim shot", "-o", "", {".png"}},
+    {"a picture", "meldsim shot", "-o", ".png", {".jpg", ".jpeg", ".svg", ".pdf"}},
+    {"a table", "meldsim export", "-o", "", {".csv"}},
+    {"a model", "meldsim export", "-o", "", {".ply", ".glb", ".xyz"}},
+    {"a page", "meldsim view", "--share", "", {".html"}},
+    {"a page", "meldsim view", "--share", ".html", {".htm"}},
+    {"a recording", "meldsim run", "--record", "", {".vtkhdf"}},
+};
 
 bool lies_in(const std::string& path, const std::string& folder) {
     std::error_code error;
@@ -37,6 +59,20 @@ std::vector<NamedPath> inputs_of(const RunOptions& options, const std::string& w
     return paths;
 }
 
+Result<void> check_name(const NamedOutput& output) {
+    const std::filesystem::path path = output.path;
+    std::string ending = path.extension().string();
+    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto made =
+        std::ranges::find_if(kMade, [&](const Made& each) { return std::ranges::find(each.endings, ending) != each.endings.end(); });
+    if (ending.empty() || ending == output.ending || made == std::end(kMade)) return {};
+    const std::string stem = (path.parent_path() / path.stem()).string(), name = stem + output.ending;
+    return fail(fmt::format("cannot write {}: {}, and this is the name of {}", output.path, output.what, made->what),
+                fmt::format("Write {} {}; `{} {} {} {}{}` makes {}", output.option, name, made->command,
+                            output.target.empty() ? name : output.target, made->option, stem, *made->ending != '\0' ? made->ending : ending,
+                            made->what));
+}
+
 Result<void> check_output(const RunOptions& options, const std::string& world, const std::string& option, const std::string& path) {
     std::vector<NamedPath> paths = inputs_of(options, world);
     paths.push_back({option, path, NamedPath::Written});
@@ -51,6 +87,9 @@ Result<void> check_outputs(const RunOptions& options, const std::string& world) 
         for (const char* sidecar : {record::kSidecar, record::kLinesSidecar})
             paths.push_back({"the sidecar of --record", options.record + sidecar, NamedPath::Written});
     if (auto distinct = check_distinct(paths); !distinct) return distinct;
+    // A run that goes on has a recording already.
+    if (options.resume.empty())
+        if (auto fits = check_name({"--record", options.record, "a recording is VTKHDF", ".vtkhdf", ""}); !fits) return fits;
     if (options.facts_out.empty()) return {};
     if (record::facts_form(options.facts_out) == record::FactsForm::CsvFolder)
         for (const OutputOption& output : kOutputs)

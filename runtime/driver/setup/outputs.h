@@ -19,6 +19,17 @@ std::vector<NamedPath> inputs_of(const RunOptions& options, const std::string& w
 // Of a command that writes one file beside a run. Errors: it is one from which the run is made.
 Result<void> check_output(const RunOptions& options, const std::string& world, const std::string& option, const std::string& path);
 
+// A file whose format does not follow from its name.
+struct NamedOutput {
+    const char* option;  // "--record".
+    std::string path;
+    const char *what, *ending;  // What is written, "a recording is VTKHDF", and how the names of such files end.
+    std::string target;         // Of what else something can be made; empty: of this file.
+};
+
+// Errors: the file would be taken for something that another command makes, such as a film.
+Result<void> check_name(const NamedOutput& output);
+
 // Errors: two options name one file or one stream; the name of a file promises
 // a format in which it is not written.
 Result<void> check_outputs(const RunOptions& options, const std::string& world);

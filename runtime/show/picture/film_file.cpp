@@ -75,7 +75,7 @@ Result<void> FilmFile::check(const std::string& path, std::size_t width, std::si
     if (is_folder(path)) return check_folder(path);
     if (!path.ends_with(".mp4") && !path.ends_with(".webm"))
         return fail(fmt::format("a film is an .mp4 or .webm file, or a folder, and {} is none", path),
-                    "Write -o FILE.mp4, -o FILE.webm, or -o FOLDER/ for numbered pictures");
+                    "Write -o FILE.mp4, -o FILE.webm, or -o FOLDER/ for numbered pictures; meldsim shot makes a single picture");
     if (OutputFile::names_stream(path))
         return fail(fmt::format("cannot write {}: a film is no stream, and this is no regular file", path), "Choose another path");
     if (width % 2 != 0 || height % 2 != 0)

@@ -319,7 +319,7 @@ Result<void> ModelFile::check(const std::string& path, std::size_t ticks) {
     const std::optional<FileKind> kind = kind_of(path);
     if (!kind)
         return fail(fmt::format("{} ends with none of .csv, .xyz, .ply and .glb, which say what is written", path),
-                    "Write -o FILE.ply, for example");
+                    "Write -o FILE.ply, for example; meldsim shot makes pictures, and meldsim movie films");
     if (ticks > 1 && (*kind == FileKind::Ply || *kind == FileKind::Glb) && place_of_tick(path) == std::string::npos)
         return fail(fmt::format("{} can hold one tick only", path),
                     fmt::format("Write {} for files of their own, give one --tick, or write a .csv or .xyz file",
