@@ -99,8 +99,8 @@ class Xyz : public OneFile {
         const Values values(frame);
         const char* const value = !frame.words.empty() ? ":value:S:1" : !frame.numbers.empty() ? ":value:R:1" : "";
         const char* const shape = scene.rounded.empty() ? "" : ":aspherical_shape:R:3:rounding:R:1:orientation:R:4";
-        write(fmt::format("{}\nProperties=species:S:1:pos:R:3:id:I:1:radius:R:1:color:R:3{}{} tick={} pbc=\"F F F\"\n",
-                          scene.places.size(), shape, value, frame.tick));
+        write(fmt::format("{}\nProperties=species:S:1:pos:R:3:id:I:1:radius:R:1:color:R:3{}{} tick={} pbc=\"F F F\"\n", scene.places.size(),
+                          shape, value, frame.tick));
         for (std::size_t i = 0; i < scene.places.size(); ++i) {
             const render::Vec& at = scene.places[i];
             const render::Rgb c = scene.colours[i];

@@ -127,10 +127,9 @@ std::string Changes::record(const picture::Frame& frame, FactsOfCatoms facts, bo
     std::string out;
     const auto tick = static_cast<std::uint64_t>(frame.tick);
     const std::uint64_t kind = (key ? 0U : 1U) + (now.bodies.empty() ? 0U : 2U);
-    for (const std::uint64_t number :
-         {kind, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()}, std::uint64_t{set.size()}, std::uint64_t{strokes ? 1U : 0U},
-          std::uint64_t{end.lines}, std::uint64_t{end.arrows}, std::uint64_t{end.labels}, std::uint64_t{listed.size()},
-          std::uint64_t{end.triangles}})
+    for (const std::uint64_t number : {kind, tick, tick >> 32, frame.catoms, std::uint64_t{removed.size()}, std::uint64_t{set.size()},
+                                       std::uint64_t{strokes ? 1U : 0U}, std::uint64_t{end.lines}, std::uint64_t{end.arrows},
+                                       std::uint64_t{end.labels}, std::uint64_t{listed.size()}, std::uint64_t{end.triangles}})
         put(out, static_cast<std::uint32_t>(number));
     put_ids(out, removed);
     put_ids(out, set);
