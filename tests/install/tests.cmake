@@ -4,6 +4,9 @@ set_tests_properties(install PROPERTIES TIMEOUT 300)
 # The Debian packages: what is in which, and what each needs.
 add_test(NAME install_packages COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/packages_test.py --build ${CMAKE_BINARY_DIR} -v)
 set_tests_properties(install_packages PROPERTIES TIMEOUT 600)
+# The wheel with the programs in it, installed into an empty environment of Python.
+add_test(NAME install_wheel COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/wheel_test.py --build ${CMAKE_BINARY_DIR} -v)
+set_tests_properties(install_wheel PROPERTIES TIMEOUT 300)
 # The recipes for other systems, as far as they can be read without them.
 add_test(NAME install_recipes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recipes_test.py)
 find_program(DEBOOTSTRAP debootstrap PATHS /usr/sbin)

@@ -15,6 +15,7 @@ import time
 from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
 
 from .errors import Interrupted, ToolNotFound, error
+from .programs import own
 
 Path = Union[str, "os.PathLike[str]"]
 VARIABLE = "CLAYMELD_MELDSIM"
@@ -25,7 +26,8 @@ PROGRESS = re.compile(r"^(tick \d+.* awake of |compiling |[\d,]+ of [\d,]+ runs)
 
 
 def find(path: Optional[Path] = None) -> str:
-    """Where meldsim is: `path`; the variable CLAYMELD_MELDSIM; PATH; or where Claymeld lies around this package.
+    """Where meldsim is: `path`; the variable CLAYMELD_MELDSIM; in this package, if its wheel holds the programs; PATH; or where Claymeld
+    lies around this package.
 
     Raises
     ------
@@ -38,6 +40,8 @@ def find(path: Optional[Path] = None) -> str:
         if found is None:
             raise ToolNotFound(f"{whose} {os.fspath(given)!r} is no program that can be run. Give the path of the program meldsim")
         return found
+    if (inside := own("meldsim")) is not None:
+        return inside
     here = pathlib.Path(__file__).resolve().parents[2]  # The folder that has the package.
     # share/claymeld/python below a prefix; python/ in the repository; a prefix of Python.
     beside = [here.parents[2] / "bin" / "meldsim"] if len(here.parents) > 2 else []

@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 from typing import Any, Optional, Sequence
 
+from .programs import own, packages
+
 
 class MeldsimError(Exception):
     """meldsim has ended with an error.
@@ -31,7 +33,7 @@ class MeldsimError(Exception):
 
 
 class ToolNotFound(MeldsimError):
-    """There is no meldsim, or this one lacks a command."""
+    """There is no meldsim, or this one lacks a command or libraries of the system."""
 
 
 class ProgramError(MeldsimError):
@@ -90,4 +92,8 @@ def error(code: int, said: str, command: Sequence[str], run: Any = None) -> Meld
         name = signal.Signals(-code).name if -code in signal.valid_signals() else str(-code)
         cause = "; the machine may be out of memory" if -code == signal.SIGKILL else ""
         said = f"{said}\n".lstrip() + f"meldsim was killed by {name}{cause}"
+    # The system's loader says which library is missing, and with what exit code.
+    if code == 127 and command[:1] == [own("meldsim")]:
+        return ToolNotFound(f"{said}\nThe programs of this wheel need libraries of Debian 12: apt-get install {' '.join(packages())}", code,
+                            command, run)
     return BY_CODE.get(code, MeldsimError)(said or f"meldsim ended with exit code {code} and said nothing", code, command, run)
