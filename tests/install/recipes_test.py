@@ -85,8 +85,22 @@ class Recipes(unittest.TestCase):
         for name in here:
             self.assertIn(f"class {name.capitalize()}(CMakePackage)", (PACKAGING / f"spack/packages/{name}/package.py").read_text())
 
+    def test_what_spack_downloads_has_a_sum(self):
+        """Without one Spack refuses it. Only the archive of Claymeld gets its sum when there is one."""
+        for path in PACKAGING.glob("spack/packages/*/package.py"):
+            calls = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call) and
+                     getattr(node.func, "id", "") in ("version", "resource")]
+            for call in calls:
+                sums = [word.value.value for word in call.keywords if word.arg == "sha256"]
+                if call.func.id == "version" and path.parent.name == "claymeld":
+                    self.assertEqual(sums, [])
+                else:
+                    self.assertRegex(" ".join(sums), r"^[0-9a-f]{64}$", f"{path}:{call.lineno}")
+            self.assertRegex(path.read_text(), r'(?m)^    url = ', path)
+
     def test_all_are_of_this_version(self):
         for path, pattern in (("spack/packages/claymeld/package.py", r'version\("(.*?)"'), ("conda/meta.yaml", r'version: "(.*?)"'),
+                              ("spack/packages/claymeld/package.py", r"/claymeld-(\S+)\.tar\.gz\""),
                               ("apptainer/claymeld.def", r"Version (\S+)")):
             self.assertEqual(re.search(pattern, (PACKAGING / path).read_text())[1], VERSION, path)
         self.assertTrue(next(PACKAGING.glob("easybuild/*.eb")).name.startswith(f"Claymeld-{VERSION}-"))

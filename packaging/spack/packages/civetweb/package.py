@@ -1,4 +1,4 @@
-# The server of the viewer.
+# The server of the viewer. Spack has a civetweb from 1.0 on, which brings Lua and OpenSSL; this one needs neither.
 from spack.package import *
 
 
@@ -8,7 +8,7 @@ class Civetweb(CMakePackage):
     homepage = "https://github.com/civetweb/civetweb"
     url = "https://github.com/civetweb/civetweb/archive/refs/tags/v1.15.tar.gz"
     license("MIT")
-    version("1.15")
+    version("1.15", sha256="90a533422944ab327a4fbb9969f0845d0dba05354f9cacce3a5005fa59f593b9")
 
     depends_on("c", type="build")
 

@@ -1,7 +1,9 @@
 # The recipe of Claymeld for Spack. The MPI is the one that the site has declared in packages.yaml: an external Open MPI.
 #     spack repo add packaging/spack
-#     spack install claymeld ^openmpi@4.1
+#     spack install claymeld ^openmpi@4.1        in the folder of claymeld-0.1.0.tar.gz
 # From a copy of the repository instead of an archive: spack develop --path $PWD claymeld@0.1.0
+import os
+
 from spack.package import *
 
 
@@ -9,8 +11,10 @@ class Claymeld(CMakePackage):
     """A compiler and a runtime for Meld programs on ensembles of modular robots."""
 
     license("Apache-2.0")
-    # The archive of a release is put into a mirror of the site; docs/releasing.md says where its sum goes.
+    # The archive of a release is in the folder where Spack is called, or in a mirror of the site. docs/releasing.md says where its sum
+    # goes.
     manual_download = True
+    url = f"file://{os.getcwd()}/claymeld-0.1.0.tar.gz"
     version("0.1.0")
 
     variant("view", default=True, description="Install what pictures, films and the viewer need")
@@ -35,24 +39,25 @@ class Claymeld(CMakePackage):
     depends_on("tl-expected@1:")
     depends_on("random123")
     depends_on("xxhash")
-    depends_on("eigen@3.4:")
+    depends_on("eigen@3.4:3")
     depends_on("assimp@5:")
     depends_on("tinyxml2")
     depends_on("metis@5:")
     depends_on("sqlite@3:")
     depends_on("libedit")
-    # In this folder: Spack has none of them.
-    depends_on("ode")
-    depends_on("civetweb")
     depends_on("embree@3")
     depends_on("cairo+svg+png")
+    # These are beside this folder.
+    depends_on("ode")
+    depends_on("civetweb@1.15")
 
     # The page of the viewer, which is part of meldsim, is made of these.
-    resource(name="three", url="https://registry.npmjs.org/three/-/three-0.111.0.tgz", placement="three", expand=True)
+    resource(name="three", url="https://registry.npmjs.org/three/-/three-0.111.0.tgz", placement="three", expand=True,
+             sha256="c0f06a76cad7d725a8a21d11d1de145e1f574d68cb130ab2f153e0c1c289bf41")
     resource(name="esbuild", url="https://registry.npmjs.org/@esbuild/linux-x64/-/linux-x64-0.17.0.tgz", placement="esbuild",
-             when="target=x86_64:")
+             when="target=x86_64:", sha256="e170e436f83a6139826f6c6c01f98f08e0af29ea7adb3778ba9dd5dc4d6da8cd")
     resource(name="esbuild", url="https://registry.npmjs.org/@esbuild/linux-arm64/-/linux-arm64-0.17.0.tgz", placement="esbuild",
-             when="target=aarch64:")
+             when="target=aarch64:", sha256="9bda92d85337be3499f9cfce7dbbe3dfba123b03f93829a354d9b933cb742bdd")
 
     def cmake_args(self):
         source = self.stage.source_path

@@ -8,7 +8,7 @@ class Ode(CMakePackage):
     homepage = "https://www.ode.org"
     url = "https://bitbucket.org/odedevs/ode/downloads/ode-0.16.2.tar.gz"
     license("BSD-3-Clause")
-    version("0.16.2")
+    version("0.16.2", sha256="b26aebdcb015e2d89720ef48e0cb2e8a3ca77915f89d853893e7cc861f810f22")
 
     depends_on("c", type="build")
     depends_on("cxx", type="build")
