@@ -14,7 +14,11 @@ execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHIT
 if(DEBOOTSTRAP AND user_id STREQUAL "0")
   add_test(NAME install_package COMMAND ${CMAKE_CPACK_COMMAND} -G DEB)
   set_tests_properties(install_package PROPERTIES WORKING_DIRECTORY ${CMAKE_BINARY_DIR} LABELS campaign FIXTURES_SETUP package)
+  add_test(NAME install_make_wheel COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_SOURCE_DIR}/packaging/wheel/make.py --build ${CMAKE_BINARY_DIR}
+    --out ${CMAKE_BINARY_DIR})
+  set_tests_properties(install_make_wheel PROPERTIES LABELS campaign FIXTURES_SETUP package)
   add_test(NAME install_clean_root COMMAND ${CMAKE_CURRENT_LIST_DIR}/clean_root ${CMAKE_BINARY_DIR}/${CLAYMELD_PACKAGE_NAME}.deb
-    ${CMAKE_BINARY_DIR}/claymeld-view_${PROJECT_VERSION}.deb)
+    ${CMAKE_BINARY_DIR}/claymeld-view_${PROJECT_VERSION}.deb
+    ${CMAKE_BINARY_DIR}/claymeld-${PROJECT_VERSION}-py3-none-linux_${CMAKE_HOST_SYSTEM_PROCESSOR}.whl)
   set_tests_properties(install_clean_root PROPERTIES LABELS campaign FIXTURES_REQUIRED package TIMEOUT 1800)
 endif()
