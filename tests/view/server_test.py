@@ -426,6 +426,34 @@ heights = [[0, 1, 0], [0, 0, 2]]
         self.assertEqual(page.ask("command", line="query far(A)")[0]["answer"]["count"], 3)
         self.assertIn("far", {p["name"] for p in page.ask("hello")[0]["predicates"]})
 
+    def test_worlds_of_bodies_are_seen_as_they_will_start(self):
+        """Shapes, sizes and turns are those of a run's first frame, by cells, positions, groups and lists."""
+        motion = '[motion]\nkind = "bodies"\nspacing = 2.5\n'
+        body = '[[body]]\nshape = "box(9, 9, 1)"\n[[body]]\npositions = [[0, 0, 5], [0.5, 0, 8], [40, 0, 9]]\n'
+        plain = body + motion + '[[motion.catoms]]\nwhere = "y > 1"\nradius = 0.7\n'
+        shapes = plain + """[[motion.catoms]]
+where = "y < 0"
+shape = "box"
+edges = [1, 2, 0.5]
+turned = [0, 90, 0]
+[[motion.catoms]]
+where = "id == 83"
+shape = "capsule"
+length = 3
+"""
+        self.write("w.meld", "type seen(node).\nseen(A) :- id(A, 0).\n")
+        for toml, flags in ((plain, 0), (shapes, 16)):
+            self.write("w.toml", toml)
+            page = self.page(self.view("w.meld"))
+            frame, preview = page.ask("frame")[1], page.ask("world-check", toml=toml)[1]
+            self.assertEqual(struct.unpack_from("<16I", preview)[4:6], (84, flags))
+            self.assertEqual(preview, frame)
+            if flags:
+                bodies = np.frombuffer(preview, "<f4", 8 * 84, len(preview) - 32 * 84).reshape(-1, 8)
+                self.assertEqual(len(set(map(tuple, bodies.tolist()))), 4)
+                self.assertEqual(bodies[83].tolist(), [0, 0, 1, 0.5, 0, 0, 0, 1])
+            self.interrupt()
+
     def test_the_world_is_checked_and_written(self):
         page = self.page(self.view("corner.meld", "--world", "corner.toml"))
         now, block = page.ask("world")

@@ -13,10 +13,13 @@
 #include "runtime/driver/setup/memory_need.h"
 #include "runtime/show/picture/frame.h"
 #include "runtime/show/picture/obstacles.h"
+#include "runtime/show/picture/stage.h"
 #include "runtime/show/view/scene/block.h"
+#include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/choices.h"
 #include "runtime/world/ensemble/target.h"
 #include "runtime/world/file/populate.h"
+#include "runtime/world/shapes/nearest_cell.h"
 
 namespace meld::driver {
 
@@ -34,28 +37,32 @@ Json cell(const world::Cell& at) { return {at.x, at.y, at.z}; }
 constexpr double kMostShown = 2e5;
 
 // The catoms of a world as they would be placed, without a run.
-picture::Frame preview(const world::World& world, const world::Lattice& lattice) {
+picture::Frame preview(const world::World& world, const world::Lattice& lattice, std::uint64_t catoms) {
     picture::Frame out;
     std::vector<std::uint32_t> numbers;
-    const auto put = [&](const world::Vec3& at, double spacing) {
-        out.ids.push_back(out.ids.size());
-        const auto axis = [&](std::size_t i) { return static_cast<float>(spacing * at[i]); };
-        out.scene.places.emplace_back(axis(0), axis(1), axis(2));
+    // Catoms have the numbers of a run.
+    const sim::BodyMaker bodies(world, catoms);
+    const auto put = [&](world::Cell cell, const world::Vec3& at) {
+        const std::uint64_t id = out.ids.size();
+        out.ids.push_back(id);
+        out.scene.places.push_back(picture::vec_of(at));
+        if (!world.is_free()) return;
+        const render::RoundedBody body = picture::rounded_of(bodies.looks(id, cell, at));
+        if (world.physics.has_forms()) out.scene.rounded.push_back(body);
+        out.scene.diameters.push_back(2 * (body.core.minCoeff() + body.rounding));
     };
     for (const auto& [key, count] : world::count_bricks(world, lattice, 0, 1)) {
         world::cells_of_brick(world, lattice, key, numbers);
         for (const std::uint32_t number : numbers) {
-            put(lattice.position(lattice.cell_in_brick(lattice.brick_at(key), number)), world.is_free() ? world.physics.spacing : 1);
+            const world::Cell cell = lattice.cell_in_brick(lattice.brick_at(key), number);
+            world::Vec3 at = lattice.position(cell);
+            if (world.is_free())
+                for (double& x : at) x *= world.physics.spacing;
+            put(cell, at);
         }
     }
-    if (world.is_free()) {
-        out.scene.diameters.assign(out.ids.size(), 1);
-        for (const world::PlacedCatom& placed : world.placed) {
-            put(placed.position, 1);
-            out.scene.diameters.push_back(static_cast<float>(placed.radius.value_or(world.radius) / world.radius));
-        }
-        picture::add_obstacles(world, out.scene);
-    }
+    for (const world::PlacedCatom& placed : world.placed) put(world::nearest_cell(placed.position), placed.position);
+    if (world.is_free()) picture::add_obstacles(world, out.scene);
     out.catoms = out.ids.size();
     out.scene.colours.resize(out.ids.size());
     out.scene.form = world.is_free() ? render::Form::Sphere : picture::form_of(world.lattice);
@@ -132,7 +139,7 @@ Result<view::Reply> WorldTab::check(const std::string& toml) const {
     // Of a tick in which all catoms are evaluated.
     if (const std::optional<double> each = evaluation_()) out["seconds"] = *each * catoms;
     if (world->is_graph() || !exact || catoms > kMostShown) return view::Reply{.words = std::move(out)};
-    const picture::Frame seen = preview(*world, lattice);
+    const picture::Frame seen = preview(*world, lattice, static_cast<std::uint64_t>(catoms));
     view::Reply checked{.words = view::frame_words(seen, std::nullopt), .binary = view::frame_block(seen)};
     checked.words.erase("tick");
     checked.words.update(out);

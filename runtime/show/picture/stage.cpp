@@ -19,11 +19,6 @@ render::Rgb rgb(std::uint32_t c) {
     return {static_cast<std::uint8_t>(c >> 16), static_cast<std::uint8_t>(c >> 8), static_cast<std::uint8_t>(c)};
 }
 
-render::RoundedBody rounded_of(const world::RoundedBody& body) {
-    const auto [w, x, y, z] = body.turn;
-    return {vec_of(body.core), static_cast<float>(body.rounding), Eigen::Quaterniond(w, x, y, z).normalized().cast<float>()};
-}
-
 // Of a lattice that fills space, from a catom to each of its neighbours.
 std::vector<Vec> ways_of(const world::Lattice& lattice) {
     std::vector<Vec> out;
@@ -36,6 +31,11 @@ std::vector<Vec> ways_of(const world::Lattice& lattice) {
 }  // namespace
 
 Vec vec_of(const world::Vec3& at) { return {static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])}; }
+
+render::RoundedBody rounded_of(const world::RoundedBody& body) {
+    const auto [w, x, y, z] = body.turn;
+    return {vec_of(body.core), static_cast<float>(body.rounding), Eigen::Quaterniond(w, x, y, z).normalized().cast<float>()};
+}
 
 Stage::Stage(const record::Drawn& drawn, const world::World& world, bool free, std::int64_t tick, const Look& look)
     : drawn_(drawn), world_(world), look_(look), in_plane_(!free && world::Lattice(world.lattice).flat()) {

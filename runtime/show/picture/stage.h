@@ -15,6 +15,7 @@
 namespace meld::picture {
 
 render::Vec vec_of(const world::Vec3& at);
+render::RoundedBody rounded_of(const world::RoundedBody& body);
 
 // Puts catoms into a frame. The functions come in the order in which they stand here, and others may add to the scene between them.
 class Stage {

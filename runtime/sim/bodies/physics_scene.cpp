@@ -237,6 +237,13 @@ Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surfac
     return {};
 }
 
+world::RoundedBody BodyMaker::looks(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
+    const physics::BodySpec spec = describe(id, cell, position).spec;
+    const physics::BodyShape shape = spec.shape.value_or(physics::BodyShape{{}, spec.radius_m});
+    const physics::Quat& q = spec.orientation;
+    return {to_diameters(world_, shape.core_m), shape.rounding_m / (2 * world_.radius), {q.w, q.x, q.y, q.z}};
+}
+
 Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
     auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
     MELD_EXPECT(materials_.contains(surface), "catom {} was not looked at", id);

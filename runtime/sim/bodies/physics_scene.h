@@ -13,6 +13,7 @@
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/fixed_touches.h"
 #include "runtime/world/file/world_file.h"
+#include "runtime/world/shapes/rounded_body.h"
 
 namespace meld::sim {
 
@@ -70,6 +71,8 @@ class BodyMaker {
     // `surfaces`: of all processes.
     Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
     Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
+    // What the body looks like at the start; a sphere is a point within its radius.
+    world::RoundedBody looks(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
 
   private:
     struct Described {
