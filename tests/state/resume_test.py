@@ -108,6 +108,25 @@ class Ways(Case):
             self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
         self.assertEqual(self.outcome(), wanted)
 
+    def test_a_recording_goes_on_with_what_bodies_look_like(self):
+        """Their sizes, shapes and rotations are recorded after the checkpoint as before it."""
+        world = '[[body]]\npositions = [[0, 0, 2], [0, 3, 2], [0, 6, 2]]\n[motion]\nkind = "bodies"\nground = 0\n'
+        world += '[[motion.catoms]]\nwhere = "id == 1"\nspin = [1, 2, 0]\n'
+        for looks, arrays in (("radius = 0.3\n", {"diameter"}), ('shape = "box"\nedges = [1, 0.5, 0.7]\n', {"core", "orientation"})):
+            with self.subTest(arrays=arrays):
+                (self.folder / "looks.toml").write_text(world + looks)
+                run = ("run", "seen.meld", "--world", "looks.toml", "--quiet", "--digest", "d", "--facts-out", "f", "--record", "r")
+                self.call("meldsim", *run, "--ticks", 30)
+                wanted = self.outcome()
+                self.assertLess({f"VTKHDF/PointData/{name}" for name in arrays}, set(wanted[2]))
+                self.forget()
+                self.call("meldsim", *run, "--ticks", 10, *KEEP)
+                self.resume("--ticks", 20)
+                self.resume("--ticks", 30)
+                self.assertEqual(self.outcome(), wanted)
+                shutil.rmtree(self.folder / "kept")
+                self.forget()
+
     def test_resume_of_a_run_that_is_over_does_nothing(self):
         self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", *RUN[5:], *KEEP)
         before = self.outcome()

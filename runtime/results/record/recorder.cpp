@@ -43,28 +43,32 @@ Result<void> Recorder::add_predicates(const sim::Subdomain& subdomain) {
 Result<void> Recorder::prepare(sim::Subdomain& subdomain) {
     if (auto added = add_predicates(subdomain); !added) return added;
     appearance_.start(subdomain.program_actions);
-    has_tails_ = subdomain.ensemble.has_amoebots();
-    has_diameters_ = subdomain.has_diameters();
-    has_rounded_ = subdomain.has_rounded();
     info_.lines = appearance_.lines();
     std::string descriptions;
-    for (const RecordedPredicate& r : recorded_) {
-        const std::string& name = r.name();
-        if (name == "id" || name == "colour" || (name == "label" && appearance_.labels()) ||
-            (name == "diameter" && subdomain.has_diameters()) || (name == kTailPosition && subdomain.ensemble.has_amoebots()) ||
-            ((name == kCore || name == kOrientation) && has_rounded_) || (name == "load" && load_))
-            return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
-                        "Derive a predicate of another name from it");
-        descriptions += (descriptions.empty() ? "" : ", ") + r.description();
-    }
+    for (const RecordedPredicate& r : recorded_) descriptions += (descriptions.empty() ? "" : ", ") + r.description();
     info_.predicates = "[" + descriptions + "]";
     if (counts_)
         for (const auto& [name, value] : counts_()) info_.counts.push_back(name);
     return {};
 }
 
+Result<void> Recorder::find_looks(const sim::Subdomain& subdomain) {
+    has_tails_ = subdomain.ensemble.has_amoebots();
+    has_diameters_ = subdomain.has_diameters();
+    has_rounded_ = subdomain.has_rounded();
+    for (const RecordedPredicate& r : recorded_) {
+        const std::string& name = r.name();
+        if (name == "id" || name == "colour" || (name == "label" && appearance_.labels()) || (name == "diameter" && has_diameters_) ||
+            (name == kTailPosition && has_tails_) || ((name == kCore || name == kOrientation) && has_rounded_) || (name == "load" && load_))
+            return fail("a recording has an array '" + name + "' already, so it cannot have one of the predicate",
+                        "Derive a predicate of another name from it");
+    }
+    return {};
+}
+
 Result<void> Recorder::start(sim::Subdomain& subdomain) {
     if (auto prepared = prepare(subdomain); !prepared) return prepared;
+    if (auto found = find_looks(subdomain); !found) return found;
     return begin(subdomain);
 }
 
@@ -113,7 +117,10 @@ Result<void> Recorder::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     return {};
 }
 
-Result<void> Recorder::resumed(sim::Subdomain& subdomain) { return loaded_ == Loaded::Begins ? begin(subdomain) : Result<void>(); }
+Result<void> Recorder::resumed(sim::Subdomain& subdomain) {
+    if (auto found = find_looks(subdomain); !found) return found;
+    return loaded_ == Loaded::Begins ? begin(subdomain) : Result<void>();
+}
 
 Result<void> Recorder::after(sim::Subdomain& subdomain) {
     appearance_.collect(subdomain);

@@ -67,6 +67,9 @@ class Recorder : public sim::SimModule {
     };
     // What is recorded: finds the predicates, and completes info_.
     Result<void> prepare(sim::Subdomain& subdomain);
+    // Which arrays say what catoms look like. Motion knows that once it has started, and of a run that goes on only at the end of loading.
+    // Errors: a predicate has the name of one.
+    Result<void> find_looks(const sim::Subdomain& subdomain);
     // Makes the file, with a first step.
     Result<void> begin(sim::Subdomain& subdomain);
     Result<void> add_predicates(const sim::Subdomain& subdomain);

@@ -158,7 +158,6 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     if (auto added = add_materials(physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
-    tell_looks(subdomain);
     // A home takes some room besides that of its bodies.
     physics_.scene->reserve(subdomain.ensemble.owned_count() + loading_.homes.size(), subdomain.next_id());
     if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene, *subdomain.partition);
@@ -172,6 +171,8 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     std::ranges::sort(loading_.homes, {}, &physics::SavedHome::home);
     for (const physics::SavedHome& home : loading_.homes)
         if (auto loaded = physics_.scene->load_home(home, physics::Holds::Own); !loaded) return loaded;
+    // The least thickness is that of the bodies here.
+    tell_looks(subdomain);
     return {};
 }
 
