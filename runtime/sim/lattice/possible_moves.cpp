@@ -117,7 +117,10 @@ u64 PossibleMoves::sense_catom(Subdomain& subdomain, Catom catom, int worker, Sc
     });
     std::ranges::sort(last);
     const NearSite near(subdomain.geometry(), subdomain.geometry().catom_site[catom]);
-    table_->possible(subdomain.ensemble.cell(catom), [&](Cell offset) { return near.full(offset); }, known, now);
+    const Cell from = subdomain.ensemble.cell(catom);
+    table_->possible(from, [&](Cell offset) { return near.full(offset); }, known, now);
+    // Where the lattice ends, nobody can go on.
+    std::erase_if(now, [&](Cell by) { return !world::Lattice::in_range(from + by); });
     if (last == now) return 0;
     const auto arguments = [](Cell by) {
         std::array<Value, 3> all{};
