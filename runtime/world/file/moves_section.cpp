@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -63,8 +63,10 @@ class MoveReader {
             const toml::node& number = *numbers.get(i);
             if (!number.is_integer()) return wrong("has a coordinate that is no whole number");
             const std::int64_t value = **number.as_integer();
-            if (value < -farthest || value > farthest)
-                return wrong(fmt::format("is {} cells away", value < 0 ? -value : value),
+            // The least number of all has no opposite.
+            const auto away = value < 0 ? 0 - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
+            if (away > static_cast<std::uint64_t>(farthest))
+                return wrong(fmt::format("is {} cells away", away),
                              fmt::format("moves lead at most {} cells far in each coordinate, and depend on cells at most {} away",
                                          MoveTable::kMaxBy, MoveTable::kMaxAway));
             *axes[i] = static_cast<std::int32_t>(value);
@@ -118,6 +120,13 @@ class MoveReader {
                 return section_.wrong(
                     "full", fmt::format("the cell {} would have to be both full and empty", shown(cell)),
                     cell == listed.move.by ? "the mover goes there, so it is empty: take it out" : "take one of the two out");
+        const auto is_full = [&](Cell cell) { return std::ranges::count(listed.move.full, cell) > 0; };
+        for (const auto& [one, other] : listed.move.one_empty)
+            if (is_full(one) && is_full(other))
+                return section_.wrong("one_empty",
+                                      fmt::format("one of the cells {} and {} would have to be empty, and full has both of them", shown(one),
+                                                  shown(other)),
+                                      "take one of the two out of full");
         const MoveTable all(lattice_, "", {&listed, 1});
         if (all.longest() > MoveTable::kMaxBy || all.reach() > MoveTable::kMaxAway)
             section_.wrong("by", "rotated or reflected, the move or a cell that it depends on is too far away",
