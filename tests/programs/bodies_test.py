@@ -402,6 +402,8 @@ def have_shapes(bodies):
             (ONE + 'shape = "box"\nedges = [1, 0, 3]\n', "an edge of a box is not positive"),
             (ONE + 'shape = "cube"\nrounding = 0.5\n', "edges rounded by 0.5 leave nothing of the cube"),
             (ONE + 'shape = "cube"\ninertia = 0.5\n', "the inertia of a cube follows from its shape"),
+            (ONE + 'shape = "cube"\n[[motion.catoms]]\nwhere = "id == 0"\ninertia = 0.5\n', "w.toml:6:1: the inertia of a cube follows"),
+            (ONE + '[[motion.catoms]]\nwhere = "id == 0"\nturned = [1e200, 0, 0]\n', "w.toml:7:10: a catom is turned by more than"),
             (ONE + 'shape = "cube"\nengine = "hash"\n', 'the engine "hash" knows spheres alone'),
             (ONE + 'shape = "cube"\n[[motion.feature]]\ndirections = 6\n', "w.toml:6:1: only spheres have features"),
             (ONE + 'shape = "cube"\n[[motion.catoms]]\nwhere = "id == 0"\nconnected = true\n', "w.toml:6:1: only spheres are connected"),

@@ -209,6 +209,10 @@ void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group)
     if (section.has("spin")) section.read("spin", vector), group.spin = vector;
     vector = {};
     if (section.has("turned")) section.read("turned", vector), group.turned = vector;
+    // Of more turns, too few digits are left to say how a body stands.
+    constexpr double kMostDegrees = 1e6;
+    if (!(std::hypot(vector[0], vector[1], vector[2]) <= kMostDegrees))
+        section.wrong("turned", "a catom is turned by more than a million degrees", "write turned = [0, 0, 90]: about z, by 90 degrees");
     group.form = read_form(section);
 }
 
@@ -239,6 +243,11 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
     for (const FeatureOptions& f : p.features) at(f.place, "only spheres have features", "take the features out, or the shapes");
     for (const CatomGroup& g : p.groups)
         if (g.connected.value_or(false)) at(g.place, "only spheres are connected", "take connected out, or the shapes");
+    const bool no_spheres =
+        !p.form.is_sphere() && std::ranges::none_of(p.groups, [](const CatomGroup& g) { return g.form && g.form->is_sphere(); });
+    for (const CatomGroup& g : p.groups)
+        if (no_spheres && g.inertia && !g.form)
+            at(g.place, fmt::format("the inertia of a {} follows from its shape", p.form.kind), "take inertia out");
 }
 
 // The least thickness of all bodies, m.
