@@ -127,6 +127,24 @@ class Ways(Case):
                 shutil.rmtree(self.folder / "kept")
                 self.forget()
 
+    def test_what_is_known_over_a_network_is_no_news(self):
+        """Rows that have arrived before the checkpoint are not matched again after it, so the counts in the recording are alike."""
+        (self.folder / "news.meld").write_text("type heard(node, node, min int).\nheard(A, A, 0) :- id(A, I), I % 7 = 0.\n"
+                                               "heard(A, C, D + 1) :- neighbor(A, B), heard(B, C, D), D < 2.\n")
+        (self.folder / "news.toml").write_text('[[body]]\nshape = "box(4, 5, 3)"\n[network]\nkind = "latency"\nmost = 2\n'
+                                               '[[event]]\ntick = 3\nkill = "id % 7 == 1"\n')
+        run = ("run", "news.meld", "--world", "news.toml", "--quiet", "--digest", "d", "--facts-out", "f", "--record", "r")
+        self.call("meldsim", *run, "--ticks", 9)
+        wanted = self.outcome()
+        self.assertGreater(int(wanted[2]["meld/counts"][1]["derivations"]), 100)
+        for ticks in (2, 4, 5):
+            with self.subTest(ticks=ticks):
+                self.forget()
+                shutil.rmtree(self.folder / "kept", ignore_errors=True)
+                self.call("meldsim", *run, "--ticks", ticks, *KEEP[:2])
+                self.resume("--ticks", 9, "-n", 2)
+                self.assertEqual(self.outcome(), wanted)
+
     def test_resume_of_a_run_that_is_over_does_nothing(self):
         self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", *RUN[5:], *KEEP)
         before = self.outcome()

@@ -508,6 +508,8 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
         const std::optional<world::Port> port = ensemble.links().towards(*reader, *other);
         if (!port || ensemble.links().read(*reader, *port) < 0) continue;
         link = {*reader, *port, *other};
+        // Where turns are given, changes may have arrived for a reader that has not had its own: it reads all of it.
+        const bool reads_all = world_.clock.gives_turns() && readers_dirty_ != 0 && facts_.evaluator.agenda().dirty(*reader) != 0;
         said.clear();
         facts_.columns.pack(*other, tuple::Columns::Which::Exported, said);
         if (last > now || !std::ranges::equal(said.view(), known)) {
@@ -515,10 +517,10 @@ void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, 
             m.last = last;
             ByteReader state(known, "what has arrived over a link", ByteReader::Origin::Outside);
             facts_.columns.unpack(static_cast<Catom>(m.index), tuple::Columns::Which::Exported, state, 0);
+            // Its rows are no news to the reader.
+            if (!reads_all) facts_.columns.changes().forget(static_cast<Catom>(m.index));
         }
-        // Where turns are given, changes may have arrived for a reader that has not had its own: it reads all of it.
-        if (world_.clock.gives_turns() && readers_dirty_ != 0 && facts_.evaluator.agenda().dirty(*reader) != 0)
-            facts_.mark(*reader, readers_dirty_);
+        if (reads_all) facts_.mark(*reader, readers_dirty_);
     }
     std::vector<u32> parcels(in.read_count(sizeof(u16)), kNone32);
     struct Read {

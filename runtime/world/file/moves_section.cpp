@@ -123,10 +123,10 @@ class MoveReader {
         const auto is_full = [&](Cell cell) { return std::ranges::count(listed.move.full, cell) > 0; };
         for (const auto& [one, other] : listed.move.one_empty)
             if (is_full(one) && is_full(other))
-                return section_.wrong("one_empty",
-                                      fmt::format("one of the cells {} and {} would have to be empty, and full has both of them", shown(one),
-                                                  shown(other)),
-                                      "take one of the two out of full");
+                return section_.wrong(
+                    "one_empty",
+                    fmt::format("one of the cells {} and {} would have to be empty, and full has both of them", shown(one), shown(other)),
+                    "take one of the two out of full");
         const MoveTable all(lattice_, "", {&listed, 1});
         if (all.longest() > MoveTable::kMaxBy || all.reach() > MoveTable::kMaxAway)
             section_.wrong("by", "rotated or reflected, the move or a cell that it depends on is too far away",
