@@ -1,5 +1,6 @@
 // Emits evaluate(), which runs a catom to its local fixpoint: its strata, its linear rules, and its actions.
 #include <algorithm>
+#include <bit>
 
 #include "compiler/emit/marks.h"
 #include "compiler/emit/writer.h"
@@ -199,6 +200,73 @@ void emit_links_ahead(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
+// Whether the program is one of amoebots that are activated: by the linear fact of the prelude.
+bool activates(const plan::Plan& plan) {
+    return plan.program.by_links && std::ranges::any_of(plan.program.predicates.ids(), [&](PredicateId id) {
+        const Predicate& p = plan.program.predicates[id];
+        return p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == plan::Storage::Rows;
+    });
+}
+
+// The heads of rows of linear facts that are given to the catom, or that its rules make of one that is.
+void emit_heads_ahead(const plan::Plan& plan, Writer& w) {
+    std::uint64_t linear = 0;
+    const auto in_rows = [&](PredicateId id) {
+        return plan.program.predicates[id].linear() && plan.of(id).storage == plan::Storage::Rows;
+    };
+    const auto makes = [&](const RulePlan& r, PredicateId id) {
+        const auto& made = plan.program.rules[r.rule].derives;
+        return std::ranges::find(made, id) != made.end();
+    };
+    const auto own_dirty = [&](PredicateId id) { return plan.columns[plan.of(id).column].own_dirty; };
+    for (const PredicateId id : plan.program.predicates.ids())
+        if (in_rows(id)) linear |= own_dirty(id);
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        if (!in_rows(id)) continue;
+        std::uint64_t when = own_dirty(id);
+        for (const RulePlan& r : plan.linear_rules) {
+            const std::uint64_t of = r.inputs & linear;
+            if (std::has_single_bit(of) && makes(r, id)) when |= of;
+        }
+        w.line("if ((todo & {}) != 0) __builtin_prefetch(&rows_of(s, {}, catom), 1);", hex(when), plan.of(id).column.index());
+    }
+}
+
+// Amoebots that are activated together are far apart in memory, and sense the cells around them: all of this is asked for beforehand, also
+// for the first of a block.
+void emit_amoebots_ahead(const plan::Plan& plan, Writer& w) {
+    w.raw("");
+    w.raw("// Asks for where an amoebot is that is evaluated after some others, then for the cells around it, and then for who is there.");
+    w.open("inline void look_far_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo) {");
+    w.raw("const Geometry& g = *s.g;");
+    w.raw("__builtin_prefetch(g.link_first + catom);");
+    w.raw("__builtin_prefetch(g.link_ports + catom);");
+    w.raw("__builtin_prefetch(g.catom_site + catom);");
+    w.raw("if (g.catom_tail == nullptr) return;");
+    w.raw("__builtin_prefetch(g.catom_tail + catom);");
+    w.raw("__builtin_prefetch(g.catom_compass + catom);");
+    emit_heads_ahead(plan, w);
+    w.close();
+    w.raw("");
+    w.open("inline void look_at_cells(const Self& s, u32 catom) {");
+    w.raw("const Geometry& g = *s.g;");
+    w.raw("__builtin_prefetch(g.link_read + g.link_first[catom]);");
+    w.raw("const u64 site = g.catom_site[catom], row = u64{1} << g.cell_bits[0];");
+    w.raw("for (u64 line = 0; line < 3; ++line) __builtin_prefetch(g.cell_catom + (site + line * row - row));");
+    w.raw("__builtin_prefetch(g.brick_neighbours + (site >> kBrickCellBits) * kBrickNeighbours + kBrickCentre);");
+    w.close();
+    w.raw("");
+    w.open("inline void look_at_neighbours(const Self& s, u32 catom) {");
+    w.raw("const Geometry& g = *s.g;");
+    w.raw("if (g.catom_tail == nullptr) return;");
+    w.raw("const i32* const ends = g.link_read + g.link_first[catom];");
+    w.open("for (u32 port = 0; port < g.link_ports[catom]; ++port) {");
+    w.raw("__builtin_prefetch(g.catom_site + ends[port]);");
+    w.raw("__builtin_prefetch(g.catom_tail + ends[port]);");
+    w.close();
+    w.close();
+}
+
 // On a lattice neighbours are found some catoms ahead, so that what is read there has come from memory by then.
 void emit_look_ahead(const plan::Plan& plan, Writer& w) {
     w.raw("");
@@ -296,6 +364,8 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         emit_look_ahead(plan, w);
     else
         emit_links_ahead(plan, w);
+    const bool far = activates(plan);
+    if (far) emit_amoebots_ahead(plan, w);
     if (closer) (plan.in_pieces() ? emit_look_closer_by_table : emit_look_closer)(plan, w);
     w.raw("");
     w.open(fmt::format("{}void evaluate(Eval* e, const u32* catoms, const u64* dirty, u32 count) {{", shared(plan)));
@@ -309,6 +379,12 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         w.raw("i32 ahead[kAhead][kNeighbourRoom] = {};");
         w.raw("for (u32 i = 0; i < kAhead && i < count; ++i) look_ahead(s, catoms[i], dirty[i], ahead[i]);");
     }
+    if (far) {
+        w.raw("constexpr u32 kFar = 12, kCells = 8, kNeighbours = 4;");
+        w.raw("for (u32 i = 0; i < kFar && i < count; ++i) look_far_ahead(s, catoms[i], dirty[i]);");
+        w.raw("for (u32 i = 0; i < kCells && i < count; ++i) look_at_cells(s, catoms[i]);");
+        w.raw("for (u32 i = 0; i < kNeighbours && i < count; ++i) look_at_neighbours(s, catoms[i]);");
+    }
     w.open("for (u32 i = 0; i < count && e->trap == Trap::None; ++i) {");
     w.raw("e->catom = s.catom = catoms[i];");
     w.raw("e->dirty = dirty[i];");
@@ -319,6 +395,11 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
         w.raw("if (e->subdomain->undefined) [[unlikely]] e->host->undefined(e);");
     }
     if (!plan.program.functions.empty()) w.raw("s.calls = 0;");
+    if (far) {
+        w.raw("if (i + kFar < count) look_far_ahead(s, catoms[i + kFar], dirty[i + kFar]);");
+        w.raw("if (i + kCells < count) look_at_cells(s, catoms[i + kCells]);");
+        w.raw("if (i + kNeighbours < count) look_at_neighbours(s, catoms[i + kNeighbours]);");
+    }
     if (!ahead) w.raw("look_ahead(s, catoms + i, dirty + i, count - i);");
     if (ahead) w.raw("s.neighbour = ahead[i % kAhead];");
     if (closer) w.raw("if (i + 2 < count) look_closer(s, catoms[i + 2], dirty[i + 2], ahead[(i + 2) % kAhead]);");

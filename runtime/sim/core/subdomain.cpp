@@ -141,14 +141,11 @@ void Subdomain::move_catom(Catom catom, Cell to) {
 }
 
 void Subdomain::reshape_catom(Catom catom, Cell head, Cell tail) {
-    const Cell before = ensemble.cell(catom), tail_before = ensemble.tail(catom);
-    mark_around(before, kDirtyLinks);
-    if (tail_before != before) mark_around(tail_before, kDirtyLinks);
+    const auto mark_beside = [&] { ensemble.each_beside(catom, [&](Catom other) { mark(other, kDirtyLinks); }); };
+    mark_beside();
     members_.ensemble.reshape(catom, head, tail);
-    if (owned(catom))
-        for (const Cell cell : {head, tail}) members_.ensemble.surround(*ensemble.find_slot(lattice.brick_of(cell)));
-    mark_around(head, kDirtyLinks);
-    if (tail != head) mark_around(tail, kDirtyLinks);
+    if (owned(catom)) members_.ensemble.surround_amoebot(catom);
+    mark_beside();
     if (owned(catom)) facts_.wake_moved(catom);
 }
 

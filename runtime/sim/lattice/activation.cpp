@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -16,6 +18,12 @@ namespace {
 using Way = world::AmoebotOptions::Activation;
 // Draws of activations are not those of anything else.
 constexpr std::uint64_t kDraw = 0x6163746976617465ull;
+// Amoebots of a class are far apart in memory: what is written for one is asked for while this many before it have their turn.
+constexpr std::size_t kAhead = 12;
+
+void ask_for_facts(const Subdomain& subdomain, u32 predicate, Catom catom) {
+    __builtin_prefetch(subdomain.columns.entry(subdomain.module.predicates[predicate].column, catom), 1);
+}
 
 }  // namespace
 
@@ -37,7 +45,9 @@ void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t 
 
 void Activation::end(Subdomain& subdomain) {
     if (!activated_) return;
-    for (const Catom catom : now_) {
+    for (std::size_t i = 0; i < now_.size(); ++i) {
+        if (i + kAhead < now_.size()) ask_for_facts(subdomain, *activated_, now_[i + kAhead]);
+        const Catom catom = now_[i];
         turn_[catom] &= static_cast<std::uint8_t>(~kNow);
         // It may have been killed since.
         if (subdomain.owned(catom)) subdomain.take(*activated_, catom, nullptr);
@@ -51,28 +61,31 @@ void Activation::begin(Subdomain& subdomain) {
     // A tick in which nobody is activated is not the last one.
     subdomain.set_moving(true);
     turn_.resize(subdomain.ensemble.index_count());
-    switch (world_.motion.amoebots.activation) {
+    const Way way = world_.motion.amoebots.activation;
+    switch (way) {
         case Way::All:
             for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
-                if (subdomain.owned(c)) activate(subdomain, c);
-            ++rounds_;
-            return;
-        case Way::One:
-            return activate_one(subdomain);
-        case Way::Random:
-            return activate_class(subdomain, class_of_turn(subdomain), false);
-        case Way::Fair:
+                if (subdomain.owned(c)) choose(c);
             break;
+        case Way::One:
+            choose_one(subdomain);
+            break;
+        case Way::Random:
+        case Way::Fair:
+            choose_class(subdomain, class_of_turn(subdomain), way == Way::Fair);
     }
-    activate_class(subdomain, class_of_turn(subdomain), true);
-    if (++step_ % kClasses == 0) end_pass(subdomain);
+    activate_chosen(subdomain);
+    if (way == Way::All) ++rounds_;
+    if (way == Way::Fair && ++step_ % kClasses == 0) end_pass(subdomain);
 }
 
-void Activation::activate(Subdomain& subdomain, Catom catom) {
-    subdomain.give(*activated_, catom, nullptr);
-    turn_[catom] = kNow | kInRound;
-    now_.push_back(catom);
-    ++activations_;
+void Activation::activate_chosen(Subdomain& subdomain) {
+    for (std::size_t i = 0; i < now_.size(); ++i) {
+        if (i + kAhead < now_.size()) ask_for_facts(subdomain, *activated_, now_[i + kAhead]);
+        subdomain.give(*activated_, now_[i], nullptr);
+        turn_[now_[i]] = kNow | kInRound;
+    }
+    activations_ += now_.size();
 }
 
 // Random: any of the classes. Fair: each pass over the classes has an order of its own.
@@ -90,33 +103,23 @@ std::int32_t Activation::class_of_turn(const Subdomain& subdomain) const {
     return order[static_cast<std::size_t>(step_ % kClasses)];
 }
 
-void Activation::activate_class(Subdomain& subdomain, std::int32_t which, bool once) {
-    const Geometry& g = subdomain.geometry();
-    const auto first = [](std::int32_t origin, std::int32_t wanted) {
-        const std::int32_t ahead = (wanted - origin) % kApart;
-        return ahead < 0 ? ahead + kApart : ahead;
-    };
-    for (u32 slot = 1; slot <= subdomain.ensemble.brick_count(); ++slot) {
-        const i32* const origin = g.brick_origin + std::size_t{slot} * 3;
-        for (std::int32_t y = first(origin[1], which / kApart); y < 1 << g.cell_bits[1]; y += kApart)
-            for (std::int32_t x = first(origin[0], which % kApart); x < 1 << g.cell_bits[0]; x += kApart) {
-                const u32 site = slot << kBrickCellBits | static_cast<u32>(y << g.cell_bits[0] | x);
-                const i32 there = g.cell_catom[site];
-                if (there < 0) continue;
-                const auto catom = static_cast<Catom>(there);
-                // Its tail does not count.
-                if (g.catom_site[catom] != site || !subdomain.owned(catom)) continue;
-                if (!once || (turn_[catom] & kInRound) == 0) activate(subdomain, catom);
-            }
+void Activation::choose_class(const Subdomain& subdomain, std::int32_t which, bool once) {
+    const std::span<const std::uint8_t> classes = subdomain.ensemble.head_classes();
+    for (std::size_t from = 0; from < classes.size(); ++from) {
+        const void* const found = std::memchr(&classes[from], which, classes.size() - from);
+        if (found == nullptr) return;
+        from = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - classes.data());
+        const auto catom = static_cast<Catom>(from);
+        if (subdomain.owned(catom) && !(once && (turn_[catom] & kInRound) != 0)) choose(catom);
     }
 }
 
 // Whoever has been killed is drawn in vain, and the next tick draws another.
-void Activation::activate_one(Subdomain& subdomain) {
+void Activation::choose_one(const Subdomain& subdomain) {
     const std::uint64_t drawn = hash_combine(hash_combine(world_.seed, kDraw), static_cast<std::uint64_t>(subdomain.tick()));
     if (subdomain.next_id() == 0) return;
     const std::optional<Catom> catom = subdomain.ensemble.find(drawn % subdomain.next_id());
-    if (catom && subdomain.owned(*catom)) activate(subdomain, *catom);
+    if (catom && subdomain.owned(*catom)) choose(*catom);
 }
 
 void Activation::end_pass(Subdomain& subdomain) {

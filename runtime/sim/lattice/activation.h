@@ -2,7 +2,7 @@
 //
 // In the model one amoebot acts at a time. A tick may hold many activations all the same: those of amoebots whose heads lie in cells of one
 // of the 36 classes, by their coordinates modulo 6. Two of them have no neighbour in common and no empty cell that both touch, so none
-// notices what another does in that tick, and the outcome is that of any order. Cost: a look at 1 in 36 cells.
+// notices what another does in that tick, and the outcome is that of any order. Cost: a byte of each amoebot is read.
 #pragma once
 
 #include <cstdint>
@@ -40,11 +40,13 @@ class Activation {
     std::optional<std::int64_t> rounds() const;
 
   private:
-    static constexpr std::int32_t kApart = 6, kClasses = kApart * kApart;
+    static constexpr std::int32_t kClasses = world::Ensemble::kApart * world::Ensemble::kApart;
 
-    void activate(Subdomain& subdomain, Catom catom);
-    void activate_class(Subdomain& subdomain, std::int32_t which, bool once);
-    void activate_one(Subdomain& subdomain);
+    // Notes whose turn it is; then all of those are activated.
+    void choose(Catom catom) { now_.push_back(catom); }
+    void activate_chosen(Subdomain& subdomain);
+    void choose_class(const Subdomain& subdomain, std::int32_t which, bool once);
+    void choose_one(const Subdomain& subdomain);
     std::int32_t class_of_turn(const Subdomain& subdomain) const;
     // The round ends if all have been activated in it.
     void end_pass(Subdomain& subdomain);

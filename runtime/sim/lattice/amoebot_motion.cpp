@@ -26,8 +26,8 @@ LatticeMotion::Objection LatticeMotion::propose_amoebot(const Subdomain& subdoma
     const world::Ensemble& ensemble = subdomain.ensemble;
     const bool expanded = ensemble.expanded(action.catom), needs_two = p.kind == ActionKind::Contract || p.kind == ActionKind::Pull;
     if (needs_two != expanded) return expanded ? Refusal::IsExpanded : Refusal::IsContracted;
+    // It claims itself, as all do whose actions are collected.
     const Cell tail = ensemble.tail(action.catom);
-    claims.push_back(kBody | ensemble.key(p.from));
     if (p.kind == ActionKind::Contract) {
         const std::string_view end = text_of(action.arguments[0]);
         if (end != "head" && end != "tail") return Refusal::NoSuchEnd;
@@ -42,7 +42,8 @@ LatticeMotion::Objection LatticeMotion::propose_amoebot(const Subdomain& subdoma
     p.direction = static_cast<std::int32_t>(port);
     const bool head = port < kDirections;
     const Cell here = head ? p.from : tail;
-    const Cell cell = lattice_.neighbour(here, lattice_direction(g.catom_compass[action.catom], p.direction % kDirections));
+    const i32 direction = lattice_direction(g.catom_compass[action.catom], p.direction % kDirections);
+    const Cell cell = lattice_.neighbour(here, direction);
     if (!world::Lattice::in_range(cell)) return Refusal::Outside;
     if (p.kind == ActionKind::Pull) {
         p.to = p.tail = head ? tail : p.from;
@@ -52,8 +53,9 @@ LatticeMotion::Objection LatticeMotion::propose_amoebot(const Subdomain& subdoma
     p.to = cell;
     p.tail = p.from;
     if (p.kind == ActionKind::Push) return propose_handover(subdomain, cell, cell, p, claims);
-    if (full(subdomain, cell)) return Refusal::Occupied;
-    claims.push_back(ensemble.key(cell));
+    const std::uint32_t site = ensemble.site_beside(action.catom, world::Ensemble::End::Head, direction);
+    if (ensemble.full_at(site)) return Refusal::Occupied;
+    claims.push_back(ensemble.key_at(site));
     return std::nullopt;
 }
 
@@ -108,6 +110,7 @@ void LatticeMotion::reshape(Subdomain& subdomain, Catom catom, Cell head, Cell t
     const Change change{.kind = head == tail ? Change::Kind::Shrink : Change::Kind::Grow, .cell = from, .to = head, .tail = tail};
     if (subdomain.alone()) {
         mine_.push_back(change);
+        mine_.back().catom = catom;
         return;
     }
     const int me = subdomain.comm.process(), owner = subdomain.halo->owner(head);

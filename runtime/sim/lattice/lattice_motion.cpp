@@ -334,9 +334,17 @@ std::vector<LatticeMotion::Change> LatticeMotion::exchange(Subdomain& subdomain)
 }
 
 void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
-    std::stable_sort(changes.begin(), changes.end(),
-                     [](const Change& a, const Change& b) { return std::tuple(a.kind, a.cell) < std::tuple(b.kind, b.cell); });
-    for (const Change& c : changes) {
+    struct Turn {
+        Change::Kind kind;
+        Cell cell;
+        std::uint32_t number;
+    };
+    std::vector<Turn> order;
+    order.reserve(changes.size());
+    for (const Change& c : changes) order.push_back({c.kind, c.cell, static_cast<std::uint32_t>(order.size())});
+    std::ranges::sort(order, {}, [](const Turn& t) { return std::tuple(t.kind, t.cell, t.number); });
+    for (const Turn& turn : order) {
+        const Change& c = changes[turn.number];
         if (c.kind != Change::Kind::Hold) possible_.note(c.cell);
         if (c.kind == Change::Kind::Move) possible_.note(c.to);
         if (c.kind == Change::Kind::Add) {
@@ -344,7 +352,7 @@ void LatticeMotion::apply(Subdomain& subdomain, std::vector<Change> changes) {
             continue;
         }
         const Cell cell = c.cell;
-        const std::optional<Catom> catom = subdomain.ensemble.at(cell);
+        const std::optional<Catom> catom = c.catom ? c.catom : subdomain.ensemble.at(cell);
         MELD_CHECK(catom.has_value(), "a change for ({}, {}, {}), where no catom is known", cell.x, cell.y, cell.z);
         if (c.kind == Change::Kind::Hold) {
             units_passed_.push_back({*catom, c.held});

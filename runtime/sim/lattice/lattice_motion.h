@@ -91,6 +91,8 @@ class LatticeMotion : public SimModule {
         Cell tail = {};         // Shrink, Grow, Add: of an amoebot.
         std::uint8_t turn = 0;  // Add: of an amoebot, Activation::turn().
         Migrant who = {};       // Add
+        // Shrink, Grow within one process: who it is; none if whoever is in the cell has to be looked up.
+        std::optional<Catom> catom = {};
     };
 
     struct Passed {

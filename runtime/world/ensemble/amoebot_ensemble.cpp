@@ -22,12 +22,37 @@ void Ensemble::add_tails(Catom end) {
     if (first >= end) return;
     tail_.resize(end);
     compass_.resize(end);
+    class_.resize(end);
     for (std::size_t catom = first; catom < end; ++catom) set_amoebot(static_cast<Catom>(catom));
 }
 
 void Ensemble::set_amoebot(Catom catom) {
     tail_[catom] = site_[catom];
     compass_[catom] = compass_of_(ids_.of(catom));
+    set_class(catom);
+}
+
+void Ensemble::set_class(Catom catom) {
+    const Cell head = cell_at_site(site_[catom]);
+    const auto rest = [](std::int32_t coordinate) {
+        const std::int32_t left = coordinate % kApart;
+        return left < 0 ? left + kApart : left;
+    };
+    class_[catom] = static_cast<std::uint8_t>(rest(head.y) * kApart + rest(head.x));
+}
+
+std::uint32_t Ensemble::site_near(Cell cell, std::uint32_t near) {
+    const std::uint32_t slot = near >> kBrickCellBits;
+    const std::int32_t* const origin = &origin_[std::size_t{slot} * 3];
+    const auto bits = lattice_.brick_bits();
+    const bool same = (cell.x - origin[0]) >> bits[0] == 0 && (cell.y - origin[1]) >> bits[1] == 0 && (cell.z - origin[2]) >> bits[2] == 0;
+    return slot != 0 && same ? slot << kBrickCellBits | lattice_.number_in_brick(cell) : site(cell);
+}
+
+void Ensemble::surround_amoebot(Catom catom) {
+    const Slot head = site_[catom] >> kBrickCellBits, tail = tail_[catom] >> kBrickCellBits;
+    surround(head);
+    if (tail != head) surround(tail);
 }
 
 void Ensemble::reshape(Catom catom, Cell head, Cell tail) {
@@ -35,8 +60,9 @@ void Ensemble::reshape(Catom catom, Cell head, Cell tail) {
     MELD_EXPECT(Lattice::in_range(head) && Lattice::in_range(tail), "cell {} {}", head.x, head.y);
     unlink_around(catom);
     cell_catom_[site_[catom]] = cell_catom_[tail_[catom]] = kNobody;
-    site_[catom] = site(head);
-    tail_[catom] = site(tail);
+    site_[catom] = site_near(head, site_[catom]);
+    tail_[catom] = site_near(tail, site_[catom]);
+    set_class(catom);
     for (const std::uint32_t each : {site_[catom], tail_[catom]}) {
         MELD_EXPECT(cell_catom_[each] == kNobody || cell_catom_[each] == static_cast<std::int32_t>(catom), "catom {} is there",
                     cell_catom_[each]);

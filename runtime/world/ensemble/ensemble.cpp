@@ -105,7 +105,10 @@ std::size_t Ensemble::brick_count() const { return origin_.size() / 3 - 1; }
 
 void Ensemble::surround(Slot slot) {
     const Cell centre = brick(slot);
-    for (u32 n = 0; n < kBrickNeighbours; ++n) {
+    // A flat world has one layer of bricks, the middle one of three.
+    constexpr u32 kLayer = kBrickNeighbours / 3;
+    const u32 first = lattice_.flat() ? kLayer : 0, end = lattice_.flat() ? 2 * kLayer : kBrickNeighbours;
+    for (u32 n = first; n < end; ++n) {
         if (neighbours_[std::size_t{slot} * kBrickNeighbours + n] != 0) continue;
         const Cell there = centre + Lattice::brick_offset(n);
         if (lattice_.brick_in_range(there)) make_slot(there);
@@ -279,7 +282,7 @@ void Ensemble::remove(Catom catom) {
         cut(catom);
     else
         unlink_around(catom), cell_catom_[site_[catom]] = kNobody;
-    if (has_amoebots()) cell_catom_[tail_[catom]] = kNobody, tail_[catom] = 0;
+    if (has_amoebots()) cell_catom_[tail_[catom]] = kNobody, tail_[catom] = 0, class_[catom] = kNoClass;
     site_[catom] = 0;
     free_index(catom);
 }
@@ -372,7 +375,7 @@ void Ensemble::reserve(std::size_t catoms, std::size_t bricks) {
 std::size_t Ensemble::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
     return ids_.bytes() + size(site_) + size(state_) + size(free_) + size(neighbours_) + size(cell_catom_) + size(target_) + size(origin_) +
-           size(key_) + slots_.bytes() + size(positions_) + size(link_back_) + size(tail_) + size(compass_) +
+           size(key_) + slots_.bytes() + size(positions_) + size(link_back_) + size(tail_) + size(compass_) + size(class_) +
            (links_ ? links_->bytes() : 0);
 }
 

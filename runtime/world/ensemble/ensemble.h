@@ -95,6 +95,29 @@ class Ensemble {
     // The catom occupies these two cells, or this one if they are the same. Others do not; what it occupied is empty if it is none of
     // these.
     void reshape(Catom catom, Cell head, Cell tail);
+    // By catom, the class of the cell of its head: its coordinates modulo kApart, as y * kApart + x; kNoClass if there is no such catom.
+    static constexpr std::int32_t kApart = 6;
+    static constexpr std::uint8_t kNoClass = 0xff;
+    std::span<const std::uint8_t> head_classes() const { return class_; }
+    // The lookups below cost a few loads, where at() and key() look for a brick. The bricks around the catom must be present.
+    enum class End { Head, Tail };
+    std::uint32_t site_beside(Catom catom, End end, int direction) const {
+        return site_towards(end == End::Head ? site_[catom] : tail_[catom], direction);
+    }
+    bool full_at(std::uint32_t site) const { return cell_catom_[site] != kNobody; }
+    CellKey key_at(std::uint32_t site) const { return key_[site >> kBrickCellBits] << kBrickCellBits | (site & (kBrickCells - 1)); }
+    // Calls visit(Catom) for whoever is beside the catom, once for each pair of cells that touch; the catom itself too if it has two.
+    template <class Visit>
+    void each_beside(Catom catom, const Visit& visit) const {
+        const int cells = tail_[catom] != site_[catom] ? 2 : 1;
+        for (int place = 0; place < cells * kDirections; ++place) {
+            const std::uint32_t from = place < kDirections ? site_[catom] : tail_[catom];
+            if (const std::int32_t there = cell_catom_[site_towards(from, place % kDirections)]; there != kNobody)
+                visit(static_cast<Catom>(there));
+        }
+    }
+    // surround() for the bricks of both cells.
+    void surround_amoebot(Catom catom);
 
     // ---- catoms at arbitrary positions (free_ensemble.cpp)
     // They have no cells; their neighbours are the catoms they are linked with, over ports that are only numbers. The arrays of geometry()
@@ -137,10 +160,7 @@ class Ensemble {
     // Like Lattice::key, without the walk along the curve for bricks that are present.
     CellKey key(Cell cell) const;
     // Of the cell on which a catom stands.
-    CellKey key_of(Catom catom) const {
-        const std::uint32_t site = site_[catom];
-        return key_[site >> kBrickCellBits] << kBrickCellBits | (site & (kBrickCells - 1));
-    }
+    CellKey key_of(Catom catom) const { return key_at(site_[catom]); }
     Cell cell(Catom catom) const;
     std::uint64_t id(Catom catom) const { return ids_.of(catom); }
     CatomState state(Catom catom) const { return static_cast<CatomState>(state_[catom]); }
@@ -180,6 +200,9 @@ class Ensemble {
     // Tails and compasses for catoms below this index that have none: one cell.
     void add_tails(Catom end);
     void set_amoebot(Catom catom);
+    void set_class(Catom catom);
+    // The site of a cell that is probably in the brick of another site.
+    std::uint32_t site_near(Cell cell, std::uint32_t near);
     void link_amoebot(Catom catom, Catom placed_until);
     void unlink_around(Catom catom);
     // Of the bricks that are present; site 0 is in none.
@@ -212,10 +235,10 @@ class Ensemble {
     std::vector<Catom> free_;
     std::size_t owned_count_ = 0, ghost_count_ = 0;
 
-    // For amoebots, by catom: the site of the tail, and the compass as Geometry has it.
+    // For amoebots, by catom: the site of the tail, the compass as Geometry has it, and the class of the head.
     std::function<std::uint8_t(std::uint64_t)> compass_of_;
     RawArray<std::uint32_t> tail_;
-    RawArray<std::uint8_t> compass_;
+    RawArray<std::uint8_t> compass_, class_;
 
     // For catoms at arbitrary positions: by site and port, the port at the other end of the link.
     bool free_links_ = false, graph_ = false, any_ports_ = false;
