@@ -288,6 +288,24 @@ class Chains(Case):
         self.refused("meldsim", *RUN, "--checkpoint-changes", code=2, says="--checkpoint-changes requires --checkpoint.")
 
 
+class LongChains(Case):
+    def test_where_next_to_nothing_changes(self):
+        """A resume opens all files of a series, so it ends before there are too many."""
+        self.write("later.meld", "type linear go(node).\ntype done(node, int).\n"
+                   f"type x(node{16 * ', int'}).\ngo(@0).\ngo(A) -o done(A, 1)@+600.\n"
+                   f"x(A{''.join(f', {i} * I * I * I % 1000003' for i in range(11, 27))}) :- id(A, I).\n")
+        self.write("large.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(40, 40, 40)"\n')
+        self.call("meldsim", "run", "later.meld", "--world", "large.toml", "--ticks", 590, "--quiet", "--checkpoint", "kept",
+                  "--checkpoint-every", "1ticks", "--checkpoint-changes")
+        whole = [path for path in self.manifests() if "changes_since" not in path.read_text()]
+        self.assertEqual(len(whole), 2)
+        ticks = [int(path.name.split(".")[0]) for path in (*whole, self.manifests()[-1])]
+        self.assertEqual(ticks[1] - ticks[0], 250)
+        self.assertEqual(len(self.shares()), ticks[2] - ticks[0] + 1)
+        self.resume("--ticks", 602, "--facts-out", "facts")
+        self.assertIn("done(@0, 1)", self.read("facts").decode())
+
+
 class Damage(Case):
     """Checkpoints that are not whole are refused, and the one before is used."""
 

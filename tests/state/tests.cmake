@@ -77,7 +77,7 @@ add_test(NAME debug_asking_random COMMAND ${asking_test} --seeds 4 RandomAsked)
 add_test(NAME debug_asking_campaign COMMAND ${asking_test} --seeds 60 RandomAsked)
 set_tests_properties(debug_messages debug_depends debug_history debug_keys debug_asking_random PROPERTIES TIMEOUT 300)
 set_tests_properties(debug_asking_campaign PROPERTIES TIMEOUT 3600 LABELS campaign)
-foreach(class Ways Chains Damage Refusals)
+foreach(class Ways Chains LongChains Damage Refusals)
   string(TOLOWER ${class} name)
   add_test(NAME state_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/resume_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})

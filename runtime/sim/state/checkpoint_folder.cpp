@@ -32,8 +32,9 @@ using nlohmann::json;
 constexpr int kMostTries = 20;
 
 constexpr off_t kMostOfAManifest_bytes = 1 << 24;
-// A chain is as long as its changes take at most this part of the whole one.
+// A chain is as long as its changes take at most this part of the whole one, and has no more checkpoints than a process may open files.
 constexpr std::uint64_t kMostChanges = 2;
+constexpr int kMostInChain = 250;
 constexpr std::string_view kManifest = ".checkpoint.json", kShare = ".share";
 
 std::string manifest_name(std::int64_t tick) { return fmt::format("{}{}", tick, kManifest); }
@@ -323,6 +324,7 @@ void CheckpointFolder::note_written(std::int64_t tick, bool whole, std::uint64_t
         if (chain_ && !chain_->has(tick)) before_ = chain_;
         chain_ = {tick, tick};
         whole_bytes_ = changed_bytes_ = 0;
+        in_chain_ = 0;
     }
     chain_->last = tick;
     if (stores_ == Stores::Everything) return;
@@ -331,7 +333,8 @@ void CheckpointFolder::note_written(std::int64_t tick, bool whole, std::uint64_t
     ByteReader in(of_all, "the sizes of shares");
     for (int process = 0; process < comm.processes(); ++process) sum += in.read<std::uint64_t>();
     (whole ? whole_bytes_ : changed_bytes_) += sum;
-    if (changed_bytes_ * kMostChanges > whole_bytes_) blocks_ = {};
+    // A resume opens all files that the last one refers to.
+    if (changed_bytes_ * kMostChanges > whole_bytes_ || ++in_chain_ >= kMostInChain) blocks_ = {};
 }
 
 // What a run has left that stopped while it wrote goes too, and the lock on that.

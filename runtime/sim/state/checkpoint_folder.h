@@ -114,6 +114,7 @@ class CheckpointFolder {
     WrittenBlocks blocks_;                 // Of this process, in the last one; none before a whole one.
     // What the whole one of this chain and the changes after it take, of all processes.
     std::uint64_t whole_bytes_ = 0, changed_bytes_ = 0;
+    int in_chain_ = 0;  // Checkpoints of this chain.
 };
 
 }  // namespace meld::sim

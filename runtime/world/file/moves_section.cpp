@@ -178,7 +178,7 @@ void read_moves(TomlReader& reader, const Section& motion, World& world) {
         for (const toml::node& table : *own->as_array()) add(*table.as_table());
     } else if (own != nullptr) {
         motion.wrong("move", fmt::format("[motion] move {}", type_mismatch(*own, "tables [[motion.move]]")),
-                     motion.has("moves") ? "" : "or write moves = \"sliding\"");
+                     motion.has("moves") ? "" : "Write tables [[motion.move]], or moves = \"sliding\"");
     }
     if (reader.error() || listed.empty()) return;
     const std::string named = name.empty() ? "" : fmt::format("the moves \"{}\"", name);
