@@ -23,6 +23,8 @@ BREAKS = {
     "election": [("../../meld/boundary_election.meld", "border(A, _, 6)", "border(A, _, _)")],
     # The cost of a way is given up too early, so units find no way to the last empty cells.
     "ensembles": [("../../meld/shape_change.meld", "const reach = 12.0.", "const reach = 1.0.")],
+    # Those inside never move, so holes stay where they came to be.
+    "holes": [("../../meld/hole_motion.meld", "target(A, P) -o", "target(A, P), outside(A) -o")],
     # They go around each other as closely as half a diameter.
     "kilobots": [("assembly.meld", "const apart = 1.0.", "const apart = 0.5.")],
     # Nobody adjusts to his neighbours.

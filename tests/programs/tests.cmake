@@ -91,7 +91,7 @@ foreach(program spanning_forest erosion_election boundary_election hexagon_forma
   set_tests_properties(amoebots_${program} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
 # Figures of papers, made again by the scripts of examples/papers.
-foreach(paper luby ghs compression election ensembles healing kilobots localization pagerank)
+foreach(paper luby ghs compression election ensembles healing holes kilobots localization pagerank)
   add_test(NAME papers_${paper} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/papers_test.py $<TARGET_FILE:meldsim> ${paper})
   set_tests_properties(papers_${paper} PROPERTIES TIMEOUT 300 PROCESSORS 2)
 endforeach()
