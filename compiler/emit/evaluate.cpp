@@ -203,17 +203,15 @@ void emit_links_ahead(const plan::Plan& plan, Writer& w) {
 // Whether the program is one of amoebots that are activated: by the linear fact of the prelude.
 bool activates(const plan::Plan& plan) {
     return plan.program.by_links && std::ranges::any_of(plan.program.predicates.ids(), [&](PredicateId id) {
-        const Predicate& p = plan.program.predicates[id];
-        return p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == plan::Storage::Rows;
-    });
+               const Predicate& p = plan.program.predicates[id];
+               return p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == plan::Storage::Rows;
+           });
 }
 
 // The heads of rows of linear facts that are given to the catom, or that its rules make of one that is.
 void emit_heads_ahead(const plan::Plan& plan, Writer& w) {
     std::uint64_t linear = 0;
-    const auto in_rows = [&](PredicateId id) {
-        return plan.program.predicates[id].linear() && plan.of(id).storage == plan::Storage::Rows;
-    };
+    const auto in_rows = [&](PredicateId id) { return plan.program.predicates[id].linear() && plan.of(id).storage == plan::Storage::Rows; };
     const auto makes = [&](const RulePlan& r, PredicateId id) {
         const auto& made = plan.program.rules[r.rule].derives;
         return std::ranges::find(made, id) != made.end();

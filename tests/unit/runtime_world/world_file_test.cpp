@@ -155,8 +155,7 @@ TEST(WorldFile, RefusesWrongMoves) {
     EXPECT_EQ(own("by = [3, 0]\n"),
               "w.toml:7:6: [[motion.move]] by is 3 cells away. moves lead at most 2 cells far in each coordinate, and depend on cells at "
               "most 4 away");
-    EXPECT_EQ(own("by = [-9223372036854775808, 0]\n").substr(0, 62),
-              "w.toml:7:6: [[motion.move]] by is 9223372036854775808 cells aw");
+    EXPECT_EQ(own("by = [-9223372036854775808, 0]\n").substr(0, 62), "w.toml:7:6: [[motion.move]] by is 9223372036854775808 cells aw");
     EXPECT_EQ(own("by = [1, 0]\nfull = [[0, 1], [1, 1]]\none_empty = [[[1, 1], [0, 1]]]\n"),
               "w.toml:9:13: one of the cells [1, 1] and [0, 1] would have to be empty, and full has both of them. "
               "take one of the two out of full");
