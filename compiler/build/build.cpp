@@ -113,10 +113,9 @@ using Objects = Result<std::vector<std::string>>;
 Result<std::string> find_or_build(const std::string& hash, const std::string& target, const BuildOptions& options,
                                   const std::function<Objects(const Backend&)>& compile) {
     const std::string module_path = fmt::format("{}/{}{}", options.cache_dir, hash, kModuleExtension);
-    if (is_intact(module_path, options)) {
-        touch(module_path);
-        return module_path;
-    }
+    // First of all, so that no other process removes it as one that nobody uses.
+    touch(module_path);
+    if (is_intact(module_path, options)) return module_path;
     const Result<const Backend*> backend = load_backend();
     if (!backend) return tl::unexpected(backend.error());
     Objects objects = compile(**backend);

@@ -167,8 +167,10 @@ void evict(const std::string& folder, const std::string& keep, const CacheLimits
     for (const CachedFile& file : files) {
         const bool crowded = file.piece ? pieces > limits.pieces : modules > limits.files;
         if ((!crowded && size_bytes <= limits.size_bytes) || file.path == fs::path(keep)) continue;
-        std::error_code ignored;
-        fs::remove(file.path, ignored);
+        // Another process may have begun to use it since.
+        std::error_code gone;
+        if (fs::last_write_time(file.path, gone) != file.used && !gone) continue;
+        fs::remove(file.path, gone);
         --(file.piece ? pieces : modules);
         size_bytes -= file.size_bytes;
     }

@@ -296,13 +296,13 @@ class LongChains(Case):
                    f"x(A{''.join(f', {i} * I * I * I % 1000003' for i in range(11, 27))}) :- id(A, I).\n")
         self.write("large.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(40, 40, 40)"\n')
         self.call("meldsim", "run", "later.meld", "--world", "large.toml", "--ticks", 590, "--quiet", "--checkpoint", "kept",
-                  "--checkpoint-every", "1ticks", "--checkpoint-changes")
+                  "--checkpoint-every", "1ticks", "--checkpoint-changes", "--facts-out", "facts")
         whole = [path for path in self.manifests() if "changes_since" not in path.read_text()]
         self.assertEqual(len(whole), 2)
         ticks = [int(path.name.split(".")[0]) for path in (*whole, self.manifests()[-1])]
         self.assertEqual(ticks[1] - ticks[0], 250)
         self.assertEqual(len(self.shares()), ticks[2] - ticks[0] + 1)
-        self.resume("--ticks", 602, "--facts-out", "facts")
+        self.resume("--ticks", 602)
         self.assertIn("done(@0, 1)", self.read("facts").decode())
 
 
