@@ -335,7 +335,8 @@ bool Boxes::by_face(int axis, double separated, bool apart, Manifold& found) con
     // In this core's frame, but along `out`.
     const double sign = dot(out, own_pose.axes[static_cast<std::size_t>(up)]) < 0 ? -1 : 1;
     Ring ring;
-    for (const Vec3 corner : face_along(other, other_pose, -out).all()) ring.push(into(own_pose, towards + corner));
+    const auto face = face_along(other, other_pose, -out);
+    for (const Vec3 corner : face.all()) ring.push(into(own_pose, towards + corner));
     if (other.half_m.x == 0) {
         // A line: a ring of two corners, of which clipping would find each crossing twice.
         Vec3 &p = ring.corners[0], &q = ring.corners[1];
