@@ -1,6 +1,7 @@
 # Runs that are stopped and go on.
 meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE_CURRENT_LIST_DIR}/timeline_test.cpp
                               ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp ${CMAKE_CURRENT_LIST_DIR}/places_test.cpp
+                              ${CMAKE_CURRENT_LIST_DIR}/fact_store_test.cpp
                               ${CMAKE_CURRENT_LIST_DIR}/liveness_test.cpp ${CMAKE_CURRENT_LIST_DIR}/inspect_test.cpp
                               ${CMAKE_CURRENT_LIST_DIR}/digest_test.cpp
           DEPENDS runtime/driver)

@@ -17,9 +17,10 @@ FactStore::~FactStore() {
 
 void FactStore::resize(std::size_t catoms) {
     columns.resize(catoms, &workers_);
-    evaluator.resize(catoms);
+    // Room that was made ahead, as for mailboxes, stays.
+    evaluator.resize(columns.count());
     for (const auto& follower : followers_) follower->resize(columns.count());
-    if (eval::Counts* counts = evaluator.counts()) counts->resize(catoms);
+    if (eval::Counts* counts = evaluator.counts()) counts->resize(columns.count());
 }
 
 void FactStore::forget(u32 catom, u64 id) {
