@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "runtime/world/file/world_file.h"
 #include "tests/bench/measure.h"
 
 namespace {

@@ -13,6 +13,7 @@
 #include "runtime/module/load/module.h"
 #include "runtime/sim/simulation.h"
 #include "runtime/world/ensemble/target.h"
+#include "runtime/world/file/world_file.h"
 #include "tests/bench/clock.h"
 
 namespace meld::bench {

@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "runtime/base/assert.h"
+#include "runtime/world/description/measure.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/ensemble/target.h"
-#include "runtime/world/file/populate.h"
 #include "runtime/world/file/world_file.h"
 #include "runtime/world/graph/divide.h"
 #include "runtime/world/shapes/nearest_cell.h"

@@ -13,7 +13,8 @@
 #include "runtime/module/load/module.h"
 #include "runtime/results/record/state_digest.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld {
 namespace {

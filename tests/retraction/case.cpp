@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::retraction {
 

@@ -12,7 +12,7 @@
 
 #include "compiled.h"
 #include "run.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::retraction {
 namespace {

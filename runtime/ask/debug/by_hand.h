@@ -13,7 +13,7 @@
 #include "runtime/ask/debug/command.h"
 #include "runtime/base/error.h"
 #include "runtime/results/timeline/timeline.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::debug {
 

@@ -14,6 +14,7 @@
 #include "runtime/driver/study/row_store.h"
 #include "runtime/driver/study/study_plan.h"
 #include "runtime/driver/study/study_table.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

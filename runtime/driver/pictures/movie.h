@@ -4,7 +4,7 @@
 #include "runtime/base/error.h"
 #include "runtime/driver/pictures/frame_observer.h"
 #include "runtime/driver/setup/options.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

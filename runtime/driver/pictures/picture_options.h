@@ -12,7 +12,7 @@
 #include "runtime/show/picture/camera_path.h"
 #include "runtime/show/picture/frame.h"
 #include "runtime/show/picture/sheet.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

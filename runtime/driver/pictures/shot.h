@@ -11,7 +11,7 @@
 #include "runtime/show/picture/frame.h"
 #include "runtime/show/picture/sheet.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

@@ -22,6 +22,8 @@
 #include "runtime/results/record/recording.h"
 #include "runtime/results/record/recording_reader.h"
 #include "runtime/results/record/state_digest.h"
+#include "runtime/world/description/limits.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

@@ -18,7 +18,7 @@
 #include "runtime/module/load/module.h"
 #include "runtime/results/record/provenance.h"
 #include "runtime/sim/simulation.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

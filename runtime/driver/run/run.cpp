@@ -19,6 +19,7 @@
 #include "runtime/driver/setup/inputs.h"
 #include "runtime/driver/setup/outputs.h"
 #include "runtime/driver/setup/print_error.h"
+#include "runtime/world/description/measure.h"
 
 namespace meld::driver {
 

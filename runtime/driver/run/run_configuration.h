@@ -6,7 +6,7 @@
 #include "runtime/driver/run/configuration_agreement.h"
 #include "runtime/driver/setup/options.h"
 #include "runtime/module/load/module.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

@@ -10,7 +10,7 @@
 #include "runtime/driver/setup/options.h"
 #include "runtime/results/record/drawing.h"
 #include "runtime/results/timeline/timeline.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace CLI {
 class App;

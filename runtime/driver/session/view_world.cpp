@@ -17,8 +17,10 @@
 #include "runtime/show/view/scene/block.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/choices.h"
+#include "runtime/world/description/measure.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/ensemble/target.h"
-#include "runtime/world/file/populate.h"
+#include "runtime/world/file/world_file.h"
 #include "runtime/world/shapes/nearest_cell.h"
 
 namespace meld::driver {

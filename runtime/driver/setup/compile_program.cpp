@@ -15,6 +15,7 @@
 #include "runtime/driver/run/run.h"
 #include "runtime/driver/setup/default_world.h"
 #include "runtime/driver/setup/inputs.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

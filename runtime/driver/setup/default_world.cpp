@@ -12,6 +12,7 @@
 #include "runtime/module/abi/geometry_abi.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/ensemble/target.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

@@ -6,7 +6,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/module/abi/module_abi.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

@@ -20,6 +20,8 @@
 #include "runtime/driver/setup/extension_file.h"
 #include "runtime/driver/setup/memory_check.h"
 #include "runtime/engine/tuple/program_actions.h"
+#include "runtime/world/description/limits.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

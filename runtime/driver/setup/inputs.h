@@ -10,8 +10,8 @@
 #include "runtime/driver/setup/options.h"
 #include "runtime/module/load/module.h"
 #include "runtime/sim/simulation.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/ensemble/target.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

@@ -11,7 +11,7 @@
 #include "runtime/driver/setup/options.h"
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/brick_counts.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

@@ -11,7 +11,8 @@
 #include "runtime/driver/shrink/ddmin.h"
 #include "runtime/driver/shrink/list_world.h"
 #include "runtime/driver/shrink/sizes.h"
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

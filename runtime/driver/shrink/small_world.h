@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/graph/part.h"
 
 namespace meld::driver {

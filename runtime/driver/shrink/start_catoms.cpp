@@ -1,6 +1,6 @@
 #include "runtime/driver/shrink/start_catoms.h"
 
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/graph/part.h"
 #include "runtime/world/shapes/nearest_cell.h"
 

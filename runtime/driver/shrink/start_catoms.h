@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::driver {
 

@@ -20,6 +20,7 @@
 #include "runtime/driver/setup/inputs.h"
 #include "runtime/driver/setup/run_words.h"
 #include "runtime/driver/study/study_world.h"
+#include "runtime/world/file/world_file.h"
 
 namespace meld::driver {
 

@@ -14,7 +14,7 @@
 #include "runtime/show/render/number.h"
 #include "runtime/show/render/scene.h"
 #include "runtime/sim/core/subdomain.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/lattice/lattice.h"
 
 namespace meld::picture {

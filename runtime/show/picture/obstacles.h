@@ -2,7 +2,7 @@
 #pragma once
 
 #include "runtime/show/render/scene.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::picture {
 

@@ -9,7 +9,7 @@
 #include "runtime/results/record/drawing.h"
 #include "runtime/show/picture/frame.h"
 #include "runtime/show/render/scene.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/lattice/lattice.h"
 
 namespace meld::picture {

@@ -12,7 +12,7 @@
 
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/fixed_touches.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/shapes/rounded_body.h"
 
 namespace meld::sim {

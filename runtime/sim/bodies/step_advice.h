@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "runtime/world/file/physics_options.h"
+#include "runtime/world/description/physics_options.h"
 
 namespace meld::sim {
 

@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include "runtime/base/bytes.h"
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/measure.h"
+#include "runtime/world/description/populate.h"
 
 namespace meld::sim {
 

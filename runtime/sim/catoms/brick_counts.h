@@ -9,7 +9,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/process/parallel_for.h"
 #include "runtime/comm/transport/communicator.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/lattice/lattice.h"
 
 namespace meld::sim {

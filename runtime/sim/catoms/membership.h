@@ -9,9 +9,9 @@
 #include "runtime/comm/transport/communicator.h"
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/nodes.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/ensemble/ensemble.h"
 #include "runtime/world/ensemble/target.h"
-#include "runtime/world/file/world_file.h"
 #include "runtime/world/partition/partition.h"
 
 namespace meld::sim {

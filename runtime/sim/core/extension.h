@@ -18,7 +18,7 @@
 #include "runtime/base/version.h"
 #include "runtime/engine/tuple/change_log.h"
 #include "runtime/sim/core/argument.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::sim {
 

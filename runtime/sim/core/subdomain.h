@@ -23,8 +23,8 @@
 #include "runtime/sim/network/network.h"
 #include "runtime/sim/network/routes.h"
 #include "runtime/sim/network/turns.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/ensemble/target.h"
-#include "runtime/world/file/world_file.h"
 #include "runtime/world/shapes/rounded_body.h"
 
 namespace meld::sim {

@@ -24,7 +24,7 @@
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
-#include "runtime/world/file/network.h"
+#include "runtime/world/description/network.h"
 
 namespace meld::sim {
 

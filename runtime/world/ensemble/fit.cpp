@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/shapes/shape_tree.h"
 
 namespace meld::world {

@@ -8,8 +8,8 @@
 #include <functional>
 #include <utility>
 
+#include "runtime/world/description/populate.h"
 #include "runtime/world/ensemble/fit.h"
-#include "runtime/world/file/populate.h"
 
 namespace meld::world {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "runtime/base/error.h"
+#include "runtime/world/description/populate.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/ensemble/brick_table.h"
-#include "runtime/world/file/populate.h"
-#include "runtime/world/file/world_file.h"
 #include "runtime/world/lattice/lattice.h"
 
 namespace meld::world {

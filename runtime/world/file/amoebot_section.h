@@ -1,8 +1,8 @@
 // The section [motion] of a world of amoebots.
 #pragma once
 
+#include "runtime/world/description/world.h"
 #include "runtime/world/file/toml_reader.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 

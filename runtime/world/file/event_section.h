@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
+#include "runtime/world/description/world.h"
 #include "runtime/world/file/toml_reader.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 

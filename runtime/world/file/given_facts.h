@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/world/description/world.h"
 #include "runtime/world/file/toml_reader.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/world/file/point_section.h"
+#include "runtime/world/file/world_file.h"
 #include "runtime/world/graph/cycle.h"
 #include "runtime/world/graph/files.h"
 #include "runtime/world/graph/generate.h"

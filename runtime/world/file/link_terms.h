@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/world/file/network.h"
+#include "runtime/world/description/network.h"
 #include "runtime/world/file/toml_reader.h"
 
 namespace meld::world {

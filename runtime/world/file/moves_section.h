@@ -1,8 +1,8 @@
 // How catoms on a lattice can move: [motion] moves = "pivoting", and [[motion.move]].
 #pragma once
 
+#include "runtime/world/description/world.h"
 #include "runtime/world/file/toml_reader.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 

@@ -1,7 +1,7 @@
 // [network] and [clock] of a world file.
 #pragma once
 
-#include "runtime/world/file/network.h"
+#include "runtime/world/description/network.h"
 #include "runtime/world/file/toml_reader.h"
 
 namespace meld::world {

@@ -264,15 +264,6 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 
 }  // namespace
 
-BodyForm::Core BodyForm::core(double radius) const {
-    constexpr double kRoundedShare = 0.02;
-    if (kind == "sphere") return {{}, radius};
-    if (kind == "capsule") return {{0, 0, std::max(length / 2 - radius, 0.0)}, radius};
-    const Vec3 whole = kind == "cube" ? Vec3{2 * radius, 2 * radius, 2 * radius} : edges;
-    const double least = std::ranges::min(whole), round = std::min(rounding.value_or(kRoundedShare * least), 0.49 * least);
-    return {{whole[0] / 2 - round, whole[1] / 2 - round, whole[2] / 2 - round}, round};
-}
-
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
     const Section section(
         reader, table, "[motion]",

@@ -1,7 +1,7 @@
 // The section [motion] of a world whose catoms are bodies.
 #pragma once
 
-#include "runtime/world/file/physics_options.h"
+#include "runtime/world/description/physics_options.h"
 #include "runtime/world/file/toml_reader.h"
 
 namespace meld::world {

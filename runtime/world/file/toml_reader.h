@@ -14,8 +14,8 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/hash.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/file/model_files.h"
-#include "runtime/world/file/world_file.h"
 #include "runtime/world/shapes/expression.h"
 
 namespace meld::world {

@@ -12,8 +12,9 @@
 
 #include "runtime/base/did_you_mean.h"
 #include "runtime/base/files/input_file.h"
+#include "runtime/world/description/measure.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/file/amoebot_section.h"
-#include "runtime/world/file/cells_file.h"
 #include "runtime/world/file/event_section.h"
 #include "runtime/world/file/given_facts.h"
 #include "runtime/world/file/graph_section.h"
@@ -21,10 +22,10 @@
 #include "runtime/world/file/network_section.h"
 #include "runtime/world/file/physics_section.h"
 #include "runtime/world/file/point_section.h"
-#include "runtime/world/file/populate.h"
-#include "runtime/world/file/positions_file.h"
 #include "runtime/world/file/program_section.h"
 #include "runtime/world/file/toml_reader.h"
+#include "runtime/world/lists/cells_file.h"
+#include "runtime/world/lists/positions_file.h"
 #include "runtime/world/shapes/shape_tree.h"
 
 namespace meld::world {

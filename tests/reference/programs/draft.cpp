@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "runtime/base/error.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::reference {
 

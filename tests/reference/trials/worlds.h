@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/graph/graph.h"
 #include "tests/retraction/case.h"
 

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "runtime/world/file/populate.h"
-#include "runtime/world/file/positions_file.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/file/world_file.h"
+#include "runtime/world/lists/positions_file.h"
 
 namespace meld::world {
 namespace {

@@ -1,4 +1,5 @@
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
+#include "runtime/world/description/measure.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/shapes/shape_tree.h"
 
 namespace meld::world {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/lattice/move_table.h"
 
 namespace meld::world {

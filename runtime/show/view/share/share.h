@@ -10,7 +10,7 @@
 #include "runtime/results/record/drawing.h"
 #include "runtime/results/timeline/timeline.h"
 #include "runtime/show/picture/frame.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::view {
 

@@ -9,9 +9,10 @@
 
 #include "runtime/engine/tuple/program_actions.h"
 #include "runtime/sim/core/setup/setup.h"
+#include "runtime/world/description/measure.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/ensemble/brick_table.h"
 #include "runtime/world/ensemble/ensemble.h"
-#include "runtime/world/file/populate.h"
 #include "runtime/world/partition/partition.h"
 
 namespace meld::sim {

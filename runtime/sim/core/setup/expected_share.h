@@ -5,7 +5,7 @@
 
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/brick_counts.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 
 namespace meld::sim {
 

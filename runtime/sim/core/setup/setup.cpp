@@ -16,7 +16,8 @@
 #include "runtime/sim/core/programs.h"
 #include "runtime/sim/core/setup/graph_setup.h"
 #include "runtime/sim/core/setup/world_facts.h"
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/limits.h"
+#include "runtime/world/description/populate.h"
 #include "runtime/world/lattice/move_table.h"
 
 namespace meld::sim {

@@ -1,4 +1,6 @@
 // The limits of a run: what stands in [limits] or --limit, and otherwise what follows from memory.
+#include "runtime/world/description/limits.h"
+
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -6,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "runtime/base/units.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 

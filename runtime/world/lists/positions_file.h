@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "runtime/base/error.h"
-#include "runtime/world/file/physics_options.h"
+#include "runtime/world/description/physics_options.h"
 
 namespace meld::world {
 

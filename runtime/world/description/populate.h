@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/base/process/parallel_for.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
 #include "runtime/world/lattice/lattice.h"
 
 namespace meld::world {

@@ -1,5 +1,5 @@
 // The header of an .npy file is a Python dictionary: {'descr': '<f8', 'fortran_order': False, 'shape': (4, 3), }.
-#include "runtime/world/file/npy_file.h"
+#include "runtime/world/lists/npy_file.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include <tuple>
 #include <utility>
 
-#include "runtime/world/file/table_lines.h"
+#include "runtime/world/lists/table_lines.h"
 
 namespace meld::world {
 namespace {

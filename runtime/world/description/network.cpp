@@ -1,4 +1,4 @@
-#include "runtime/world/file/network.h"
+#include "runtime/world/description/network.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,5 +1,5 @@
 // Finds bricks by halving the box of bricks that holds a shape, and leaves out every part that the shape does not reach.
-#include "runtime/world/file/populate.h"
+#include "runtime/world/description/populate.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 // Reading and checking lists of cells.
-#include "runtime/world/file/cells_file.h"
+#include "runtime/world/lists/cells_file.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <charconv>
 #include <cmath>
 
-#include "runtime/world/file/npy_file.h"
-#include "runtime/world/file/table_lines.h"
-#include "runtime/world/file/world_file.h"
+#include "runtime/world/description/world.h"
+#include "runtime/world/lists/npy_file.h"
+#include "runtime/world/lists/table_lines.h"
 
 namespace meld::world {
 namespace {
@@ -98,15 +98,6 @@ Result<std::vector<Cell>> CellList::sorted() {
         cells.push_back(cell);
     }
     return cells;
-}
-
-void sort_cells(std::vector<Cell>& cells, const Lattice& lattice) {
-    std::vector<CellKey> keys;
-    for (const Cell cell : cells) keys.push_back(lattice.key(cell));
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    cells.clear();
-    for (const CellKey key : keys) cells.push_back(lattice.cell_at(key));
 }
 
 }  // namespace meld::world

@@ -1,11 +1,10 @@
-#include "runtime/world/file/failures.h"
+#include "runtime/world/description/failures.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "runtime/base/random.h"
-#include "runtime/world/file/world_file.h"
 
 namespace meld::world {
 namespace {
@@ -37,16 +36,6 @@ bool strikes(Fault fault, double probability, std::uint64_t seed, std::size_t nu
     if (probability <= 0) return false;
     const auto [low, high] = std::minmax(a, b);
     return drawn(probability, random_bits(seed ^ kFaultSalt, low | use(fault, number), high, static_cast<std::uint64_t>(tick)));
-}
-
-std::int64_t Event::latest(std::int64_t now) const {
-    if (now < tick) return 0;
-    return every == 0 ? tick : tick + std::min(times - 1, (now - tick) / every) * every;
-}
-
-bool World::expects_after(std::int64_t tick) const {
-    return std::ranges::any_of(events, [&](const Event& event) { return event.last() > tick; }) ||
-           std::ranges::any_of(faults, [&](const Faults& one) { return one.until > tick; });
 }
 
 }  // namespace meld::world

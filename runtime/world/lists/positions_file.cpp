@@ -1,5 +1,5 @@
 // Reading lists of positions.
-#include "runtime/world/file/positions_file.h"
+#include "runtime/world/lists/positions_file.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "runtime/base/did_you_mean.h"
-#include "runtime/world/file/npy_file.h"
-#include "runtime/world/file/table_lines.h"
+#include "runtime/world/lists/npy_file.h"
+#include "runtime/world/lists/table_lines.h"
 
 namespace meld::world {
 namespace {

@@ -1,4 +1,6 @@
 // Computes the size of a world before it is made.
+#include "runtime/world/description/measure.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <numbers>
 
 #include "runtime/base/hash.h"
-#include "runtime/world/file/world_file.h"
 #include "runtime/world/shapes/nearest_cell.h"
 #include "runtime/world/shapes/shape_tree.h"
 
