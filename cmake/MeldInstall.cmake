@@ -58,7 +58,13 @@ install(FILES cmake/claymeldConfig.cmake ${CMAKE_BINARY_DIR}/claymeldConfigVersi
 set(exported runtime_base runtime_base_process runtime_base_files runtime_base_terminal runtime_comm_launch runtime_comm_transport
   runtime_engine_tuple runtime_world_lattice runtime_world_shapes runtime_world_file runtime_world_ensemble runtime_world_partition
   runtime_sim_catoms runtime_sim_network runtime_sim_core)
-list(JOIN exported "," exported)
+set(exported_libraries "")
+foreach(layer ${exported})
+  get_target_property(library ${layer} MELD_LIBRARY)
+  list(APPEND exported_libraries ${library})
+endforeach()
+list(REMOVE_DUPLICATES exported_libraries)
+list(JOIN exported_libraries "," exported)
 set_target_properties(meldsim PROPERTIES ENABLE_EXPORTS ON LINK_LIBRARY_OVERRIDE "WHOLE_ARCHIVE,${exported}")
 
 # The Debian packages.

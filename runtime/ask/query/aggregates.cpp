@@ -15,10 +15,11 @@ using check::Aggregate;
 using check::AggregateInfo;
 using check::Type;
 
+// An aggregate as the kernel computes it.
 template <class V, class Of>
-class Known : public Accumulator {
+class OfKernel : public Accumulator {
   public:
-    Known(Scratch& scratch, Type value_type, bool needs_match, Of of)
+    OfKernel(Scratch& scratch, Type value_type, bool needs_match, Of of)
         : Accumulator(std::move(value_type)), scratch_(scratch), needs_match_(needs_match), of_(of) {}
     void add(Value value) override { of_.add(scratch_, 0, value_as<V>(value)); }
     std::optional<Value> result() override {
@@ -61,7 +62,7 @@ std::unique_ptr<Accumulator> accumulator(const Program& program, Terms& terms, c
     const bool needs_match = about.of_nothing.empty();
     Scratch& scratch = terms.scratch;
     const auto make = [&]<class V>(std::type_identity<V>, auto of) -> std::unique_ptr<Accumulator> {
-        return std::make_unique<Known<V, decltype(of)>>(scratch, value, needs_match, of);
+        return std::make_unique<OfKernel<V, decltype(of)>>(scratch, value, needs_match, of);
     };
     // Calls with the kernel's parameter for values of this type.
     const auto by_type = [&](const auto& call) -> std::unique_ptr<Accumulator> {

@@ -17,6 +17,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/files/partial_outputs.h"
+#include "runtime/base/process/copied_process.h"
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/process/liveness.h"
 
@@ -91,16 +92,6 @@ Result<OutputLock> take_lock(const std::string& target, const std::string& shown
     Result<OutputLock> lock = OutputLock::take(target, shown);
     if (lock && is_name_beside(target, lock->left_behind())) unlink((folder_of(target) + lock->left_behind()).c_str());
     return lock;
-}
-
-bool write_all(int descriptor, std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t written = ::write(descriptor, text.data(), text.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return false;
-        text.remove_prefix(static_cast<std::size_t>(written));
-    }
-    return true;
 }
 
 }  // namespace
@@ -284,7 +275,7 @@ void OutputFile::put(std::string_view text) {
     std::optional<liveness::WritesToStream> writes;
     if (stream_) writes.emplace();
     if (!stream_ && lseek(descriptor_, static_cast<off_t>(offset_), SEEK_SET) < 0) set_error(errno);
-    if (error_ == 0 && !write_all(descriptor_, text)) set_error(errno);
+    if (error_ == 0 && !write_all(descriptor_, text)) set_error(errno != 0 ? errno : EIO);
     offset_ += text.size();
     note_written();
     // What must get to the disk anyway begins now, while more is made. Whether it gets there is what fsync says.

@@ -19,7 +19,7 @@ namespace meld::record {
 
 namespace {
 
-constexpr hsize_t kRowsAtOnce = 8192;
+constexpr hsize_t kFactsAtOnce = 8192;
 constexpr std::size_t kMaxRow_bytes = 1 << 16;
 
 std::string print_float(double value) {
@@ -144,7 +144,7 @@ Result<void> Hdf5FactsReader::begin(std::size_t table) {
 
 Result<void> Hdf5FactsReader::read_rows() {
     give_texts_back();
-    const hsize_t more = std::min(kRowsAtOnce, count_ - read_);
+    const hsize_t more = std::min(kFactsAtOnce, count_ - read_);
     rows_.assign(more * row_bytes_, std::byte{0});
     const Handle there(H5Dget_space(*dataset_), H5Sclose), here(H5Screate_simple(1, &more, nullptr), H5Sclose);
     if (H5Sselect_hyperslab(there, H5S_SELECT_SET, &read_, nullptr, &more, nullptr) < 0 ||

@@ -15,7 +15,7 @@ namespace meld::record {
 namespace {
 
 // So many are read at a time: a file that is not as it should be is found out before it fills memory.
-constexpr std::uint64_t kRowsAtOnce = 65536;
+constexpr std::uint64_t kDrawnRowsAtOnce = 65536;
 // No catom is farther away, in diameters, or larger.
 constexpr double kFarthest = 1e12;
 
@@ -60,7 +60,7 @@ Result<void> DrawnSteps::each(SeriesIndex series, std::size_t step, std::optiona
     std::vector<Row> some;
     for (std::uint64_t done = 0; done < rows->count; done += some.size()) {
         liveness::beat();
-        some.resize(std::min(kRowsAtOnce, rows->count - done));
+        some.resize(std::min(kDrawnRowsAtOnce, rows->count - done));
         if (auto read = recording_.read(series, *rows, done, some.size(), some.data()); !read) return read;
         if (auto taken = take(std::span<const Row>(some)); !taken) return taken;
     }
@@ -165,7 +165,7 @@ Result<void> DrawnSteps::read_labels(std::size_t step, Drawn& drawn) {
 Result<void> DrawnSteps::read_lines(std::size_t step, Drawn& drawn) {
     const auto count = static_cast<std::int64_t>(drawn.ids.size());
     // Those that are read at a time are an even number.
-    static_assert(kRowsAtOnce % 2 == 0);
+    static_assert(kDrawnRowsAtOnce % 2 == 0);
     return each<std::int64_t>(recording_.line_ends(), step, {}, [&](std::span<const std::int64_t> ends) -> Result<void> {
         for (std::size_t i = 0; i + 1 < ends.size(); i += 2) {
             const std::int64_t a = ends[i], b = ends[i + 1];

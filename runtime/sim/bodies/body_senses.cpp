@@ -16,7 +16,7 @@ namespace meld::sim {
 namespace {
 
 // Whole bricks of the ensemble, so that one worker writes all target bits of a brick.
-constexpr Catom kCatomsOfJob = 64 * (kBrickCells / kMaxPorts);
+constexpr Catom kCatomsOfSenseJob = 64 * (kBrickCells / kMaxPorts);
 
 double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
     switch (quantity) {
@@ -139,9 +139,9 @@ void BodySenses::sense(Subdomain& subdomain, PhysicsScene& physics, const Divide
         sum_normal_forces(subdomain, *physics.scene, divided);
     const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
     const auto each_catom = [&](const auto& visit) {
-        subdomain.workers.run((count + kCatomsOfJob - 1) / kCatomsOfJob, [&](int worker, std::size_t job) {
-            const auto first = static_cast<Catom>(job) * kCatomsOfJob;
-            for (Catom c = first; c < std::min(count, first + kCatomsOfJob); ++c) visit(worker, c);
+        subdomain.workers.run((count + kCatomsOfSenseJob - 1) / kCatomsOfSenseJob, [&](int worker, std::size_t job) {
+            const auto first = static_cast<Catom>(job) * kCatomsOfSenseJob;
+            for (Catom c = first; c < std::min(count, first + kCatomsOfSenseJob); ++c) visit(worker, c);
         });
     };
     each_catom([&](int worker, Catom c) { sense_catom(subdomain, *physics.scene, c, worker); });

@@ -10,6 +10,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/sim/bodies/free_motion.h"
 #include "runtime/sim/bodies/saved_places.h"
+#include "runtime/sim/core/damaged_snapshot.h"
 
 namespace meld::sim {
 
@@ -19,10 +20,6 @@ namespace {
 constexpr std::size_t kKept_bytes = std::size_t{32} << 20;
 
 bool same_bits(const world::Vec3& one, const world::Vec3& other) { return std::memcmp(&one, &other, sizeof one) == 0; }
-
-tl::unexpected<Error> damaged(const std::string& what) {
-    return fail("the snapshot " + what, "It is damaged, or was made by another version", ExitCode::RecordingRefused);
-}
 
 // Positions of some catoms of a chunk, by their places in it.
 using SomePositions = std::vector<std::pair<std::uint32_t, world::Vec3>>;

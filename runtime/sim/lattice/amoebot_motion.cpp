@@ -9,17 +9,10 @@
 #include "runtime/base/bytes.h"
 #include "runtime/base/units.h"
 #include "runtime/comm/transport/packets.h"
+#include "runtime/engine/tuple/values.h"
 #include "runtime/sim/lattice/lattice_motion.h"
 
 namespace meld::sim {
-
-namespace {
-
-std::string_view text_of(Value v) {
-    return v.list == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count);
-}
-
-}  // namespace
 
 LatticeMotion::Objection LatticeMotion::propose_amoebot(const Subdomain& subdomain, const eval::Action& action, Proposal& p,
                                                         std::vector<CellKey>& claims) const {
@@ -29,7 +22,7 @@ LatticeMotion::Objection LatticeMotion::propose_amoebot(const Subdomain& subdoma
     // It claims itself, as all do whose actions are collected.
     const Cell tail = ensemble.tail(action.catom);
     if (p.kind == ActionKind::Contract) {
-        const std::string_view end = text_of(action.arguments[0]);
+        const std::string_view end = tuple::bytes_of(action.arguments[0].list);
         if (end != "head" && end != "tail") return Refusal::NoSuchEnd;
         p.to = p.tail = end == "head" ? p.from : tail;
         p.left = end == "head" ? tail : p.from;

@@ -14,9 +14,10 @@ using world::Port;
 
 namespace {
 
-using Pair = std::pair<std::uint64_t, std::uint64_t>;
+// Two catoms, by their ids or cells.
+using CatomPair = std::pair<std::uint64_t, std::uint64_t>;
 
-void find_in_graph(const Subdomain& subdomain, Catom catom, std::vector<Pair>& missing, std::vector<JoinedNodes>& joined) {
+void find_in_graph(const Subdomain& subdomain, Catom catom, std::vector<CatomPair>& missing, std::vector<JoinedNodes>& joined) {
     const Nodes& graph = subdomain.nodes();
     const world::Ensemble& ensemble = subdomain.ensemble;
     const graph::Node node = *graph.find(ensemble.id(catom));
@@ -32,7 +33,7 @@ void find_in_graph(const Subdomain& subdomain, Catom catom, std::vector<Pair>& m
     }
 }
 
-void find_on_lattice(const Subdomain& subdomain, Catom catom, std::vector<Pair>& missing) {
+void find_on_lattice(const Subdomain& subdomain, Catom catom, std::vector<CatomPair>& missing) {
     const world::Ensemble& ensemble = subdomain.ensemble;
     // Links of amoebots are never cut.
     if (ensemble.has_amoebots()) return;
@@ -47,7 +48,7 @@ void find_on_lattice(const Subdomain& subdomain, Catom catom, std::vector<Pair>&
 
 void Failed::save(const Subdomain& subdomain, ByteWriter& out) {
     const world::Ensemble& ensemble = subdomain.ensemble;
-    std::vector<Pair> missing;
+    std::vector<CatomPair> missing;
     std::vector<JoinedNodes> joined;
     const bool bodies = ensemble.is_free() && !ensemble.is_graph();
     for (Catom c = 0; ensemble.keeps_links() && !bodies && c < ensemble.index_count(); ++c) {
@@ -91,7 +92,7 @@ Result<void> Failed::read(const world::World& world, ByteReader& in) {
         one.cell = in.read<world::Cell>();
     }
     if (!std::ranges::is_sorted(dying_, {}, &Dying::tick)) return damaged("has catoms that die in no order");
-    for (std::size_t left = in.read_count(sizeof(Pair)); left > 0; --left) {
+    for (std::size_t left = in.read_count(sizeof(CatomPair)); left > 0; --left) {
         const auto a = in.read<std::uint64_t>();
         missing_.emplace_back(a, in.read<std::uint64_t>());
     }

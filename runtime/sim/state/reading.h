@@ -7,13 +7,10 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
+#include "runtime/sim/core/damaged_snapshot.h"
 #include "runtime/sim/state/share.h"
 
 namespace meld::sim {
-
-inline tl::unexpected<Error> damaged(const std::string& what) {
-    return fail("the snapshot " + what, "It is damaged, or was made by another version", ExitCode::RecordingRefused);
-}
 
 inline ByteReader reader(BlockView block, const char* what) { return {block, what, ByteReader::Origin::Outside}; }
 

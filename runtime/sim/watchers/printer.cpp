@@ -14,17 +14,13 @@
 #include "runtime/base/terminal/progress.h"
 #include "runtime/base/terminal/terminal_text.h"
 #include "runtime/comm/transport/collective_result.h"
+#include "runtime/engine/tuple/values.h"
 #include "runtime/module/abi/actions.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
 
 namespace {
-
-// The bytes of a string value.
-std::string_view text_of(Value v) {
-    return v.list == nullptr ? std::string_view{} : std::string_view(reinterpret_cast<const char*>(v.list->items), v.list->count);
-}
 
 // The number of a catom and its output.
 using Line = std::pair<std::uint64_t, std::string>;
@@ -52,8 +48,8 @@ Result<void> Printer::after(Subdomain& subdomain) {
         const ActionKind kind = subdomain.kind_of(a);
         if (info(kind).performer != ActionInfo::Performer::Printer) continue;
         const std::uint64_t id = subdomain.ensemble.id(a.catom);
-        const std::string line =
-            kind == ActionKind::Print ? fmt::format("@{}: {}", id, text_of(a.arguments[0])) : std::string(text_of(a.arguments[0]));
+        const std::string line = kind == ActionKind::Print ? fmt::format("@{}: {}", id, tuple::bytes_of(a.arguments[0].list))
+                                                           : std::string(tuple::bytes_of(a.arguments[0].list));
         mine.write(id);
         mine.write_string(line);
     }

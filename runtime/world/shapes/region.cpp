@@ -189,7 +189,7 @@ Parsed<Child> parse_comparison(Cursor& cursor, Variable variable) {
 Parsed<Child> parse_region(Cursor& cursor);
 
 Parsed<Child> parse_named(Cursor& cursor) {
-    static constexpr std::array<std::string_view, 7> kNames = {"id", "x", "y", "z", "cell", "all", "inside"};
+    static constexpr std::array<std::string_view, 7> kWords = {"id", "x", "y", "z", "cell", "all", "inside"};
     if (cursor.peek().kind != TokenKind::Word) return cursor.expected("a test such as id == 4, cell == (0, 0, 0) or inside(sphere(4))");
     const Token name = cursor.take();
     if (name.text == "id") return parse_comparison(cursor, Variable::Id);
@@ -200,7 +200,7 @@ Parsed<Child> parse_named(Cursor& cursor) {
     if (name.text == "all") return make(Everybody{});
     if (name.text != "inside") {
         return tl::unexpected(
-            ExpressionError{name.column, fmt::format("nothing is called '{}' here", name.text), did_you_mean(name.text, kNames)});
+            ExpressionError{name.column, fmt::format("nothing is called '{}' here", name.text), did_you_mean(name.text, kWords)});
     }
     if (!cursor.accept("(")) return cursor.expected("'(' as in inside(sphere(4))");
     Parsed<Shape> shape = parse_shape(cursor);
