@@ -85,23 +85,4 @@ Result<void> BodyShapes::set(BodyId body, const BodyShape& shape) {
     return {};
 }
 
-void BodyShapes::write(ByteWriter& out) const {
-    out.write_count(kinds_.size());
-    for (const Kind& kind : kinds_) out.write(kind.shape);
-    out.write_count(of_.size());
-    for (const Index index : of_) out.write(index);
-}
-
-bool BodyShapes::read(ByteReader& in) {
-    *this = {};
-    for (auto left = in.read_count(sizeof(BodyShape)); left > 0; --left) {
-        const auto shape = in.read<BodyShape>();
-        if (!check(shape) || !index_of(shape)) return false;
-    }
-    of_.resize(in.read_count(sizeof(Index)));
-    for (Index& index : of_)
-        if (index = in.read<Index>(); index > kinds_.size()) return false;
-    return !in.failed();
-}
-
 }  // namespace meld::physics

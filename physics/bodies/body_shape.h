@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "physics/bodies/types.h"
-#include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 
 namespace meld::physics {
@@ -64,10 +63,8 @@ class BodyShapes {
     Index of(BodyId body) const { return body < of_.size() ? of_[body] : Index{0}; }
     // Of a body that is no sphere.
     const Kind& kind(Index index) const { return kinds_[index - std::size_t{1}]; }
+    const BodyShape& shape(BodyId body) const { return kind(of(body)).shape; }
 
-    void write(ByteWriter& out) const;
-    // False if a body has a shape that is not there, or a shape is impossible.
-    bool read(ByteReader& in);
     std::size_t bytes() const { return of_.capacity() * sizeof(Index) + kinds_.capacity() * sizeof(Kind); }
 
   private:

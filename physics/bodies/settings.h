@@ -69,6 +69,8 @@ struct Settings {
     // bodies.
     double min_radius_m = 0;
     double max_radius_m = 0;
+    // Then also half of the least thickness of all bodies, which may be less where some have shapes.
+    double least_radius_m = 0;
     // Limits beyond which a step ends with an error.
     double max_speed_m_s = 1000;
     double max_overlap_share = 0.5;

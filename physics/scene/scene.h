@@ -49,7 +49,7 @@ struct BodySpec {
     std::uint8_t material = 0;
     // Moves only at its own velocity, whatever forces act on it.
     bool fixed = false;
-    // If it has one, radius and inertia factor follow from it. Only the engine Blocks in an undivided world has shapes.
+    // If it has one, radius and inertia factor follow from it. Only the engine Blocks has shapes.
     std::optional<BodyShape> shape = {};
 };
 
@@ -169,8 +169,6 @@ class Scene {
     double radius(BodyId body) const;
     std::optional<BodyShape> shape(BodyId body) const;
     double surface_m2(BodyId body) const;
-    // Of all bodies.
-    double least_thickness_m() const;
     // Whether two bodies are nearer to each other than this, surface to surface.
     bool nearer(BodyId body, BodyId other, double within_m) const;
     // About an axis through its centre, kg m^2; of a body with a shape the mean of those about its axes.

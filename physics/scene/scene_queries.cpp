@@ -66,8 +66,6 @@ double Scene::surface_m2(BodyId body) const {
     return own ? own->surface_m2() : 4 * std::numbers::pi * r * r;
 }
 
-double Scene::least_thickness_m() const { return 2 * world_->least_radius_m(); }
-
 bool Scene::nearer(BodyId body, BodyId other, double within_m) const {
     const auto shape_of = [&](BodyId id) { return shape(id).value_or(BodyShape{{}, radius(id)}); };
     const auto place_of = [&](BodyId id) { return Attitude{state(id).position_m, state(id).orientation}; };

@@ -18,9 +18,10 @@ namespace meld::physics {
 namespace {
 
 // The work of a body in a tick, in shares: a sleeping one is only stored and checked.
-constexpr std::uint32_t kMovingWeight = 4, kRestingWeight = 1;
+// A moving body with a shape takes about as long as four spheres.
+constexpr std::uint32_t kShapedWeight = 16, kMovingWeight = 4, kRestingWeight = 1;
 
-// All the data of a body that migrate with it.
+// All the data of a body that migrate with it; its shape follows if it is no sphere.
 struct PackedBody {
     Place place;
     Orientation orientation;
@@ -96,7 +97,8 @@ std::vector<std::pair<BlockCoordinates, std::uint32_t>> Subdomain::weights() con
         if (bodies.properties[slot].flags & (kGhost | kRemoved)) continue;
         const BlockCoordinates block = block_of(bodies.place[slot], block_m);
         if (found.empty() || !(found.back().first == block)) found.emplace_back(block, 0);
-        found.back().second += bodies.velocity[slot].inverse_mass == 0 ? kRestingWeight : kMovingWeight;
+        const bool shaped = (bodies.properties[slot].flags & kShaped) != 0;
+        found.back().second += bodies.velocity[slot].inverse_mass == 0 ? kRestingWeight : shaped ? kShapedWeight : kMovingWeight;
     }
     return found;
 }
@@ -136,7 +138,9 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
                                    bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
                                    bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
                                    bodies.energy.empty() ? 0 : bodies.energy[slot]});
+            if ((bodies.properties[slot].flags & kShaped) != 0) bytes.write(world_.shapes.shape(id));
         }
+        engine_.shape_contacts_.pack_kept(ids, bytes);
         for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) bytes.write(contact);
     }
     std::sort(departed_.begin(), departed_.end());
@@ -156,10 +160,14 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
             return fail(fmt::format("body {} came from another part and is here already", body.properties.id),
                         "Give each body to one part");
         const bool ours = owner_(block_of(body.place, block_m)) == self_;
-        body.properties.flags = static_cast<std::uint8_t>((body.properties.flags & kFixed) | (ours ? 0 : kGhost));
+        const BodyId id = body.properties.id;
+        world_.shapes.forget(id);
+        if ((body.properties.flags & kShaped) != 0)
+            if (auto set = world_.shapes.set(id, in.read<BodyShape>()); !set) return set;
+        body.properties.flags = static_cast<std::uint8_t>((body.properties.flags & (kFixed | kShaped)) | (ours ? 0 : kGhost));
         bodies.add(body.place, body.orientation, body.velocity, body.properties);
         if (world_.has_features()) bodies.need_features();
-        const std::uint32_t slot = bodies.slot(body.properties.id);
+        const std::uint32_t slot = bodies.slot(id);
         const Wrench& wrench = body.wrench;
         if (std::any_of(wrench.force, wrench.force + 3, [](float f) { return f != 0; }) ||
             std::any_of(wrench.torque, wrench.torque + 3, [](float f) { return f != 0; }))
@@ -168,6 +176,7 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
         if (world_.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
         bodies.restore_masses(slot);
     }
+    engine_.shape_contacts_.unpack_kept(in);
     std::vector<CachedContact> contacts;
     while (!in.done()) contacts.push_back(in.read<CachedContact>());
     engine_.contacts_.add_cached(std::move(contacts));
@@ -211,12 +220,14 @@ void Subdomain::plan_exchange() {
     for (std::size_t b = 0; b < blocks.size(); ++b) {
         if (!engine_.states_[b].owned) continue;
         auto& lists = touched_[static_cast<std::size_t>(colour_of(physics::unpack(blocks[b].key)))];
-        for (const std::span<Batch> batches : {engine_.contacts_.pairs(b), engine_.contacts_.obstacle_contacts(b)})
-            for (const Batch& batch : batches)
+        const auto touch = [&](const auto& batches) {
+            for (const auto& batch : batches)
                 for (int i = 0; i < kLanes; ++i)
                     for (const std::uint32_t slot : {batch.a[i], batch.b[i]})
                         if (slot < block_of.size())
                             for (const int part : holders_of_block_[block_of[slot]]) lists[part].push_back(slot);
+        };
+        touch(engine_.contacts_.pairs(b)), touch(engine_.contacts_.obstacle_contacts(b)), touch(engine_.shape_contacts_.batches(b));
     }
     for (auto& lists : touched_)
         for (auto& [part, slots] : lists) {

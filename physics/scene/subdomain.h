@@ -16,8 +16,8 @@
 //     }
 //     part.finish();
 //
-// The settings name the least and the largest radius. Feature tables, materials and obstacles are added on all subdomains alike, and every
-// action on a body is repeated on each subdomain that has it.
+// The settings name the least and the largest radius, and the least thickness if bodies have shapes. Feature tables, materials and
+// obstacles are added on all subdomains alike, and every action on a body is repeated on each subdomain that has it.
 #pragma once
 
 #include <array>

@@ -278,9 +278,13 @@ RadiusRange BlockEngine::radii_of_world() const {
     return radius_range(world_.bodies);
 }
 
+double BlockEngine::least_radius_m(const RadiusRange& radii) const {
+    return world_.shapes.empty() && world_.settings.least_radius_m == 0 ? radii.min : world_.least_radius_m();
+}
+
 GridShape BlockEngine::next_shape() const {
     const RadiusRange radii = radii_of_world();
-    const double smallest_m = 2 * (world_.shapes.empty() ? radii.min : world_.least_radius_m());
+    const double smallest_m = 2 * least_radius_m(radii);
     const double skin = world_.settings.skin_share * smallest_m, margin = std::max(kLookAheadShare * smallest_m, world_.feature_range_m());
     return GridShape::fitting(radii.min, radii.max, margin + skin, 2 * farthest_path_m_);
 }
@@ -297,7 +301,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     const RadiusRange radii = radii_of_world();
     if (world_.has_features()) bodies.need_features();
     if (!owns_) set_velocities(velocities_of(bodies), times);
-    smallest_radius_m_ = world_.shapes.empty() ? radii.min : world_.least_radius_m();
+    smallest_radius_m_ = least_radius_m(radii);
     skin_m_ = world_.settings.skin_share * 2 * smallest_radius_m_;
     margin_m_ = reach_m();
     if (!std::exchange(cached_, false)) cache_contacts(workers);
@@ -320,7 +324,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s, &world_.composites,
                            !world_.shapes.empty()},
                           owns_ ? &owned : nullptr, workers);
-        lay_out_shapes(reach, kStepsAhead * times.dt_s, workers);
+        lay_out_shapes(reach, kStepsAhead * times.dt_s, owns_ ? &owned : nullptr, workers);
         rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
         link_blocks();
         grid_.forget_cells();

@@ -130,6 +130,8 @@ class BlockEngine final : public Engine {
     Result<void> rebuild(const StepTimes& times, Workers& workers);
     void keep_last_good(Workers& workers);
     RadiusRange radii_of_world() const;
+    // Half of the least thickness of all bodies, which of spheres is the least radius.
+    double least_radius_m(const RadiusRange& radii) const;
     // How the next rebuild will divide space.
     GridShape next_shape() const;
     // The speed below which a body counts as still in steps of this length.
@@ -182,7 +184,7 @@ class BlockEngine final : public Engine {
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
     // Bodies with shapes (block_shapes.cpp).
     ShapeContacts::Setup shape_setup() const;
-    void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, Workers& workers);
+    void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers);
     void turn_shapes_by_torques(std::uint32_t block, const Wrench* first, const Wrench* second, double step_s);
     Moved move_shaped(std::uint32_t block, float step_s);
     std::optional<std::pair<BodyId, Error>> refresh_shapes(std::uint32_t block, double dt_s);
@@ -236,7 +238,7 @@ class BlockEngine final : public Engine {
     std::function<bool(BlockCoordinates)> owns_;
     std::uint8_t bouncing_colours_ = 0;
     Loading loading_;
-    bool composites_fine_ = true, shapes_fine_ = true;
+    bool composites_fine_ = true;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;
 };

@@ -15,7 +15,7 @@ namespace {
 struct SavedBlock {
     float speed_squared, drift_squared, first_speed_squared, second_speed_squared;
     std::uint16_t still_ticks, decide_at;
-    std::uint8_t stays, asleep, has_cages, zero;
+    std::uint8_t stays, asleep, has_cages, has_shapes;
 };
 
 struct SavedCages {
@@ -28,7 +28,7 @@ struct SavedEngine {
     double cell_m, smallest_radius_m, skin_m, margin_m, farthest_path_m, dt_s, substep_s;
     Vec3 frame_m_s;
     std::int32_t levels;
-    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, has_shapes, zero[6];
+    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, zero[7];
 };
 
 }  // namespace
@@ -57,9 +57,9 @@ void BlockEngine::save_home(Home home, ByteWriter& bodies, ByteWriter& contacts)
     MELD_EXPECT(block < states_.size() && states_[block].owned, "block {}", home);
     const BlockState& s = states_[block];
     const auto cages = cages_.find(block);
-    const bool caged = cages != cages_.end();
+    const bool caged = cages != cages_.end(), has_shapes = !shape_contacts_.lanes(block).empty();
     bodies.write(SavedBlock{s.speed_squared, s.drift_squared, s.first_speed_squared, s.second_speed_squared, s.still_ticks, s.decide_at,
-                            s.stays, s.asleep, caged, 0});
+                            s.stays, s.asleep, caged, has_shapes});
     if (caged) {
         bodies.write(SavedCages{cages->second.since_tick, cages->second.watch_ticks, cages->second.confirmed});
         bodies.write_count(cages->second.rattlers.size());
@@ -68,7 +68,7 @@ void BlockEngine::save_home(Home home, ByteWriter& bodies, ByteWriter& contacts)
             bodies.write(rattler);
         }
     }
-    if (!world_.shapes.empty()) {
+    if (has_shapes) {
         ByteWriter of_shapes;
         shape_contacts_.save(grid_, world_.bodies, block, of_shapes);
         contacts.write_block(of_shapes.view());
@@ -96,7 +96,7 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
         for (Rattler& rattler : cages.rattlers)
             if (rattler = bodies.read<Rattler>(); rattler.slot >= count) return damaged_snapshot("watches a body that is not there");
     }
-    if (!world_.shapes.empty() && holds == Holds::Own) block.shape_contacts = contacts.read_block();
+    if (s.has_shapes != 0 && holds == Holds::Own) block.shape_contacts = contacts.read_block();
     block.contacts = contacts.read_bytes(contacts.left());
     return {};
 }
@@ -116,11 +116,9 @@ void BlockEngine::save_rest(ByteWriter& out) const {
                           forget_,
                           !world_.composites.empty(),
                           world_.loads.wanted(),
-                          !world_.shapes.empty(),
                           {}});
     if (!world_.composites.empty()) world_.composites.write(out);
     if (world_.loads.wanted()) world_.loads.write(out);
-    if (!world_.shapes.empty()) world_.shapes.write(out);
 }
 
 void BlockEngine::load_rest(ByteReader& in) {
@@ -135,15 +133,11 @@ void BlockEngine::load_rest(ByteReader& in) {
     forget_ = saved.forget != 0 || (!first && forget_);
     composites_fine_ = saved.has_composites == 0 || world_.composites.read(in);
     if (saved.has_loads != 0) world_.loads.read(in);
-    shapes_fine_ = saved.has_shapes == 0 || world_.shapes.read(in);
 }
 
 Result<void> BlockEngine::loaded(Workers& workers) {
     Bodies& bodies = world_.bodies;
     const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies); };
-    if (!shapes_fine_) return damaged_snapshot("has invalid shapes");
-    if (owns_ && !world_.shapes.empty())
-        return fail("the snapshot has bodies with shapes (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (owns_ && !world_.composites.empty())
         return fail("the snapshot has connected bodies (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");

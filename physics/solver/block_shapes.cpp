@@ -28,9 +28,9 @@ Vec3 scaled_in_frame(Quat q, Vec3 factors, Vec3 v) {
 
 ShapeContacts::Setup BlockEngine::shape_setup() const { return {grid_, world_.bodies, world_.shapes, world_.obstacles, world_.materials}; }
 
-void BlockEngine::lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, Workers& workers) {
+void BlockEngine::lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers) {
     if (world_.shapes.empty()) return;
-    shape_contacts_.lay_out(shape_setup(), {reach, ahead_s, margin_m_ + kNearShare * skin_m_}, workers);
+    shape_contacts_.lay_out(shape_setup(), {reach, ahead_s, margin_m_ + kNearShare * skin_m_}, wanted, workers);
 }
 
 // The pass over bodies has added forces; a torque turns a body by its tensor.

@@ -149,6 +149,7 @@ void World::add_table(std::vector<Feature> features) {
 double World::smallest_diameter_m() const { return 2 * (settings.min_radius_m > 0 ? settings.min_radius_m : radius_range(bodies).min); }
 
 double World::least_radius_m() const {
+    if (settings.least_radius_m > 0) return settings.least_radius_m;
     double least = std::numeric_limits<double>::infinity();
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         const BodyProperties& what = bodies.properties[slot];

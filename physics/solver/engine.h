@@ -71,7 +71,7 @@ struct World {
     void add_table(std::vector<Feature> features);
     // From the settings or the bodies; 2 m without bodies.
     double smallest_diameter_m() const;
-    // Half of the least thickness of all bodies, where some have shapes.
+    // Half of the least thickness of all bodies, from the settings or the bodies.
     double least_radius_m() const;
     bool has_features() const { return tables.size() > 1; }
     bool bounces() const;

@@ -50,7 +50,7 @@ SavedBody saved(const Bodies& bodies, std::uint32_t slot) {
             properties.id,
             properties.still_ticks,
             properties.material,
-            static_cast<std::uint8_t>(properties.flags & (kFixed | kRemoved)),
+            static_cast<std::uint8_t>(properties.flags & (kFixed | kRemoved | kShaped)),
             properties.marked};
 }
 
@@ -64,8 +64,7 @@ Result<void> add(World& world, Holds holds, const SavedBody& b) {
                 .mass = b.mass,
                 .inertia_factor = b.inertia_factor,
                 .material = b.material,
-                .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved)) | (holds == Holds::Ghosts ? kGhost : 0) |
-                                                   (world.shapes.of(b.id) != 0 ? kShaped : 0)),
+                .flags = static_cast<std::uint8_t>((b.flags & (kFixed | kRemoved | kShaped)) | (holds == Holds::Ghosts ? kGhost : 0)),
                 .still_ticks = b.still_ticks,
                 .marked = b.marked});
     const std::uint32_t slot = bodies.slot(b.id);
@@ -85,6 +84,8 @@ void save_bodies(const World& world, std::span<const std::uint32_t> slots, ByteW
     out.reserve(out.size() + slots.size() * sizeof(SavedBody) + 64);
     out.write_count(slots.size());
     for (const std::uint32_t slot : slots) out.write(saved(bodies, slot));
+    for (const std::uint32_t slot : slots)
+        if ((bodies.properties[slot].flags & kShaped) != 0) out.write(world.shapes.shape(bodies.properties[slot].id));
     out.write(!bodies.features.empty());
     for (std::size_t i = 0; !bodies.features.empty() && i < slots.size(); ++i) {
         const Bodies::FeatureState& f = bodies.features[slots[i]];
@@ -106,6 +107,13 @@ Result<void> load_bodies(World& world, Holds holds, ByteReader& in) {
     const std::uint32_t count = in.read_count(sizeof(SavedBody)), first = static_cast<std::uint32_t>(bodies.count());
     for (std::uint32_t i = 0; i < count; ++i)
         if (auto added = add(world, holds, in.read<SavedBody>()); !added) return added;
+    for (std::uint32_t slot = first; slot < first + count; ++slot) {
+        if ((bodies.properties[slot].flags & kShaped) == 0) continue;
+        const auto shape = in.read<BodyShape>();
+        if (in.failed()) return {};
+        if (shape.is_sphere() || !check(shape)) return damaged_snapshot("has an invalid shape");
+        if (auto set = world.shapes.set(bodies.properties[slot].id, shape); !set) return set;
+    }
     const bool has_features = in.read<bool>();
     if (has_features) bodies.need_features();
     for (std::uint32_t i = 0; has_features && i < count; ++i) {

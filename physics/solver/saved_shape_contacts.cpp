@@ -1,4 +1,5 @@
-// The contacts of bodies with shapes in a snapshot: the batches of a block, as they lie (saved_contacts.cpp).
+// The contacts of bodies with shapes in a snapshot: the batches of a block, as they lie (saved_contacts.cpp). And on their way to another
+// subdomain, whose batches are others: contact by contact.
 #include <algorithm>
 
 #include "physics/solver/body_addresses.h"
@@ -85,6 +86,32 @@ bool ShapeContacts::load(const Setup& setup, std::span<const std::span<const std
     }
     prepared_ = false;
     return true;
+}
+
+// Without points that a contact has not.
+void ShapeContacts::pack_kept(const std::vector<bool>& ids_wanted, ByteWriter& out) const {
+    const auto wanted = [&](std::uint64_t id) { return id < ids_wanted.size() && ids_wanted[id]; };
+    const auto goes = [&](const Kept& kept) {
+        const bool obstacle = (kept.key & 1) != 0;
+        return wanted(kept.key >> 32) || (!obstacle && wanted((kept.key & 0xffffffffu) >> 1));
+    };
+    out.write_count(static_cast<std::size_t>(std::ranges::count_if(kept_, goes)));
+    for (const Kept& kept : kept_) {
+        if (!goes(kept)) continue;
+        out.write(kept.key);
+        out.write(kept.axis), out.write(kept.points), out.write(kept.touching);
+        for (std::size_t p = 0; p < kept.points; ++p) out.write(kept.of[p]);
+    }
+}
+
+void ShapeContacts::unpack_kept(ByteReader& in) {
+    for (auto left = in.read_count(sizeof(std::uint64_t)); left > 0; --left) {
+        Kept& kept = kept_.emplace_back();
+        kept.key = in.read<std::uint64_t>();
+        kept.axis = in.read<AxisHint>(), kept.points = in.read<std::uint8_t>(), kept.touching = in.read<std::uint8_t>();
+        MELD_CHECK(kept.points <= kMaxManifoldPoints, "a contact has {} points", kept.points);
+        for (std::size_t p = 0; p < kept.points; ++p) kept.of[p] = in.read<Kept::Point>();
+    }
 }
 
 }  // namespace meld::physics

@@ -116,7 +116,6 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies) 
                 std::copy_n(tangent, 3, kept.of[p].tangent);
             }
         }
-    std::ranges::sort(kept_, {}, &Kept::key);
     batches_.clear(), lanes_.clear(), first_.clear();
     return ended;
 }
@@ -195,15 +194,17 @@ void ShapeContacts::recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& l
     }
 }
 
-void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, Workers& workers) {
+void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::vector<bool>* wanted, Workers& workers) {
     const std::size_t blocks = setup.grid.blocks().size();
     const Bodies& bodies = setup.bodies;
     turn_all(setup, workers);
+    std::ranges::sort(kept_, {}, &Kept::key);
     std::vector<std::vector<Chosen>> of_block(blocks);
     std::vector<Arena> arenas(static_cast<std::size_t>(workers.threads()));
     workers.run((blocks + kShapeBlocksPerJob - 1) / kShapeBlocksPerJob, [&](int worker, std::size_t job) {
         Arena& arena = arenas[static_cast<std::size_t>(worker)];
         for (std::size_t b = job * kShapeBlocksPerJob; b < std::min(blocks, (job + 1) * kShapeBlocksPerJob); ++b) {
+            if (wanted != nullptr && !(*wanted)[b]) continue;
             choose(setup, reach, static_cast<std::uint32_t>(b), arena);
             of_block[b] = arena.lanes;
         }

@@ -99,7 +99,11 @@ class ShapeContacts {
     // Keeps the impulses and drops the batches; `lay_out` puts them into the new ones. Returns the touches of bodies flagged kRemoved,
     // which end here.
     std::vector<Ended> take_out(const Bodies& bodies);
-    void lay_out(const Setup& setup, const Reach& reach, Workers& workers);
+    // Of the blocks for which `wanted` is true (null: all).
+    void lay_out(const Setup& setup, const Reach& reach, const std::vector<bool>* wanted, Workers& workers);
+    // Between take_out and lay_out: what is kept of contacts of these bodies, which other subdomains need (saved_shape_contacts.cpp).
+    void pack_kept(const std::vector<bool>& ids_wanted, ByteWriter& out) const;
+    void unpack_kept(ByteReader& in);
     bool empty() const { return batches_.empty(); }
     std::size_t candidate_count() const { return candidates_; }
 

@@ -131,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(Programs, Cluster,
                                          Program{kOwn + "waiting", 30}, Program{.name = kOwn + "late", .program = kGradient},
                                          Program{.name = kOwn + "lost", .program = kGradient},
                                          Program{.name = kOwn + "web", .ticks = 30, .program = kGradient},
-                                         Program{.name = kOwn + "heap", .ticks = 12, .program = kCrowd}),
+                                         Program{.name = kOwn + "heap", .ticks = 12, .program = kCrowd}, Program{kOwn + "tumble", 20}),
                          program_name);
 
 }  // namespace

@@ -22,7 +22,8 @@ OWN = Path(__file__).resolve().parent / "programs"
 GRADIENT = EXAMPLES / "gradient.meld"
 # Programs, their worlds and how many ticks of them: views while catoms move, linear facts that wait, bodies, and a component with a state.
 WALKS = ((EXAMPLES / "walk.meld", None, 30), (OWN / "storm.meld", None, 24), (OWN / "waiting.meld", None, 60),
-         (ROOT / "tests/programs/bodies/crowd.meld", OWN / "heap.toml", 20), (EXAMPLES / "thermometer.meld", None, 30))
+         (ROOT / "tests/programs/bodies/crowd.meld", OWN / "heap.toml", 20), (OWN / "tumble.meld", None, 20),
+         (EXAMPLES / "thermometer.meld", None, 30))
 # Processes, and memory for snapshots: all that there is, so little that most are dropped, and none.
 SETUPS = ((1, "300kB"), (2, "0"), (1, "1GiB"), (3, "300kB"), (1, "0"), (2, "1GiB"))
 

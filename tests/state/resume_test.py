@@ -98,15 +98,18 @@ class Ways(Case):
         self.assertEqual(self.outcome(), wanted)
 
     def test_bodies_go_on(self):
-        options = ["doze.meld" if word == "waiting.meld" else word for word in until(80)]
-        self.call("meldsim", *options)
-        wanted = self.outcome()
-        for name in "df":
-            (self.folder / name).unlink()
-        self.call("meldsim", *["20" if word == "80" else word for word in options], *KEEP)
-        for processes, ticks in ((3, 21), (2, 50), (4, 80)):
-            self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
-        self.assertEqual(self.outcome(), wanted)
+        for program in ("doze.meld", "tumble.meld"):
+            with self.subTest(program=program):
+                options = [program if word == "waiting.meld" else word for word in until(80)]
+                self.call("meldsim", *options)
+                wanted = self.outcome()
+                self.forget()
+                self.call("meldsim", *["20" if word == "80" else word for word in options], *KEEP)
+                for processes, ticks in ((3, 21), (2, 50), (4, 80)):
+                    self.resume("--ticks", ticks, "-n", processes, "--threads", 1 + ticks % 2)
+                self.assertEqual(self.outcome(), wanted)
+                shutil.rmtree(self.folder / "kept")
+                self.forget()
 
     def test_a_recording_goes_on_with_what_bodies_look_like(self):
         """Their sizes, shapes and rotations are recorded after the checkpoint as before it."""

@@ -173,7 +173,7 @@ TEST_P(TimelineOf, BeginsAtASnapshot) {
 INSTANTIATE_TEST_SUITE_P(Programs, TimelineOf,
                          testing::Values(Program{"gradient"}, Program{"heat", 30}, Program{"walk"}, Program{"thermometer"},
                                          Program{"mutual_exclusion"}, Program{"shape_change", 25}, Program{kOwn + "waiting"},
-                                         Program{kOwn + "storm", 40}, Program{kOwn + "doze", 40}),
+                                         Program{kOwn + "storm", 40}, Program{kOwn + "doze", 40}, Program{kOwn + "tumble", 30}),
                          program_name);
 
 class FailingTimeline : public TimelineOf {};

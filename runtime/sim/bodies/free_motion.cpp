@@ -37,16 +37,10 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
-    if (world_.physics.has_forms()) {
-        if (!subdomain.alone())
-            return fail(fmt::format("{}: some catoms are no spheres, and this run has {} processes (only spheres move on several)",
-                                    world_.path, subdomain.comm.processes()),
-                        "Use one process, without -n, or take `shape` out");
-        if (subdomain.program_actions.uses(ActionKind::Connect))
-            return fail(fmt::format("the program asks for `connect`, and some catoms of {} are no spheres (only spheres are connected)",
-                                    world_.path),
-                        "Take `connect` out of the program, or `shape` out of the world");
-    }
+    if (world_.physics.has_forms() && subdomain.program_actions.uses(ActionKind::Connect))
+        return fail(
+            fmt::format("the program asks for `connect`, and some catoms of {} are no spheres (only spheres are connected)", world_.path),
+            "Take `connect` out of the program, or `shape` out of the world");
     return connections_.check(subdomain);
 }
 
@@ -104,14 +98,13 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         if (from.empty()) continue;
         ByteReader in(from, "radii and surfaces of bodies");
         const auto theirs = in.read<RadiusRange>();
-        radii = {radii.min > 0 ? std::min(radii.min, theirs.min) : theirs.min, std::max(radii.max, theirs.max)};
+        radii = radii.min > 0 ? both(radii, theirs) : theirs;
         const auto high = in.read<HeightRange>();
         heights = {std::min(heights.low, high.low), std::max(heights.high, high.high)};
         while (!in.done()) surfaces.insert(in.read<Surface>());
     }
-    const double least_m = std::min(radii.min, bodies.least_m());
-    warn_of_coarse_steps(subdomain, least_m, heights, surfaces);
-    const double touch_m = physics::Settings{}.touch_share * 2 * least_m;
+    warn_of_coarse_steps(subdomain, radii.least, heights, surfaces);
+    const double touch_m = physics::Settings{}.touch_share * 2 * radii.least;
     fixed_touches_ = touches_among(subdomain, bodies.unwatched(), radii.max, touch_m);
     auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
@@ -132,7 +125,6 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
 // Also of what the bodies' shapes imply.
 void FreeMotion::tell_looks(Subdomain& subdomain) {
     if (world_.physics.has_forms()) {
-        physics_.touch_m = physics::Settings{}.touch_share * physics_.scene->least_thickness_m();
         subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); });
         return;
     }

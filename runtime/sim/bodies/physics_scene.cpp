@@ -36,7 +36,7 @@ physics::Settings settings_of(const World& world, RadiusRange radii, bool senses
     s.sleep_speed_m_s = p.sleep_speed;
     s.max_speed_m_s = p.greatest_speed;
     s.max_overlap_share = p.deepest_overlap;
-    s.min_radius_m = radii.min, s.max_radius_m = radii.max;
+    s.min_radius_m = radii.min, s.max_radius_m = radii.max, s.least_radius_m = radii.least;
     // A run ends with the first step that fails, and reports what the programs sensed before.
     s.keep_last_good = false;
     s.keep_former_velocities = senses_acceleration;
@@ -154,10 +154,14 @@ Error about_catoms(Error error) {
 Result<PhysicsScene> make_physics_scene(const World& world, RadiusRange radii, bool senses_acceleration) {
     auto scene = physics::Scene::make(settings_of(world, radii, senses_acceleration));
     if (!scene) return fail(fmt::format("{}: [motion] {}", world.path, scene.error().problem), scene.error().suggestion);
-    PhysicsScene out{std::move(*scene), {}, 0, physics::Settings{}.touch_share * 2 * radii.min};
+    PhysicsScene out{std::move(*scene), {}, 0, physics::Settings{}.touch_share * 2 * radii.least};
     if (auto done = add_obstacles(world, *out.scene); !done) return tl::unexpected<Error>(done.error());
     if (auto done = add_features(world, out); !done) return tl::unexpected<Error>(done.error());
     return out;
+}
+
+RadiusRange both(const RadiusRange& a, const RadiusRange& b) {
+    return {std::min(a.min, b.min), std::max(a.max, b.max), std::min(a.least, b.least)};
 }
 
 BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
@@ -208,8 +212,8 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     for (std::size_t i = 0; i < groups_met_.size(); ++i)
         if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
     const double r = spec.shape ? spec.shape->radius_m() : spec.radius_m;
-    least_m_ = std::min(least_m_, spec.shape ? spec.shape->least_m() : r);
-    radii_ = surfaces_.empty() ? RadiusRange{r, r} : RadiusRange{std::min(radii_.min, r), std::max(radii_.max, r)};
+    const RadiusRange own{r, r, spec.shape ? spec.shape->least_m() : r};
+    radii_ = surfaces_.empty() ? own : both(radii_, own);
     surfaces_.insert(surface);
     const double height = height_of(world_, spec.position_m);
     heights_ = {std::min(heights_.low, height), std::max(heights_.high, height)};

@@ -20,7 +20,11 @@ namespace meld::sim {
 // The scene without bodies: settings, ground and obstacles, features. Errors name the place in the world file if there is one.
 struct RadiusRange {
     double min = 0, max = 0;
+    // Half of the least thickness of any body: less than the least radius where some have shapes.
+    double least = 0;
 };
+// Of the bodies of both.
+RadiusRange both(const RadiusRange& a, const RadiusRange& b);
 // Heights of centres against gravity, m.
 struct HeightRange {
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -57,8 +61,6 @@ class BodyMaker {
     // Of the examined bodies.
     RadiusRange radii() const { return radii_; }
     HeightRange heights() const { return heights_; }
-    // Half of the least thickness of the examined bodies, m.
-    double least_m() const { return least_m_; }
     // By group of the world: whether any examined catom is in its region.
     const std::vector<bool>& groups_met() const { return groups_met_; }
     // Examined catoms among which the physics may find no touches: those that are fixed and do not move, and connected ones.
@@ -89,7 +91,6 @@ class BodyMaker {
     std::map<Surface, std::uint8_t> materials_;
     RadiusRange radii_;
     HeightRange heights_;
-    double least_m_ = std::numeric_limits<double>::infinity();
     std::vector<FixedBody> unwatched_;
     std::unordered_map<std::uint64_t, std::size_t> connected_in_;
 };

@@ -168,7 +168,6 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     std::ranges::sort(loading_.homes, {}, &physics::SavedHome::home);
     for (const physics::SavedHome& home : loading_.homes)
         if (auto loaded = physics_.scene->load_home(home, physics::Holds::Own); !loaded) return loaded;
-    // The least thickness is that of the bodies here.
     tell_looks(subdomain);
     return {};
 }

@@ -57,10 +57,48 @@ void furnish_range(Scene& scene, const std::function<bool(BodyId)>& mine) {
                                  .material = bouncy}));
 }
 
+Settings settings_for_shapes() {
+    Settings settings = settings_for_parts();
+    settings.max_radius_m = 0.9, settings.least_radius_m = 0.2;
+    return settings;
+}
+
+// Spinning cubes, boxes, capsules and balls fall on a box and on each other; cubes fly through them; far from them a pile of balls sleeps,
+// and on the other side a stack of cubes.
+void furnish_shapes(Scene& scene, const std::function<bool(BodyId)>& mine) {
+    const auto bouncy = need(scene.add_material({.friction = 0.4f, .restitution = 0.3f}));
+    need(scene.add_obstacle(Plane{}, bouncy));
+    need(scene.add_obstacle(Box{.centre = {6, 6, 1}, .size_m = {3, 2, 2}}, 0));
+    const BodyShape shapes[] = {box_shape({0.8, 0.8, 0.8}, 0.02), box_shape({0.4, 0.8, 1.2}, 0.05), capsule_shape(0.3, 1.4)};
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> jitter(-0.2, 0.2), speed(-4, 4);
+    for (BodyId id = 0; id < 343; ++id) {
+        BodySpec spec{.id = id,
+                      .position_m = {1.9 * (id % 7) + jitter(random), 1.9 * (id / 7 % 7) + jitter(random), 3 + 1.9 * (id / 49)},
+                      .linear_velocity_m_s = {speed(random), speed(random), speed(random)},
+                      .angular_velocity_rad_s = {speed(random), speed(random), speed(random)},
+                      .radius_m = 0.4,
+                      .material = static_cast<std::uint8_t>(id % 3 == 0 ? bouncy : 0)};
+        if (id % 4 < 3) spec.shape = shapes[id % 4];
+        if (mine(id)) need(scene.add_body(spec));
+    }
+    for (BodyId id = 343; id < 349; ++id)
+        if (mine(id))
+            need(scene.add_body({.id = id,
+                                 .position_m = {-20.0 - 3 * id % 7, 2.0 * (id - 343), 4.0 + id % 3},
+                                 .linear_velocity_m_s = {60 + 10.0 * (id - 343), 0, -1},
+                                 .shape = shapes[0]}));
+    for (BodyId id = 400; id < 464; ++id) {
+        const Vec3 at{1.0 * (id % 4), 1.0 * (id / 4 % 4), 1.0 * ((id - 400) / 16)};
+        if (mine(id)) need(scene.add_body({.id = id, .position_m = Vec3{120, 0, 0.5} + at}));
+        if (mine(id + 64)) need(scene.add_body({.id = id + 64, .position_m = Vec3{-60, 0, 0.4} + 0.8 * at, .shape = shapes[0]}));
+    }
+}
+
 using Furnish = void (&)(Scene&, const std::function<bool(BodyId)>&);
 
-Digest undivided(int ticks, Furnish furnish_it = furnish) {
-    auto scene = make_scene(settings_for_parts());
+Digest undivided(int ticks, Furnish furnish_it = furnish, const Settings& settings = settings_for_parts()) {
+    auto scene = make_scene(settings);
     furnish_it(*scene, [](BodyId) { return true; });
     Workers workers(1);
     run(*scene, ticks, 2, workers);
@@ -69,9 +107,9 @@ Digest undivided(int ticks, Furnish furnish_it = furnish) {
 
 class Divided {
   public:
-    Divided(int parts, Subdomain::OwnerOf owner, Furnish furnish_it = furnish) {
+    Divided(int parts, Subdomain::OwnerOf owner, Furnish furnish_it = furnish, const Settings& settings = settings_for_parts()) {
         for (int self = 0; self < parts; ++self) {
-            scenes_.push_back(make_scene(settings_for_parts()));
+            scenes_.push_back(make_scene(settings));
             // Bodies begin anywhere; the first rebuild brings them to their owners.
             furnish_it(*scenes_.back(), [&](BodyId id) { return static_cast<int>(id) % parts == self; });
             subdomains_.push_back(std::make_unique<Subdomain>(*scenes_.back(), owner, self));
@@ -178,6 +216,37 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorldUnderFire) {
     EXPECT_EQ(divided.bodies(), 349u);
 }
 
+// Also where a part has no body with a shape.
+TEST(Parts, GiveTheBitsOfTheUndividedWorldWithShapes) {
+    const int ticks = 150;
+    const Settings settings = settings_for_shapes();
+    const Digest whole = undivided(ticks, furnish_shapes, settings);
+    const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
+    const auto far_balls = [](BlockCoordinates c) { return c.x > 4 ? 0 : 1; };
+    const auto halves = [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; };
+    for (const auto& [parts, owner] : {std::pair<int, Subdomain::OwnerOf>{2, halves}, {3, scattered}, {2, far_balls}}) {
+        Divided divided(parts, owner, furnish_shapes, settings);
+        for (int tick = 0; tick < ticks; ++tick) divided.tick();
+        EXPECT_EQ(divided.digest(), whole);
+        EXPECT_EQ(divided.bodies(), 349u + 128u);
+        EXPECT_GT(divided.rebuilds, 10);
+    }
+}
+
+TEST(Parts, MayBeDividedAnewWithShapes) {
+    const int ticks = 100;
+    int shift = 0;
+    Divided divided(
+        2, [&](BlockCoordinates c) { return c.x + c.y < 1 + shift % 5 ? shift % 2 : 1 - shift % 2; }, furnish_shapes,
+        settings_for_shapes());
+    for (int tick = 0; tick < ticks; ++tick) {
+        if (divided.must_rebuild()) ++shift;
+        divided.tick();
+    }
+    EXPECT_GT(shift, 5);
+    EXPECT_EQ(divided.digest(), undivided(ticks, furnish_shapes, settings_for_shapes()));
+}
+
 // Whatever bounces costs exchanges in the ticks in which it does. Without, a tick has those of one colour for each of 8 colours of
 // the magnets, 2 warm starts, 4 sweeps and 2 relaxing ones, and one about sleep.
 TEST(Parts, ExchangeBouncesOnlyWhereSomethingBounces) {
@@ -197,15 +266,19 @@ TEST(Parts, ExchangeBouncesOnlyWhereSomethingBounces) {
 
 TEST(Parts, KnowTogetherWhatPressesOnTheirBodies) {
     const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
-    Divided one(1, [](BlockCoordinates) { return 0; }), three(3, scattered);
-    std::size_t pressed = 0;
-    for (int tick = 0; tick < 60; ++tick) {
-        one.tick(), three.tick();
-        const std::map<BodyId, double> forces = one.normal_forces();
-        ASSERT_EQ(three.normal_forces(), forces) << tick;
-        for (const auto& [body, force_n] : forces) pressed += force_n > 0 ? 1 : 0;
-    }
-    EXPECT_GT(pressed, 10'000u);
+    const auto compare = [&](Furnish furnish_it, const Settings& settings) {
+        Divided one(1, [](BlockCoordinates) { return 0; }, furnish_it, settings), three(3, scattered, furnish_it, settings);
+        std::size_t pressed = 0;
+        for (int tick = 0; tick < 60; ++tick) {
+            one.tick(), three.tick();
+            const std::map<BodyId, double> forces = one.normal_forces();
+            ASSERT_EQ(three.normal_forces(), forces) << tick;
+            for (const auto& [body, force_n] : forces) pressed += force_n > 0 ? 1 : 0;
+        }
+        EXPECT_GT(pressed, 7'000u);
+    };
+    compare(furnish, settings_for_parts());
+    compare(furnish_shapes, settings_for_shapes());
 }
 
 // Blocks may change hands whenever bodies do, also those that sleep, and whole parts may be emptied.

@@ -1,0 +1,124 @@
+"""Bodies of all shapes fall, roll and fly through each other in small random worlds. Whatever the number of processes and threads, also
+where a run is stopped in the middle and goes on with others, the facts and places after each tick are the same.
+
+Usage: tumble_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
+"""
+
+import random
+import shutil
+import subprocess
+import sys
+
+from seeds import Divided
+
+PROGRAM = """
+type action force(node, float, float, float) while.
+type action torque(node, float, float, float) while.
+type action roll(node, float, float, float) while.
+type source(node).
+type dist(node, min int).
+type degree(node, count int).
+type turned(node, float, float, float, float).
+type moves(node, vec3).
+type jolt(node, float, float, float).
+type pressed(node, float).
+type touched(node, node, int).
+type lies(node, int).
+type linear token(node, int).
+type visited(node, int).
+dist(A, 0) :- source(A).
+dist(B, D + 1) :- dist(A, D), neighbor(A, B).
+degree(A, 1) :- neighbor(A, _).
+turned(A, W, X, Y, Z) :- orientation(A, W, X, Y, Z).
+moves(A, V) :- velocity(A, V).
+jolt(A, X, Y, Z) :- acceleration(A, X, Y, Z), id(A, I), I % 3 = 0.
+pressed(A, P) :- pressure(A, P).
+touched(A, B, F) :- contact(A, B, F).
+lies(A, O) :- contact(A, O).
+token(A, N), neighbor(A, B), N > 0 -o visited(A, N), token(B, N - 1).
+force(A, 0 - X, 0, 2) :- position(A, X, _, _), degree(A, N), N > 1.
+torque(A, 1, 0, 2) :- lies(A, _), id(A, I), I % 5 = 0.
+roll(A, 3, 3, 0) :- dist(A, D), D % 2 = 1.
+"""
+
+# Processes and threads. Those of two threads are stopped in the middle and go on with other numbers.
+SETTINGS = [(1, 1), (2, 1), (3, 1), (4, 1), (1, 2), (2, 2), (3, 2)]
+
+
+class Tumbling(Divided):
+    def outcome(self, folder, processes, threads):
+        if threads == 1:
+            return super().outcome(folder, processes, threads)
+        ticks = int(self.options[self.options.index("--ticks") + 1])
+        kept, digests = folder / f"kept{processes}", folder / "digests"
+        first = [self.meldsim, "run", folder / f"{self.name}.meld", "--world", folder / f"{self.name}.toml", "--quiet", "-n",
+                 str(processes), "--threads", str(threads), "--ticks", str(ticks // 2), "--digest", digests, "--checkpoint", kept]
+        second = [self.meldsim, "resume", kept, "--ticks", str(ticks), "-n", str(4 - processes), "--threads", "1", "--quiet"]
+        shutil.rmtree(kept, ignore_errors=True)
+        for command in (first, second):
+            done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+            if done.returncode != 0:
+                return done.returncode, "", done.stderr
+        return 0, digests.read_text(), ""
+
+
+def shape(rng, world_radius):
+    """A shape in the words of a world."""
+    kind = rng.choice(["cube", "box", "capsule", "sphere"])
+    text = f'shape = "{kind}"\n'
+    if kind == "box":
+        text += f"edges = [{', '.join(f'{rng.uniform(0.4, 1.1):.2f}' for _ in range(3))}]\n"
+    if kind in ("cube", "box") and rng.random() < 0.4:
+        text += f"rounding = {rng.choice([0, 0.05, 0.1])}\n"
+    if kind == "capsule":
+        text += f"length = {rng.uniform(0.9, 1.5):.2f}\n"
+    if kind != "box":
+        text += f"radius = {world_radius * rng.uniform(0.6, 1):.3f}\n"
+    return text
+
+
+def case(seed):
+    rng = random.Random(seed)
+    radius = rng.choice([0.5, 0.05])
+    size = [rng.randint(1, 6), rng.randint(1, 4), rng.randint(1, 4)]
+    size[rng.randrange(2)] += 8
+    world = (f'seed = {seed}\nradius = {radius}\n[[body]]\nshape = "move(box({size[0]}, {size[1]}, {size[2]}), 0, 0, {size[2] // 2 + 1})"\n'
+             f"[[body]]\npositions = [[-30, 0, 2.5], [-28.2, 0.3, 2.5], [35, 1, 6], [-40, 0, 1.2], [-40.2, 0, 2.8]]\n"
+             f'[motion]\nkind = "bodies"\nground = 0\nsteps = {rng.choice([6, 12])}\nspacing = {rng.choice([1.4, 1.7])}\n'
+             f"friction = {rng.choice([0.2, 0.5, 0.9])}\nrestitution = {rng.choice([0, 0, 0.3, 0.8])}\n"
+             f"sleep_ticks = {rng.choice([0, 4, 30])}\ndeepest_overlap = 0.9\n")
+    world += rng.choice(['solver = "pgs20"\n', "", "", ""]) + rng.choice(['lowest = 0.3\nlost = "remove"\n', "", ""])
+    world += shape(rng, radius).split("radius")[0]
+    speed = 12 * radius ** 0.5
+    for _ in range(rng.randint(2, 5)):
+        world += f'[[motion.catoms]]\nwhere = "id % {rng.randint(2, 5)} == {rng.randint(0, 4)}"\n' + shape(rng, radius)
+        if rng.random() < 0.7:
+            world += f"turned = [{rng.randint(-90, 90)}, {rng.randint(-90, 90)}, {rng.randint(-90, 90)}]\n"
+        if rng.random() < 0.7:
+            world += f"velocity = [{', '.join(f'{rng.uniform(-speed, speed):.2f}' for _ in range(3))}]\n"
+        if rng.random() < 0.3:
+            world += f"spin = [{rng.randint(-9, 9)}, {rng.randint(-9, 9)}, {rng.randint(-9, 9)}]\n"
+        if rng.random() < 0.5:
+            world += f"mass = {rng.uniform(0.2, 4):.2f}\n"
+    if rng.random() < 0.4:
+        world += f'[[motion.catoms]]\nwhere = "x == 0 && y == 0 && z <= 1"\nfixed = true\nvelocity = [{rng.choice([0, 1])}, 0, 0]\n'
+    # Two rest, and one comes fast through the others.
+    world += '[[motion.catoms]]\nwhere = "x == -40"\nvelocity = [0, 0, 0]\nspin = [0, 0, 0]\nturned = [0, 0, 0]\n'
+    world += f'[[motion.catoms]]\nwhere = "x == 35"\nvelocity = [{-8 * speed:.1f}, 0, -1]\n'
+    if rng.random() < 0.6:
+        world += f'[[motion.obstacle]]\nkind = "box"\ncentre = [2, 0, 0]\nsize = [7, 4, 0.8]\ndegrees = {rng.randint(0, 90)}\n'
+    world += '[facts]\nsource = ["id % 9 == 0"]\ntoken = [{ where = "id % 20 == 0", args = [40] }]\n'
+    if rng.random() < 0.5:
+        world += f'[[event]]\ntick = {rng.randint(3, 12)}\nkill = "id % 7 == 3"\n'
+    return PROGRAM, world
+
+
+def main():
+    meldsim, first, seeds, ticks = sys.argv[1], *(int(word) for word in (sys.argv[2:] + ["0", "4", "24"][len(sys.argv) - 2:])[:3])
+    divided = Tumbling(meldsim, "tumble", SETTINGS, ["--ticks", str(ticks), "--digest", "-"])
+    return divided.compare(((seed, *case(seed)) for seed in range(first, first + seeds)),
+                           lambda digests: len(set(digests.splitlines())) > ticks // 2)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
