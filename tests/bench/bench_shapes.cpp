@@ -1,5 +1,5 @@
 // Piles of cubes and capsules beside piles of as many spheres, in one run: k^3 bodies on a lattice, touching on a plane; and as many that
-// fall into a walled box in disorder.
+// fall into a walled box in disorder; and what two subdomains of such a box send each other.
 //
 //     bench_shapes [--ticks N] [--threads N] [k ...]     k = 22 46
 //
@@ -9,12 +9,15 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "physics/scene/scene.h"
+#include "physics/scene/subdomain.h"
 #include "tests/bench/clock.h"
 #include "tests/bench/need.h"
 
@@ -35,17 +38,23 @@ void give_shape(BodySpec& spec, Form form) {
     if (form == Form::Capsule) spec.shape = capsule_shape(0.3, 1);
 }
 
-std::unique_ptr<Scene> empty_scene() {
+double least_radius_m(Form form) { return form == Form::Capsule ? 0.3 : 0.5; }
+
+std::unique_ptr<Scene> empty_scene(Form form) {
     Settings settings;
     // All ticks are alike.
     settings.sleep_ticks = 0;
+    BodySpec spec;
+    give_shape(spec, form);
+    settings.min_radius_m = settings.max_radius_m = spec.shape ? spec.shape->radius_m() : spec.radius_m;
+    settings.least_radius_m = least_radius_m(form);
     auto scene = need(Scene::make(settings));
     need(scene->add_obstacle(Plane{}, 0));
     return scene;
 }
 
 std::unique_ptr<Scene> lattice(int side, Form form) {
-    auto scene = empty_scene();
+    auto scene = empty_scene(form);
     BodyId id = 0;
     for (int z = 0; z < side; ++z)
         for (int y = 0; y < side; ++y)
@@ -57,8 +66,9 @@ std::unique_ptr<Scene> lattice(int side, Form form) {
     return scene;
 }
 
-std::unique_ptr<Scene> heap(int side, Form form) {
-    auto scene = empty_scene();
+// With the bodies for which `mine` is true.
+std::unique_ptr<Scene> heap(int side, Form form, const std::function<bool(BodyId)>& mine) {
+    auto scene = empty_scene(form);
     const double wall = -0.75 * side;
     for (const Vec3 normal : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}})
         need(scene->add_obstacle(Plane{normal, wall}, 0));
@@ -74,9 +84,59 @@ std::unique_ptr<Scene> heap(int side, Form form) {
                 BodySpec spec{.id = id++, .position_m = at + 0.1 * Vec3{normal(random), normal(random), 0}};
                 spec.orientation = {q.w / n, q.x / n, q.y / n, q.z / n};
                 give_shape(spec, form);
-                need(scene->add_body(spec));
+                if (mine(spec.id)) need(scene->add_body(spec));
             }
     return scene;
+}
+
+std::unique_ptr<Scene> heap(int side, Form form) {
+    return heap(side, form, [](BodyId) { return true; });
+}
+
+// Two halves in one process, with the messages carried by hand.
+void measure_halves(int side, Form form, int warm_up, int ticks) {
+    Workers workers(1);
+    std::unique_ptr<Scene> scenes[2];
+    std::vector<std::unique_ptr<Subdomain>> parts;
+    for (int self = 0; self < 2; ++self) {
+        scenes[self] = heap(side, form, [self](BodyId id) { return static_cast<int>(id % 2) == self; });
+        parts.push_back(std::make_unique<Subdomain>(*scenes[self], [](BlockCoordinates block) { return block.x < 0 ? 0 : 1; }, self));
+    }
+    std::size_t of_lists = 0, of_steps = 0;
+    int lists = 0;
+    const auto carry = [&](std::size_t& bytes, const auto& pack, const auto& unpack) {
+        Subdomain::Messages sent[2];
+        for (int self = 0; self < 2; ++self) sent[self] = pack(*parts[static_cast<std::size_t>(self)]);
+        for (const auto& messages : sent)
+            for (const auto& [to, message] : messages)
+                unpack(*parts[static_cast<std::size_t>(to)], message.view()), bytes += message.size();
+    };
+    for (int tick = 0; tick < warm_up + ticks; ++tick) {
+        if (tick == warm_up) of_lists = of_steps = 0, lists = 0;
+        if (parts[0]->must_rebuild(kTick, 2) || parts[1]->must_rebuild(kTick, 2)) {
+            Velocities all = parts[0]->velocities();
+            all.add(parts[1]->velocities());
+            for (const auto& part : parts) part->set_velocities(all, kTick, 2);
+            carry(
+                of_lists, [&](Subdomain& part) { return part.pack_bodies(workers); },
+                [](Subdomain& part, Subdomain::Bytes bytes) { need(part.unpack_bodies(bytes)); });
+            for (const auto& part : parts) part->unpacked();
+            ++lists;
+        }
+        std::vector<Stage> stages;
+        for (const auto& part : parts) stages = part->stages(kTick, 2);
+        for (const Stage& stage : stages) {
+            for (const auto& part : parts) need(part->run(stage, workers));
+            if (stage.must_exchange())
+                carry(
+                    of_steps, [&](Subdomain& part) { return part.pack(stage); },
+                    [&](Subdomain& part, Subdomain::Bytes bytes) { part.unpack(stage, bytes); });
+        }
+        for (const auto& part : parts) part->finish();
+    }
+    fmt::print("{:>7} {:<8} in two halves: {:.0f} kB a step, and {:.0f} kB for each of {} new lists in {} steps\n",
+               scenes[0]->body_count() + scenes[1]->body_count(), kNames[static_cast<int>(form)],
+               1e-3 * static_cast<double>(of_steps) / ticks, 1e-3 * static_cast<double>(of_lists) / std::max(lists, 1), lists, ticks);
 }
 
 void measure(const char* what, Scene& scene, Form form, int warm_up, int ticks, int threads, double& of_spheres) {
@@ -122,6 +182,7 @@ int main(int argc, char** argv) {
         for (const Form form : {Form::Sphere, Form::Cube}) measure("lattice", *lattice(side, form), form, 3, ticks, threads, of_spheres);
         for (const Form form : {Form::Sphere, Form::Cube, Form::Capsule})
             measure("heap", *heap(side, form), form, 400, ticks, threads, of_spheres);
+        for (const Form form : {Form::Sphere, Form::Cube, Form::Capsule}) measure_halves(side, form, 400, ticks);
     }
     return 0;
 }
