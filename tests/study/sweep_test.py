@@ -18,9 +18,11 @@ import time
 import xml.etree.ElementTree
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "view"))
 
 import frame  # noqa: E402
 from frame import FOREVER, FRONT, main, square, words_of  # noqa: E402
+from websocket import Page  # noqa: E402
 
 FINE, USAGE, FAILED = 0, 2, 3
 # A front that does not go further than `reach`; and another program with the same predicates, which has no such constant.
@@ -67,11 +69,33 @@ class Rows(Case):
 
     def test_a_row_is_the_run_of_its_command(self):
         for row in self.rows():
-            command = shlex.split(self.sweep("--show", row["row"])[0].splitlines()[0])
+            command = shlex.split(self.sweep("--show", row["row"], "--print")[0].splitlines()[0])
             self.assertEqual(command[:2], ["meldsim", "run"])
             out, _ = self.call("meldsim", *command[1:], "--digest", "digests", "--json")
             self.assertEqual((self.folder / "digests").read_text().split()[-1], row["digest"])
             self.assertEqual(json.loads(out)["ticks"], int(row["ticks"]))
+
+    def test_a_row_is_shown_in_the_viewer(self):
+        """Forward and back, as it was, whatever it is expected to be."""
+        self.write("study.toml", STUDY + '[expect]\nall = "count : { dist(A, _) } = @world"\n[measure]\nrounds = "ticks"\n')
+        row = self.rows(code=FAILED)[4]
+        viewer = self.begin("meldsim", "sweep", "study.toml", "--show", row["row"], "--no-open", stdout=subprocess.PIPE, text=True)
+        self.assertRegex(viewer.stdout.readline(), "^row 5: expect all: ")
+        link = re.fullmatch(r"flood\.meld is shown at (http://\S+)\n", viewer.stdout.readline())[1]
+        with Page(link) as page:
+            hello, _ = page.ask("hello")
+            self.assertEqual((hello["program"], hello["catoms"], hello["tick"], hello["live"]), ("flood.meld", int(row["n"]), 0, True))
+            self.assertEqual(page.ask("command", line="run")[0]["answer"]["tick"], int(row["rounds"]))
+            found = page.ask("command", line="query dist(A, D)")[0]["answer"]["rows"]
+            self.assertEqual(max(found_row[1] for found_row in found), int(row["reach"]))
+            self.assertEqual(page.ask("command", line="to 1")[0]["tick"], 1)
+        viewer.send_signal(signal.SIGINT)
+        viewer.communicate(timeout=30)
+        self.assertEqual(viewer.returncode, 130)
+        out, _ = self.sweep("--show", 5, "--no-open", "--for", 0.2, "--quiet")
+        self.assertRegex(out, r"^flood\.meld is shown at http://\S+\n$")
+        for wrong in (["--print"], ["--no-open"], ["--for", 1]):
+            self.assertIn("requires --show", self.sweep(*wrong, code=USAGE)[1])
 
     def test_threads_and_jobs_do_not_matter(self):
         self.write("two.toml", "threads = 2\n" + STUDY)
@@ -253,7 +277,7 @@ class Measures(Case):
                          [("failed", "expect all"), ("fine", ""), ("failed", "expect all"), ("failed", "never far:")])
         out, _ = self.sweep(code=FAILED)
         self.assertIn("6 failed\n  row 1: expect all: ", out)
-        self.assertIn("# expect all: ", self.sweep("--show", 1)[0])
+        self.assertIn("# expect all: ", self.sweep("--show", 1, "--print")[0])
 
     def test_failures_are_rows(self):
         self.write("flood.meld", FLOOD + "type half(node, int).\nhalf(A, 12 / (reach - 3)) :- id(A, 0).\n")
@@ -305,7 +329,11 @@ class Mistakes(Case):
                 self.assertIn(said, err)
 
     def test_a_row_that_is_not_there(self):
-        self.assertIn("Its rows are 1 to 8", self.sweep("--show", 9, code=USAGE)[1])
+        for options in ([], ["--print"]):
+            self.assertIn("Its rows are 1 to 8", self.sweep("--show", 9, *options, code=USAGE)[1])
+
+    def test_a_size_that_is_none(self):
+        self.assertIn("--memory: 'much' is not a size", self.sweep("--memory", "much", code=USAGE)[1])
 
 
 class Going(Case):
@@ -410,6 +438,71 @@ class Going(Case):
         self.assertEqual(sum(made), 40, ends)
         self.assertTrue(all(made), made)
         self.assertEqual(len(self.rows()), 40)
+
+
+class Memory(Case):
+    """Rows of some 30 MB each."""
+    SIDE, JOBS = 90, 3
+
+    def setUp(self):
+        super().setUp()
+        self.write("study.toml", f'''program = "plain.meld"
+            seeds = 6
+            ticks = 100
+            [world]
+            lattice = "cubic"
+            body = [{{ shape = "box({self.SIDE}, {self.SIDE}, {self.SIDE})" }}]
+            ''')
+
+    def own_bytes(self, process):
+        """What a process has in memory and shares with no other; 0: it has ended."""
+        try:
+            text = pathlib.Path(f"/proc/{process}/status").read_text()
+        except OSError:
+            return 0
+        found = re.search(r"RssAnon:\s+(\d+)", text)
+        return 1024 * int(found[1]) if found else 0
+
+    def watch(self, *options):
+        """The most that runs have together during a sweep, and how many of them have much; and what the sweep says."""
+        sweep = self.begin("meldsim", "sweep", "study.toml", "--jobs", self.JOBS, *options, stdout=subprocess.PIPE, text=True)
+        most, together = 0, 0
+        while sweep.poll() is None:
+            base = self.own_bytes(sweep.pid)
+            try:
+                children = pathlib.Path(f"/proc/{sweep.pid}/task/{sweep.pid}/children").read_text().split()
+            except OSError:
+                break
+            sizes = [max(0, self.own_bytes(child) - base) for child in children]
+            most, together = max(most, sum(sizes)), max(together, sum(size > 8_000_000 for size in sizes))
+            time.sleep(0.005)
+        said = sweep.communicate(timeout=60)[0]
+        self.assertEqual(sweep.returncode, 0)
+        return most, together, said
+
+    def test_a_row_waits_until_there_is_memory_for_it(self):
+        most, together, said = self.watch("--memory", "10GB")
+        self.assertGreater(together, 1)
+        self.assertNotIn("waited for memory", said)
+        digests = [row["digest"] for row in self.rows()]
+        peak = max(int(row["memory"]) for row in self.rows())
+        # The first is expected to need much, and the others what it has needed: room for one, and not for two.
+        for path in (self.folder / "study.results" / "journals").glob("*"):
+            path.unlink()
+        limit = int(0.9 * most) if together == 2 else int(0.55 * most)
+        limited, alone, said = self.watch("--memory", limit)
+        self.assertRegex(said,
+                         "[1-6] of them waited for memory, of which one was expected to take [0-9.]+ MiB: at most [12] ran at a time")
+        self.assertLess(limited, max(limit, peak) * 1.05)
+        self.assertLess(alone, self.JOBS)
+        self.assertEqual([row["digest"] for row in self.rows()], digests)
+
+    def test_one_always_runs(self):
+        most, together, said = self.watch("--memory", 1)
+        self.assertEqual(together, 1)
+        self.assertIn("5 of them waited for memory", said)
+        self.assertIn("at most 1 ran at a time", said)
+        self.assertEqual([row["status"] for row in self.rows()], ["fine"] * 6)
 
 
 class Costs(Case):

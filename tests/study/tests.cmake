@@ -1,5 +1,5 @@
 # Sweeps: their rows and what is kept of them, a class of tests an entry.
-foreach(class Rows Figures Measures Mistakes Going Costs)
+foreach(class Rows Figures Measures Mistakes Going Memory Costs)
   string(TOLOWER ${class} name)
   add_test(NAME study_${name} COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/sweep_test.py
     --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim> ${class})

@@ -43,6 +43,7 @@ class CopiedProcess {
     // This process's end of the pipe: readable when there is something to read, or the copy has ended.
     int pipe() const { return pipe_; }
     int file() const { return file_; }
+    pid_t id() const { return process_; }
 
     struct End {
         int status = 0;  // As waitpid has it.

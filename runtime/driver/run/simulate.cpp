@@ -135,7 +135,8 @@ Result<void> Run::read(const std::string& module_path) {
     Result<Inputs> inputs = read_inputs(options_, comm_, module_path);
     const Result<std::vector<Claim>> mine = inputs.map([&](const Inputs& in) { return claims(options_, in.module, in.world); });
     if (const auto alike = agree(comm_, mine); !alike) return alike;
-    if (auto counted = count_catoms(options_, comm_, *inputs); !counted) return counted;
+    const auto need = [&](const MemoryNeed& memory) { return observer_ == nullptr ? Result<void>() : observer_->need(memory); };
+    if (auto counted = count_catoms(options_, comm_, *inputs, need); !counted) return counted;
     if (options_.stats && !inputs->info().counts)
         return fail(fmt::format("{} does not count what its rules do", options_.program),
                     "Give the .meld file, or compile it with meldc compile --counters");

@@ -6,6 +6,7 @@
 #include "runtime/ask/watch/watches.h"
 #include "runtime/base/error.h"
 #include "runtime/comm/transport/communicator.h"
+#include "runtime/driver/setup/memory_need.h"
 #include "runtime/driver/setup/options.h"
 #include "runtime/sim/simulation.h"
 
@@ -15,6 +16,8 @@ namespace meld::driver {
 class RunObserver {
   public:
     virtual ~RunObserver() = default;
+    // When the catoms have been counted, and before memory is taken for them. Errors end the run.
+    virtual Result<void> need(const MemoryNeed&) { return {}; }
     // Before the run is set up: it may add modules.
     virtual void begin(sim::Simulation& simulation) = 0;
     // After the last tick, when it is known whether what was expected holds; of a run that has failed right after that. Nothing is watched:

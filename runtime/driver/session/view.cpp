@@ -189,6 +189,19 @@ std::vector<std::string> view_arguments(const ViewOptions& view) {
     return words;
 }
 
+void add_serving(CLI::App& command, ViewOptions& view, CLI::Option* of) {
+    const std::string prefix = of == nullptr ? "" : fmt::format("Of {}: ", of->get_name());
+    CLI::Option* const port = command.add_option("--port", view.port, prefix + "The port of the server; otherwise one that is free")
+                                  ->check(cli::whole_number(1, 65535))
+                                  ->type_name("INT");
+    CLI::Option* const open = command.add_flag("!--no-open", view.opens, prefix + "Do not open the link in a browser");
+    CLI::Option* const seconds = command.add_option("--for", view.seconds, prefix + "End after so many seconds; otherwise Ctrl-C ends it")
+                                     ->check(CLI::Range(0.001, 1e9).description(""))
+                                     ->type_name("SECONDS");
+    if (of == nullptr) return;
+    for (CLI::Option* const each : {port, open, seconds}) each->needs(of);
+}
+
 void add_view(CLI::App& app, Asking& asking) {
     RunOptions& run = asking.run;
     run.debug = {.view = ViewOptions{}};
@@ -200,17 +213,11 @@ void add_view(CLI::App& app, Asking& asking) {
     asking.command = v;
     v->add_option("TARGET", run.program, "A program, which is run; or a recording; or a folder of checkpoints")->required();
     v->add_option("BESIDE", view.other, "Another program or recording, shown beside it");
-    v->add_option("--port", view.port, "The port of the server; otherwise one that is free")
-        ->check(cli::whole_number(1, 65535))
-        ->type_name("INT");
-    v->add_flag("!--no-open", view.opens, "Do not open the link in a browser");
+    add_serving(*v, view);
     v->add_flag("--framed", view.framed, "Let pages of this machine, such as notebooks, show the page in a frame");
     v->add_option("--tick", view.tick, "Begin after this tick; otherwise before the first, or where the checkpoint is")
         ->check(cli::whole_number(0, std::numeric_limits<std::int64_t>::max() - 1))
         ->type_name("INT");
-    v->add_option("--for", view.seconds, "End after so many seconds; otherwise Ctrl-C ends it")
-        ->check(CLI::Range(0.001, 1e9).description(""))
-        ->type_name("SECONDS");
     add_share(*v, view.share);
     add_inputs(*v, run, "The world, a .toml file; the default is the .toml next to the program, or else a cube of 1,000 catoms");
     add_ticks(*v, run.ticks, "The run has so many ticks");

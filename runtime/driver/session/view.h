@@ -13,12 +13,15 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace meld::driver {
 
 // Its command line.
 void add_view(CLI::App& app, Asking& asking);
+// Those of them that say how and for how long the page is served; `of`: they are of this option of another command.
+void add_serving(CLI::App& command, ViewOptions& view, CLI::Option* of = nullptr);
 // The options of the command, as the processes of a run get them.
 std::vector<std::string> view_arguments(const ViewOptions& view);
 

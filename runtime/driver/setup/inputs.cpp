@@ -268,11 +268,14 @@ Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& 
     return inputs;
 }
 
-Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs) {
+Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs,
+                          const std::function<Result<void>(const MemoryNeed&)>& before_check) {
     auto counts = sim::count_beforehand(inputs.world, comm, options.threads);
     if (!counts) return tl::unexpected<Error>(counts.error());
     inputs.counts = std::move(*counts);
     inputs.memory = memory_need(inputs.world, inputs.info(), options, comm.processes(), inputs.counts);
+    if (before_check)
+        if (const auto all = comm::outcome_of_all(comm, before_check(inputs.memory)); !all) return all;
     return comm::outcome_of_all(comm, check_memory(inputs.world, inputs.memory, inputs.processes_here));
 }
 

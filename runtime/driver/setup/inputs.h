@@ -1,6 +1,7 @@
 // What a run is made of: the program's module, the world with the changes of the command line, and the components.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -36,7 +37,8 @@ struct Inputs {
 Result<Inputs> read_inputs(const RunOptions& options, const comm::Communicator& comm, const std::string& module_path);
 
 // Counts the catoms of processes that have the same inputs, and what memory they need. Collective; all return the same. Errors: the world
-// has no catoms, or does not fit.
-Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs);
+// has no catoms, or does not fit. `before_check` is called when the need is known, and before it is compared with what is free.
+Result<void> count_catoms(const RunOptions& options, comm::Communicator& comm, Inputs& inputs,
+                          const std::function<Result<void>(const MemoryNeed&)>& before_check = {});
 
 }  // namespace meld::driver

@@ -5,9 +5,15 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
+#include "runtime/base/process/available_memory.h"
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/process/stage_clock.h"
 #include "runtime/base/terminal/progress.h"
@@ -25,29 +31,47 @@ constexpr double kRefreshPart = 0.05;
 
 class RowPool {
   public:
-    RowPool(const StudyPlan& plan, RowStore& store, int jobs, bool quiet)
-        : plan_(plan), store_(store), jobs_(static_cast<std::size_t>(jobs)), begun_(seconds_now()) {
-        if (!quiet) progress_.emplace();
-        for (std::size_t row = 0; row < plan.rows().size(); ++row)
-            if (!is_made(row)) todo_.push_back(row);
+    RowPool(const StudyPlan& plan, RowStore& store, const PoolOptions& options)
+        : plan_(plan), store_(store), options_(options), jobs_(static_cast<std::size_t>(options.jobs)), begun_(seconds_now()) {
+        if (!options.quiet) progress_.emplace();
+        for (std::size_t row = 0; row < plan.rows().size(); ++row) {
+            if (const RowResult* const result = store.find(plan.rows()[row], plan.study()))
+                note_peak(row, *result);
+            else
+                todo_.push_back(row);
+        }
         total_ = todo_.size();
     }
 
     Result<PoolOutcome> run();
 
   private:
+    // Rows that differ in their seeds alone.
+    using Kind = std::tuple<std::size_t, std::string, std::vector<std::string>>;
+    Kind kind_of(std::size_t row) const { return {plan_.rows()[row].module, plan_.rows()[row].world_path, plan_.rows()[row].set}; }
+    void note_peak(std::size_t row, const RowResult& result);
     bool is_made(std::size_t row) const { return store_.find(plan_.rows()[row], plan_.study()) != nullptr; }
     Result<void> start_more();
     Result<void> collect();
+    // Lets runs go on that have asked for memory, in the order in which they began.
+    void give_memory();
+    std::uint64_t expected_own(const RowRun& run) const;
+    bool fits(const RowRun& run) const;
     void look_at_others();
+    // How many run and have the memory that they asked for.
+    std::size_t goers() const;
     std::string line() const;
 
     const StudyPlan& plan_;
     RowStore& store_;
+    const PoolOptions options_;
     std::size_t jobs_, total_ = 0;
     std::deque<std::size_t> todo_;     // Rows that this process has not tried yet.
     std::vector<std::size_t> others_;  // That others have claimed.
     std::vector<RowRun> running_;
+    std::map<Kind, std::uint64_t> peaks_;      // The most memory that a row of this kind has had.
+    std::optional<std::uint64_t> held_bytes_;  // What the first of those that wait still needs.
+    std::set<std::size_t> held_;               // Rows that had to wait.
     std::optional<Progress> progress_;
     double begun_, next_refresh_ = 0;
     PoolOutcome outcome_;
@@ -64,11 +88,59 @@ std::string RowPool::line() const {
         text += fmt::format(", {} a second, {} left", format_count(rate), format_duration(static_cast<double>(left) / rate));
     }
     if (!others_.empty()) text += fmt::format(", {} elsewhere", grouped(others_.size()));
+    if (held_bytes_) text += fmt::format(", {} at a time for want of memory: the next one needs {}", goers(), format_bytes(*held_bytes_));
     return text;
 }
 
+void RowPool::note_peak(std::size_t row, const RowResult& result) {
+    if (!result.fine) return;
+    std::uint64_t& peak = peaks_[kind_of(row)];
+    peak = std::max(peak, result.memory);
+}
+
+std::size_t RowPool::goers() const {
+    return static_cast<std::size_t>(std::ranges::count_if(running_, [](const RowRun& run) { return run.memory() && !run.waits(); }));
+}
+
+// What it will have taken at its peak: that of a row of its kind if there has been one, otherwise what has been computed.
+std::uint64_t RowPool::expected_own(const RowRun& run) const {
+    const auto seen = peaks_.find(kind_of(run.row()));
+    return run.memory()->own_at(seen != peaks_.end() ? seen->second : run.memory()->peak);
+}
+
+// Beside those that run, which may grow as well.
+bool RowPool::fits(const RowRun& run) const {
+    std::uint64_t growth = 0, all = 0;
+    for (const RowRun& each : running_) {
+        if (!each.memory() || (each.waits() && &each != &run)) continue;
+        const std::uint64_t now = each.own_now(), expected = std::max(now, expected_own(each));
+        growth += expected - now;
+        all += expected;
+    }
+    if (options_.memory_bytes > 0 && all > options_.memory_bytes) return false;
+    const std::uint64_t available = available_memory().bytes;
+    return available == 0 || growth <= available;
+}
+
+void RowPool::give_memory() {
+    held_bytes_.reset();
+    for (RowRun& run : running_) {
+        if (!run.waits()) continue;
+        if (goers() > 0 && !fits(run)) {
+            held_bytes_ = expected_own(run);
+            held_.insert(run.row());
+            outcome_.held = held_.size();
+            outcome_.held_bytes = std::max(outcome_.held_bytes, *held_bytes_);
+            return;
+        }
+        run.let_go_on();
+        outcome_.most_at_once = std::max(outcome_.most_at_once, goers());
+    }
+}
+
 Result<void> RowPool::start_more() {
-    while (running_.size() < jobs_ && !todo_.empty()) {
+    // While one waits for memory, no further one has to.
+    while (running_.size() < jobs_ && !todo_.empty() && !held_bytes_) {
         const std::size_t row = todo_.front();
         todo_.pop_front();
         if (is_made(row)) continue;
@@ -96,6 +168,7 @@ Result<void> RowPool::collect() {
         if (!result) result = running_[i].end_if_late(plan_.study().timeout_seconds);
         if (!result) continue;
         const StudyRow& row = plan_.rows()[running_[i].row()];
+        note_peak(running_[i].row(), *result);
         running_.erase(running_.begin() + static_cast<std::ptrdiff_t>(i));
         // A signal that has reached the run is no result of it.
         if (result->exit == static_cast<int>(ExitCode::Interrupted)) continue;
@@ -103,6 +176,7 @@ Result<void> RowPool::collect() {
         ++outcome_.made;
         if (!failure_of(*result, plan_.study()).empty()) ++failed_;
     }
+    give_memory();
     return {};
 }
 
@@ -138,8 +212,8 @@ Result<PoolOutcome> RowPool::run() {
 
 }  // namespace
 
-Result<PoolOutcome> make_rows(const StudyPlan& plan, RowStore& store, int jobs, bool quiet) {
-    return RowPool(plan, store, jobs, quiet).run();
+Result<PoolOutcome> make_rows(const StudyPlan& plan, RowStore& store, const PoolOptions& options) {
+    return RowPool(plan, store, options).run();
 }
 
 }  // namespace meld::driver

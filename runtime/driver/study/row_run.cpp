@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
 #include "runtime/ask/query/query.h"
@@ -26,6 +27,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostSaid_bytes = 2000;
+// Sums of some of them are numbers still.
+constexpr double kMostMemory_bytes = 1e15;
 
 // The value of a body: the only one that it gives; 1 and 0 for one that only holds or does not; nothing for none.
 Result<Json> value_of(const inspect::Table& table) {
@@ -41,8 +44,12 @@ Result<Json> value_of(const inspect::Table& table) {
 // Takes the measures of a run, and its digest.
 class Measuring : public RunObserver {
   public:
-    Measuring(const StudyPlan& plan, const StudyModule& module, RowResult& result) : plan_(plan), module_(module), result_(result) {}
+    // `ask` is told what memory the run takes, and returns when it may.
+    using Ask = std::function<Result<void>(const MemoryNeed&)>;
+    Measuring(const StudyPlan& plan, const StudyModule& module, RowResult& result, Ask ask)
+        : plan_(plan), module_(module), result_(result), ask_(std::move(ask)) {}
 
+    Result<void> need(const MemoryNeed& need) override { return ask_ ? ask_(need) : Result<void>(); }
     void begin(sim::Simulation& simulation) override;
     Result<void> end(sim::Simulation& simulation, const inspect::Watches* watches, bool failed) override;
     Result<void> after_tick(sim::Subdomain& subdomain);
@@ -52,6 +59,7 @@ class Measuring : public RunObserver {
     const StudyPlan& plan_;
     const StudyModule& module_;
     RowResult& result_;
+    const Ask ask_;
 };
 
 // Of those that are taken after certain ticks.
@@ -120,12 +128,12 @@ Result<void> Measuring::end(sim::Simulation& simulation, const inspect::Watches*
     return {};
 }
 
-RowResult make_run(const StudyPlan& plan, RunOptions options, const StudyModule& module) {
+RowResult make_run(const StudyPlan& plan, RunOptions options, const StudyModule& module, Measuring::Ask ask) {
     RowResult result;
     // The process that has started this one looks at the clock, since timers are not inherited.
     options.timeout_seconds = 0;
     result.made_by = made_by();
-    Measuring observer(plan, module, result);
+    Measuring observer(plan, module, result, std::move(ask));
     const auto comm = comm::make_single();
     const Result<int> done = simulate(options, *comm, module.path, &observer);
     result.exit = done ? *done : static_cast<int>(done.error().code);
@@ -136,10 +144,21 @@ RowResult make_run(const StudyPlan& plan, RunOptions options, const StudyModule&
 }
 
 // In a process of its own.
-void answer(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, int pipe, int said) {
+void answer(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, const std::optional<Gate>& gate, int pipe,
+            int said) {
     dup2(said, STDOUT_FILENO);
     dup2(said, STDERR_FILENO);
-    const RowResult result = make_run(plan, options, module);
+    const std::uint64_t start = own_memory(0);
+    const auto ask = [&](const MemoryNeed& need) -> Result<void> {
+        const std::uint64_t own = own_memory(0);
+        const RowMemory memory{.peak = static_cast<std::uint64_t>(std::clamp(need.peak().most, 0.0, kMostMemory_bytes)),
+                               .resident = resident_memory().now,
+                               .own = own > start ? own - start : 0,
+                               .start = start};
+        write_all(pipe, to_line(memory));
+        return gate->wait();
+    };
+    const RowResult result = make_run(plan, options, module, gate ? Measuring::Ask(ask) : Measuring::Ask());
     std::fflush(stdout);
     std::fflush(stderr);
     write_all(pipe, to_json(result).dump(-1, ' ', true, Json::error_handler_t::replace));
@@ -178,17 +197,45 @@ std::optional<RowResult> row_result(const nlohmann::ordered_json& json) {
 }
 
 Result<RowRun> RowRun::start(const StudyPlan& plan, std::size_t row) {
-    return start(plan, plan.options(plan.rows()[row]), plan.module_of(plan.rows()[row]), row);
+    Result<Gate> gate = Gate::make();
+    if (!gate) return fail(gate.error().problem, "Give a smaller --jobs", gate.error().code);
+    return start(plan, plan.options(plan.rows()[row]), plan.module_of(plan.rows()[row]), row, std::move(*gate));
 }
 
 Result<RowRun> RowRun::start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number) {
-    auto process =
-        CopiedProcess::start([&](int pipe, int said) { answer(plan, options, module, pipe, said); }, CopiedProcess::Signals::Shared);
-    if (!process) return fail(process.error().problem, "Give a smaller --jobs", process.error().code);
-    return RowRun(std::move(*process), number);
+    return start(plan, options, module, number, std::nullopt);
 }
 
-RowRun::RowRun(CopiedProcess process, std::size_t number) : begun_(seconds_now()), row_(number), process_(std::move(process)) {}
+Result<RowRun> RowRun::start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number,
+                             std::optional<Gate> gate) {
+    auto process =
+        CopiedProcess::start([&](int pipe, int said) { answer(plan, options, module, gate, pipe, said); }, CopiedProcess::Signals::Shared);
+    if (!process) return fail(process.error().problem, "Give a smaller --jobs", process.error().code);
+    return RowRun(std::move(*process), number, std::move(gate));
+}
+
+RowRun::RowRun(CopiedProcess process, std::size_t number, std::optional<Gate> gate)
+    : begun_(seconds_now()), row_(number), process_(std::move(process)), gate_(std::move(gate)) {}
+
+// What it says first is a line, if it has come so far.
+void RowRun::note_memory() {
+    const std::size_t end = text_.find('\n');
+    if (!gate_ || memory_ || end == std::string::npos) return;
+    memory_ = row_memory(std::string_view(text_).substr(0, end));
+    text_.erase(0, end + 1);
+    asked_ = seconds_now();
+}
+
+std::uint64_t RowRun::own_now() const {
+    const std::uint64_t now = own_memory(process_.id());
+    return memory_ && now > memory_->start ? now - memory_->start : 0;
+}
+
+void RowRun::let_go_on() {
+    may_go_on_ = true;
+    begun_ += seconds_now() - asked_;
+    gate_->open();
+}
 
 std::optional<RowResult> RowRun::take() {
     char buffer[65536];
@@ -196,13 +243,14 @@ std::optional<RowResult> RowRun::take() {
     if (n < 0 && errno == EINTR) return std::nullopt;
     if (n > 0) {
         text_.append(buffer, static_cast<std::size_t>(n));
+        note_memory();
         return std::nullopt;
     }
     return finish();
 }
 
 std::optional<RowResult> RowRun::end_if_late(double most_seconds) {
-    if (most_seconds <= 0 || seconds_now() - begun_ < most_seconds) return std::nullopt;
+    if (most_seconds <= 0 || waits() || seconds_now() - begun_ < most_seconds) return std::nullopt;
     process_.kill();
     RowResult result = finish();
     if (!result.fine) {

@@ -9,6 +9,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/process/copied_process.h"
+#include "runtime/driver/study/row_memory.h"
 #include "runtime/driver/study/study_plan.h"
 
 namespace meld::driver {
@@ -45,9 +46,9 @@ std::string demand_key(const StudyDemand& demand);
 // A run that has begun.
 class RowRun {
   public:
-    // Errors: there can be no further process.
+    // It asks for memory() when its catoms have been counted, and goes on when it may. Errors: there can be no further process.
     static Result<RowRun> start(const StudyPlan& plan, std::size_t row);
-    // A run with other options, whose program is this module; `number` is what row() returns.
+    // A run with other options, whose program is this module, which asks for nothing; `number` is what row() returns.
     static Result<RowRun> start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number);
     std::size_t row() const { return row_; }
     // Readable when there is something to take().
@@ -55,15 +56,30 @@ class RowRun {
     // Reads what there is; the result, when the process has ended.
     std::optional<RowResult> take();
 
-    // Ends the run, if it has had more seconds than this; 0: it has all the time. Its result is that.
+    // Ends the run, if it has had more seconds than this, without those for which it had to wait; 0: it has all the time. Its result is
+    // that.
     std::optional<RowResult> end_if_late(double most_seconds);
 
+    // What it takes, once it has said so.
+    const std::optional<RowMemory>& memory() const { return memory_; }
+    // What it has taken since it began.
+    std::uint64_t own_now() const;
+    // Whether it has asked, and waits.
+    bool waits() const { return memory_ && !may_go_on_; }
+    void let_go_on();
+
   private:
-    RowRun(CopiedProcess process, std::size_t number);
+    RowRun(CopiedProcess process, std::size_t number, std::optional<Gate> gate);
+    static Result<RowRun> start(const StudyPlan& plan, const RunOptions& options, const StudyModule& module, std::size_t number,
+                                std::optional<Gate> gate);
+    void note_memory();
     RowResult finish();
-    double begun_ = 0;
+    double begun_ = 0, asked_ = 0;  // When it has begun, and when it has asked for memory.
     std::size_t row_ = 0;
     CopiedProcess process_;
+    std::optional<Gate> gate_;
+    std::optional<RowMemory> memory_;
+    bool may_go_on_ = false;
     std::string text_;
 };
 

@@ -19,6 +19,8 @@
 #include "runtime/base/terminal/terminal_text.h"
 #include "runtime/base/units.h"
 #include "runtime/cli/command_line.h"
+#include "runtime/driver/session/debug.h"
+#include "runtime/driver/session/view.h"
 #include "runtime/driver/setup/print_error.h"
 #include "runtime/driver/shrink/shrink.h"
 #include "runtime/driver/study/row_pool.h"
@@ -48,9 +50,12 @@ class Sweep {
         : options_(options), plan_(std::move(plan)), store_(std::move(store)) {}
 
     Result<int> run();
+    // The run of the row that is to be shown in the viewer.
+    Result<RunOptions> shown_run() const;
 
   private:
-    Result<int> show() const;
+    Result<int> print_command(std::size_t row) const;
+    std::string failure_at(std::size_t row) const;
     Result<int> shrink();
     Result<int> write_job() const;
     Result<void> write_results(const StudyTable& table, const std::vector<StudyPlot>& plots);
@@ -63,17 +68,35 @@ class Sweep {
 };
 
 // The command that makes the run again.
-Result<int> Sweep::show() const {
-    const Result<std::size_t> row = row_named(plan_, options_.show);
-    if (!row) return tl::unexpected<Error>(row.error());
-    std::vector<std::string> words = plan_.command(plan_.rows()[*row], ".");
-    const std::string run = shell_words(words);
-    std::string text = run + "\n";
-    if (const RowResult* result = store_.find(plan_.rows()[*row], plan_.study()))
-        if (const std::string failure = failure_of(*result, plan_.study()); !failure.empty())
-            text += fmt::format("# {}\n", visible(failure.substr(0, failure.find('\n'))));
+Result<int> Sweep::print_command(std::size_t row) const {
+    std::string text = shell_words(plan_.command(plan_.rows()[row], ".")) + "\n";
+    if (const std::string failure = failure_at(row); !failure.empty()) text += fmt::format("# {}\n", failure);
     if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
     return 0;
+}
+
+// The first line of why it has failed; empty: it has not, or is not made yet.
+std::string Sweep::failure_at(std::size_t row) const {
+    const RowResult* const result = store_.find(plan_.rows()[row], plan_.study());
+    const std::string failure = result == nullptr ? "" : failure_of(*result, plan_.study());
+    return visible(failure.substr(0, failure.find('\n')));
+}
+
+// The run of a row, as it is looked at: forward and back, so that nothing ends it but its ticks.
+Result<RunOptions> Sweep::shown_run() const {
+    const Result<std::size_t> row = row_named(plan_, options_.show);
+    if (!row) return tl::unexpected<Error>(row.error());
+    RunOptions run = plan_.options(plan_.rows()[*row]);
+    for (const BodiesOption& watch : kWatches) (run.*watch.bodies).clear();
+    run.timeout_seconds = 0;
+    run.quiet = options_.quiet;
+    run.debug = {.view = options_.view};
+    if (options_.quiet) return run;
+    const std::string failure = failure_at(*row);
+    const std::string text =
+        fmt::format("row {}: {}\n", options_.show, failure.empty() ? shell_words(plan_.command(plan_.rows()[*row], ".")) : failure);
+    if (auto printed = print(stdout, text); !printed) return tl::unexpected<Error>(printed.error());
+    return run;
 }
 
 Result<int> Sweep::shrink() {
@@ -148,11 +171,17 @@ std::string Sweep::said(const StudyTable& table, const PoolOutcome& outcome, std
                                    plan_.rows().size() == 1 ? "" : "s", grouped(outcome.made), grouped(before));
     if (outcome.missing > 0) text += fmt::format(", {} missing", grouped(outcome.missing));
     text += failed > 0 ? fmt::format("; {} failed\n{}", grouped(failed), failures) : "; none failed\n";
+    if (outcome.held > 0)
+        text += fmt::format("{} of them waited for memory, of which one was expected to take {}: at most {} ran at a time\n",
+                            grouped(outcome.held), format_bytes(outcome.held_bytes), outcome.most_at_once);
     return text + fmt::format("results: {0}/rows.csv, {0}/rows.sqlite, {0}/report.html\n", store_.folder());
 }
 
 Result<int> Sweep::run() {
-    if (!options_.show.empty()) return show();
+    if (!options_.show.empty()) {
+        const Result<std::size_t> row = row_named(plan_, options_.show);
+        return row ? print_command(*row) : tl::unexpected<Error>(row.error());
+    }
     if (!options_.shrink.empty()) return shrink();
     if (options_.slurm > 0) return write_job();
     if (!options_.plots.empty())
@@ -165,7 +194,8 @@ Result<int> Sweep::run() {
     PoolOutcome outcome{.missing = plan_.rows().size() - before};
     if (!options_.as_is) {
         const int jobs = options_.jobs > 0 ? options_.jobs : std::max(1, processors() / plan_.study().threads);
-        const Result<PoolOutcome> made = make_rows(plan_, store_, jobs, options_.quiet);
+        const std::uint64_t memory_bytes = options_.memory.empty() ? 0 : parse_bytes(options_.memory).value_or(0);
+        const Result<PoolOutcome> made = make_rows(plan_, store_, {.jobs = jobs, .quiet = options_.quiet, .memory_bytes = memory_bytes});
         if (!made) return tl::unexpected<Error>(made.error());
         outcome = *made;
         if (outcome.missing == 0) store_.clean();
@@ -196,14 +226,32 @@ Result<int> Sweep::run() {
     return static_cast<int>(failed ? ExitCode::PropertyFailed : ExitCode::Fine);
 }
 
-Result<int> sweep(const SweepOptions& options) {
+Result<Sweep> open_sweep(const SweepOptions& options) {
+    if (!options.memory.empty())
+        if (const auto bytes = parse_bytes(options.memory); !bytes) return fail("--memory: " + bytes.error().problem);
     Result<Study> study = read_study(options.study);
     if (!study) return tl::unexpected<Error>(study.error());
     Result<RowStore> store = RowStore::open(results_folder(options.study, options.folder));
     if (!store) return tl::unexpected<Error>(store.error());
     Result<StudyPlan> plan = StudyPlan::make(std::move(*study), store->worlds_folder());
     if (!plan) return tl::unexpected<Error>(plan.error());
-    return Sweep(options, std::move(*plan), std::move(*store)).run();
+    return Sweep(options, std::move(*plan), std::move(*store));
+}
+
+Result<int> sweep(const SweepOptions& options) {
+    Result<Sweep> opened = open_sweep(options);
+    return opened ? opened->run() : tl::unexpected<Error>(opened.error());
+}
+
+// Nothing of the study stays open meanwhile.
+int show_row(const SweepOptions& options) {
+    if (const auto there = show::need_view(); !there) return print_error(there.error());
+    Result<RunOptions> run = [&]() -> Result<RunOptions> {
+        const Result<Sweep> opened = open_sweep(options);
+        return opened ? opened->shown_run() : tl::unexpected<Error>(opened.error());
+    }();
+    // It is a program: no command line of a checkpoint is to be read.
+    return run ? debug_command(std::move(*run), "", [](const auto&) { return std::optional<RunOptions>(); }) : print_error(run.error());
 }
 
 }  // namespace
@@ -228,8 +276,15 @@ CLI::App* add_sweep(CLI::App& app, SweepOptions& sweep) {
     s->add_option("--image", sweep.image, "The file of the plot, .svg or .png; otherwise Y-X.svg in the folder of the results")
         ->type_name("FILE")
         ->needs("--plot");
-    s->add_option("--show", sweep.show, "Run nothing: print the command that makes this row again, with its number as in the table")
-        ->type_name("ROW");
+    s->add_option("--memory", sweep.memory,
+                  "Memory that the runs may take together, as 16GiB; otherwise what is free. A run that is expected to need more than is "
+                  "left waits; one always runs")
+        ->type_name("BYTES");
+    CLI::Option* const show =
+        s->add_option("--show", sweep.show, "Run nothing else: show the run of this row in the viewer, with its number as in the table");
+    show->type_name("ROW");
+    s->add_flag("--print", sweep.print, "Of --show: print the command that makes the row again, and show nothing")->needs(show);
+    add_serving(*s, sweep.view, show);
     CLI::Option* const shrink = s->add_option("--shrink", sweep.shrink,
                                               "Make a small world in which this failed row still fails in the same way: with the fewest "
                                               "catoms, links, events and ticks, and no chance in its network if possible");
@@ -252,6 +307,7 @@ CLI::App* add_sweep(CLI::App& app, SweepOptions& sweep) {
 }
 
 int sweep_command(const SweepOptions& options) {
+    if (!options.show.empty() && !options.print) return show_row(options);
     interrupt::handle({SIGINT, SIGTERM, SIGHUP});
     const Result<int> done = sweep(options);
     return done ? *done : print_error(done.error());

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/driver/setup/options.h"
+
 namespace meld::driver {
 
 struct SweepOptions {
@@ -16,7 +18,10 @@ struct SweepOptions {
     bool table = false;
     std::vector<std::string> plots = {};  // "Y~X"
     std::string image = {};               // Of the last plot.
+    std::string memory = {};              // What the runs may take together, as "16GiB"; empty: what is free.
     std::string show = {};                // A row.
+    bool print = false;                   // The command of that row is printed, and nothing is shown.
+    ViewOptions view = {};                // How it is shown.
     std::string shrink = {};              // A row.
     std::uint64_t tries = 2000;           // Runs that shrinking may take.
     std::string still = {};               // A body that must hold at the end of these.
