@@ -1,7 +1,7 @@
-# Run as a script: cmake -DPAGE=index.html -DSTYLE=style.css -DSCRIPT=page.js -DOUT=page.html -P JoinPage.cmake
-# Writes the page with the style and the script in it, where it has {{style}} and {{script}}.
+# Run as a script: cmake -DPAGE=index.html -DSTYLE=style.css -DSCRIPT=page.js -DEARLY=early.js -DOUT=page.html -P JoinPage.cmake
+# Writes the page with the style and the scripts in it, where it has {{style}}, {{early}} and {{script}}.
 file(READ ${PAGE} page)
-foreach(part STYLE SCRIPT)
+foreach(part STYLE EARLY SCRIPT)
   file(READ ${${part}} text)
   string(TOLOWER ${part} name)
   string(FIND "${page}" "{{${name}}}" at)

@@ -7,13 +7,16 @@ import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "pictures"))
 
+import numpy as np  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
 
 from frame import main  # noqa: E402
-from pages import HEIGHT, PLATE, WIDTH, Pages  # noqa: E402
+from pages import HEIGHT, PLATE, WIDTH, YELLOW, Pages  # noqa: E402
+from png import read_png  # noqa: E402
 from viewing import CORNER  # noqa: E402
 
 # No other program of the tests, and no example of the docs, has such predicates.
@@ -277,6 +280,31 @@ class Helped(Pages):
         self.wait(lambda: "colour:" in self.run_js(legend)[0])
         self.browser.find_element(By.ID, "look-difference").click()
         self.wait(lambda: self.run_js(legend) == ["", ""])
+
+    def test_two_runs_are_compared_also_where_the_server_draws(self):
+        """Which knows nothing of the other run: the page draws while differences are shown, and the server before and after."""
+        self.write("half.meld", CORNER.replace("D + 1", "D + 2"))
+        self.write("half.toml", PLATE)
+        self.open(self.view("plate.meld", "half.meld") + "#images")
+        self.enter("look-colour", "dist(A, D)")
+        self.command("run")
+        images = "return viewer.sides.map(({stage}) => stage.element.classList.contains('images'))"
+        self.wait(lambda: self.run_js(images) == [True, True])
+        for _ in range(2):
+            self.browser.find_element(By.ID, "look-difference").click()
+            self.wait(lambda: self.run_js(images) == [False, False])
+            self.wait(lambda: "differ" in self.text("legend"))
+            for element in ("stage", "stage-beside"):
+                # Of the corner, which is as far in both runs, and of the catom that is farthest apart.
+                self.wait(lambda: self.painted(element, (0xDD, 0xDD, 0xDD)) > 100 and self.painted(element, (0xB4, 0x04, 0x26)) > 100)
+            self.browser.find_element(By.ID, "look-difference").click()
+            self.wait(lambda: self.run_js(images) == [True, True])
+            self.wait(lambda: self.painted("stage", YELLOW) > 100)
+
+    def painted(self, element, colour):
+        """How many pixels have this colour, or nearly."""
+        picture = read_png(self.browser.find_element(By.ID, element).screenshot_as_png)[:, :, :3].astype(int)
+        return int((np.abs(picture - np.array(colour)).max(axis=2) < 12).sum())
 
 
 if __name__ == "__main__":

@@ -65,6 +65,17 @@ class Legible(Pages):
         self.run_js("viewer.panel.do('why', 'dist(@0, 0)')")
         self.wait(lambda: "source(@0)" in self.text("why-tree"))
         self.run_js("viewer.notice('The program was read again', 'one line', false)")
+        # What belongs together stands in one row.
+        for width, height in SIZES:
+            self.browser.set_window_size(width, height)
+            self.wait(lambda: self.run_js("return innerWidth") == width)
+            middles = self.run_js("""return [...document.querySelector(".goal").childNodes].map((node) => {
+                const range = document.createRange(); range.selectNode(node);
+                const {top, bottom} = range.getBoundingClientRect();
+                return (top + bottom) / 2;
+            })""")
+            self.assertEqual(len(middles), 3)
+            self.assertLess(max(middles) - min(middles), 5, width)
         self.everything("run", 60, "D", "no predicate `dsit`", "⚑", "source(", "The program was read again", "cell", "42, or")
 
     def test_menus_keys_and_labels_can_be_read(self):

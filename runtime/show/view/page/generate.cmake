@@ -10,8 +10,10 @@ add_custom_command(
   OUTPUT ${page_output}/page.html
   COMMAND ${ESBUILD} ${page_source}/main.js --bundle --minify --format=iife --target=es2020 --log-level=warning
     --alias:three=${THREE_MODULE} --outfile=${page_output}/page.js
+  COMMAND ${ESBUILD} ${page_source}/early.js --bundle --minify --format=iife --target=es2020 --log-level=warning
+    --outfile=${page_output}/early.js
   COMMAND ${CMAKE_COMMAND} -DPAGE=${page_source}/index.html -DSTYLE=${page_source}/style.css -DSCRIPT=${page_output}/page.js
-    -DOUT=${page_output}/page.html -P ${CMAKE_SOURCE_DIR}/cmake/JoinPage.cmake
+    -DEARLY=${page_output}/early.js -DOUT=${page_output}/page.html -P ${CMAKE_SOURCE_DIR}/cmake/JoinPage.cmake
   DEPENDS ${page_modules} ${page_source}/index.html ${page_source}/style.css ${CMAKE_SOURCE_DIR}/cmake/JoinPage.cmake
   VERBATIM)
 meld_embed(runtime/show/view/page TEXT kPage ${page_output}/page.html)

@@ -18,8 +18,10 @@ import {Vocabulary} from "./vocabulary.js";
 import {WorldTab} from "./world.js";
 
 class Viewer {
-    constructor(source) {
+    // `asked`: what early.js has asked for.
+    constructor(source, asked) {
         this.first = source;
+        this.early = asked;
         this.selected = new Set();
         this.primary = null;  // The catom that the panel is about.
         this.asked = null;    // The next frame to ask for, while one is on its way.
@@ -34,11 +36,9 @@ class Viewer {
 
     async start() {
         const source = this.first;
-        if (source.open) await source.open();
         const look = () => this.look ? this.look.look() : {};
-        // All that is needed for the first picture is asked for at once, and the graphics are made while the server is at work.
-        const hello = source.hello(), beside = source.beside && source.beside(), ahead = source.frame(firstLook());
-        ahead.catch(() => {});
+        // All that is needed for the first picture has been asked for, and the graphics are made while the server is at work.
+        const {hello, beside, frame: ahead} = await this.early;
         const stage = new Stage(byId("stage"), source.image && ((camera, size) => source.image(look(), camera, size)));
         const info = this.info = await hello;
         this.active = new Side(stage, source, info, null);
@@ -135,6 +135,7 @@ class Viewer {
                 // Bodies that were left out: the frame is there without them.
                 mistakes.push(...words.mistakes || []);
                 side.take(words, frame);
+                if (!this.look.difference) side.stage.sketchInstead(false);
                 if (!this.look.difference) side.draw(frame, words.legend, this.look.moves);
                 if (side === this.active) {
                     const bounds = boundsOf(frame), away = side.stage.drawnAway;
@@ -163,11 +164,10 @@ class Viewer {
     compare() {
         const {sides} = this;
         if (!sides.every(({frame}) => frame)) return;
-        const away = sides.some(({stage}) => stage.drawnAway);
-        const said = away ? null : difference(sides.map(({frame}) => frame), sides.map(({words}) => words));
+        const said = difference(sides.map(({frame}) => frame), sides.map(({words}) => words));
+        for (const {stage} of sides) stage.sketchInstead(said !== null);
         sides.forEach((side, i) => side.draw(said ? said.frames[i] : side.frame, said ? said.legend : side.words.legend, this.look.moves));
-        if (!said) this.active.complain({message: away ? "The server's pictures do not show differences"
-            : "So many catoms cannot be compared", hint: away ? "Use a browser with WebGL" : "Cut, or show fewer"});
+        if (!said) this.active.complain({message: "So many catoms cannot be compared", hint: "Cut, or show fewer"});
     }
 
     showWords() {
@@ -436,7 +436,8 @@ class Viewer {
 
 // A run that is in the page stands behind this program.
 addEventListener("DOMContentLoaded", () => {
-    const viewer = new Viewer(isShared() ? new ShareSource() : new ServerSource());
+    const source = isShared() ? new ShareSource() : window.early ? window.early.source : new ServerSource();
+    const viewer = new Viewer(source, window.early && !isShared() ? window.early.asked : source.begin(firstLook()));
     window.viewer = viewer;
     viewer.start().catch((error) => {
         console.error(error);

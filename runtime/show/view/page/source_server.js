@@ -32,6 +32,14 @@ export class ServerSource {
         });
     }
 
+    // Asks for all that the first picture needs.
+    async begin(look) {
+        await this.open();
+        const asked = {hello: this.hello(), beside: this.beside(), frame: this.frame(look)};
+        for (const each of Object.values(asked)) each.catch(() => {});
+        return asked;
+    }
+
     told(message) {
         if (message.id === undefined) this.onevent(message);
         else if (message.binary) this.awaits = message;

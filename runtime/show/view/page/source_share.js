@@ -154,6 +154,11 @@ export class ShareSource {
         this.head.pieces.reduce((sum, frames) => (this.ends.push(sum + frames), sum + frames), 0);
     }
 
+    // All that the first picture needs.
+    async begin(look) {
+        return {hello: this.hello(), frame: this.frame(look)};
+    }
+
     async hello() {
         const {title, lattice, flat, form, ticks, catoms, look, facts} = this.head;
         return {program: title, lattice, flat, form, catoms, first: ticks[0], tick: ticks[0], last: ticks[ticks.length - 1], ticks,

@@ -71,6 +71,15 @@ export class Stage {
         this.element.classList.toggle("images", !this.sketch);
     }
 
+    // Where the server draws: this canvas does, plainly, while colours are shown that the server does not know.
+    sketchInstead(on) {
+        if (this.drawsItself || !this.paint || on === Boolean(this.sketch)) return;
+        // A canvas has one kind of context for ever.
+        if (on && this.lost && !this.spare) this.canvas.after(this.spare = h("canvas"));
+        this.sketch = on ? new Sketch(this.spare || this.canvas) : null;
+        this.element.classList.toggle("images", !on);
+    }
+
     // The browser has taken its graphics away: a driver was restarted, or the machine has slept.
     lose() {
         if (!this.drawsItself) return;

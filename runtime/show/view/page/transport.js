@@ -32,8 +32,9 @@ export class Transport {
             oninput: () => actions.go(Number(this.scrub.value))});
         this.plot = new Plot(vocabulary, {go: actions.go, wanted: actions.wanted});
         this.bookmarks = new Bookmarks(info.key, {go: actions.go, changed: () => this.mark()});
-        const live = info.live === false ? [] : [button("run", "To the end of the run", "Run to the end", actions.run), "until", goal,
-            button("go-until", "Go on until it holds", "Go", () => actions.until(this.goal.value.trim()))];
+        const live = info.live === false ? [] : [button("run", "To the end of the run", "Run to the end", actions.run),
+            h("span", {class: "goal"}, "until", goal,
+                button("go-until", "Go on until it holds", "Go", () => actions.until(this.goal.value.trim())))];
         element.replaceChildren(h("div", {class: "row"}, button("start", "First tick (Home)", "|◀", () => actions.go(this.first)),
             button("back", "One tick back (←)", "◀", () => actions.step(-1)), this.playButton,
             button("step", "One tick on (→)", "▶|", () => actions.step(1)),
