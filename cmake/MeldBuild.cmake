@@ -145,10 +145,12 @@ function(meld_embed folder)
   set(generated ${generated} ${out} PARENT_SCOPE)
 endfunction()
 
-# meld_layer(FOLDER [OUTSIDE_TICKS] [ROOMS subfolders ...] DEPENDS ...): the library made of all sources directly in FOLDER and its rooms,
-# except main.cpp. Dependencies that name a folder are layers, the others are CMake targets.
+# meld_layer(FOLDER [OUTSIDE_TICKS] [ROOMS subfolders ...] [VIEWER sources ...] [MODELS sources ...] DEPENDS ...): the library made of all
+# sources directly in FOLDER and its rooms, except main.cpp. Dependencies that name a folder are layers, the others are CMake targets.
+# VIEWER names the sources that call what is optional: with CLAYMELD_VIEWER=OFF those in FOLDER/without stand in their place. MODELS does
+# the same.
 function(meld_layer folder)
-  cmake_parse_arguments(ARG "OUTSIDE_TICKS" "" "ROOMS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "OUTSIDE_TICKS" "" "ROOMS;VIEWER;MODELS;DEPENDS" ${ARGN})
   meld_target_name(${folder} name)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
   foreach(room ${ARG_ROOMS})
@@ -156,6 +158,14 @@ function(meld_layer folder)
     list(APPEND sources ${room_sources})
   endforeach()
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
+  foreach(part VIEWER MODELS)
+    if(ARG_${part} AND NOT CLAYMELD_${part})
+      list(TRANSFORM ARG_${part} PREPEND ${CMAKE_SOURCE_DIR}/${folder}/)
+      list(REMOVE_ITEM sources ${ARG_${part}})
+      file(GLOB instead CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/without/*.cpp)
+      list(APPEND sources ${instead})
+    endif()
+  endforeach()
   if(EXISTS ${CMAKE_SOURCE_DIR}/${folder}/generate.cmake)
     set(generated "")
     include(${CMAKE_SOURCE_DIR}/${folder}/generate.cmake)

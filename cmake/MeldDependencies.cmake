@@ -35,28 +35,33 @@ target_link_libraries(meld_eigen INTERFACE Eigen3::Eigen)
 
 # Only runtime/show sees Embree and Cairo, rays for pictures and what is written over them, and civetweb, the server of the viewer.
 # Only a plug-in is linked with them. Debian's package of civetweb for CMake asks for more than the library.
-find_package(embree 3 REQUIRED)
-pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
-find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)
-find_library(CIVETWEB_LIBRARY civetweb REQUIRED)
 add_library(meld_view_headers INTERFACE)
-target_include_directories(meld_view_headers SYSTEM INTERFACE ${CIVETWEB_INCLUDE_DIR} ${CAIRO_INCLUDE_DIRS}
-  $<TARGET_PROPERTY:embree,INTERFACE_INCLUDE_DIRECTORIES>)
-add_library(meld_view_libraries INTERFACE)
-target_link_libraries(meld_view_libraries INTERFACE meld_view_headers embree PkgConfig::CAIRO ${CIVETWEB_LIBRARY})
+if(CLAYMELD_VIEWER)
+  find_package(embree 3 REQUIRED)
+  pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
+  find_path(CIVETWEB_INCLUDE_DIR civetweb.h REQUIRED)
+  find_library(CIVETWEB_LIBRARY civetweb REQUIRED)
+  target_include_directories(meld_view_headers SYSTEM INTERFACE ${CIVETWEB_INCLUDE_DIR} ${CAIRO_INCLUDE_DIRS}
+    $<TARGET_PROPERTY:embree,INTERFACE_INCLUDE_DIRECTORIES>)
+  add_library(meld_view_libraries INTERFACE)
+  target_link_libraries(meld_view_libraries INTERFACE meld_view_headers embree PkgConfig::CAIRO ${CIVETWEB_LIBRARY})
+else()
+  # In the place of the library that has them.
+  add_library(meld_view INTERFACE)
+endif()
 
 # Runs in pages are compressed as browsers read it.
 find_package(ZLIB REQUIRED)
 
-# Only runtime/world/model sees the Open Asset Import Library: files with meshes.
-pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+# Only runtime/world/model sees the Open Asset Import Library, which reads files with meshes, and TinyXML: configurations of VisibleSim.
 add_library(meld_assimp INTERFACE)
-target_link_libraries(meld_assimp INTERFACE PkgConfig::ASSIMP)
-
-# The same for TinyXML: configurations of VisibleSim.
-pkg_check_modules(TINYXML REQUIRED IMPORTED_TARGET tinyxml2)
 add_library(meld_tinyxml INTERFACE)
-target_link_libraries(meld_tinyxml INTERFACE PkgConfig::TINYXML)
+if(CLAYMELD_MODELS)
+  pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+  target_link_libraries(meld_assimp INTERFACE PkgConfig::ASSIMP)
+  pkg_check_modules(TINYXML REQUIRED IMPORTED_TARGET tinyxml2)
+  target_link_libraries(meld_tinyxml INTERFACE PkgConfig::TINYXML)
+endif()
 
 # Only runtime/world/graph sees METIS: who owns which node of a graph.
 find_path(METIS_INCLUDE_DIR metis.h REQUIRED)

@@ -32,7 +32,9 @@ if(TARGET meldc-lsp)
 endif()
 install(TARGETS ${programs} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS meld_backend_library LIBRARY DESTINATION lib/claymeld)
-install(TARGETS meld_view_library LIBRARY DESTINATION lib/claymeld COMPONENT view)
+if(CLAYMELD_VIEWER)
+  install(TARGETS meld_view_library LIBRARY DESTINATION lib/claymeld COMPONENT view)
+endif()
 
 # The libraries are also in meldc; here they are to be read. Examples, documentation and support for editors.
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/stdlib/ DESTINATION ${CMAKE_INSTALL_DATADIR}/claymeld/library FILES_MATCHING PATTERN "*.meld")
@@ -70,7 +72,10 @@ set_target_properties(meldsim PROPERTIES ENABLE_EXPORTS ON LINK_LIBRARY_OVERRIDE
 # The Debian packages.
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL claymeld view)
+set(CPACK_COMPONENTS_ALL claymeld)
+if(CLAYMELD_VIEWER)
+  list(APPEND CPACK_COMPONENTS_ALL view)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_PACKAGE_NAME claymeld)
 set(CPACK_PACKAGE_VENDOR "The Claymeld project")

@@ -136,8 +136,8 @@ Result<void> announce(const view::Server& server, const RunOptions& options) {
 
 Result<int> view_run(const RunOptions& options, Inputs& inputs, const std::vector<Claim>& claims, comm::Communicator& comm) {
     const ViewOptions& asked = *options.debug->view;
-    // A page to send is a file: nothing serves it.
-    if (asked.share.file.empty())
+    // A page to send is a file: nothing serves it, and it needs no more than the page.
+    if (asked.share.file.empty() || view::viewer_page().empty())
         if (auto there = show::need_view(); !there) return tl::unexpected<Error>(there.error());
     // The first request ends what is being done between two ticks.
     const interrupt::Answering patiently(interrupt::Answer::Patiently);

@@ -17,7 +17,8 @@ class Claymeld(CMakePackage):
     url = f"file://{os.getcwd()}/claymeld-0.1.0.tar.gz"
     version("0.1.0")
 
-    variant("view", default=True, description="Install what pictures, films and the viewer need")
+    variant("view", default=True, description="Build pictures, films, plots and the viewer")
+    variant("models", default=True, description="Read meshes and configurations of VisibleSim")
 
     depends_on("c", type="build")
     depends_on("cxx", type="build")
@@ -40,31 +41,38 @@ class Claymeld(CMakePackage):
     depends_on("random123")
     depends_on("xxhash")
     depends_on("eigen@3.4:3")
-    depends_on("assimp@5:")
-    depends_on("tinyxml2")
+    depends_on("assimp@5:", when="+models")
+    depends_on("tinyxml2", when="+models")
     depends_on("metis@5:")
     depends_on("sqlite@3:")
     depends_on("libedit")
-    depends_on("embree@3")
-    depends_on("cairo+svg+png")
+    depends_on("embree@3", when="+view")
+    depends_on("cairo+svg+png", when="+view")
     # These are beside this folder.
     depends_on("ode")
-    depends_on("civetweb@1.15")
+    depends_on("civetweb@1.15", when="+view")
 
     # The page of the viewer, which is part of meldsim, is made of these.
     resource(name="three", url="https://registry.npmjs.org/three/-/three-0.111.0.tgz", placement="three", expand=True,
-             sha256="c0f06a76cad7d725a8a21d11d1de145e1f574d68cb130ab2f153e0c1c289bf41")
+             when="+view", sha256="c0f06a76cad7d725a8a21d11d1de145e1f574d68cb130ab2f153e0c1c289bf41")
     resource(name="esbuild", url="https://registry.npmjs.org/@esbuild/linux-x64/-/linux-x64-0.17.0.tgz", placement="esbuild",
-             when="target=x86_64:", sha256="e170e436f83a6139826f6c6c01f98f08e0af29ea7adb3778ba9dd5dc4d6da8cd")
+             when="+view target=x86_64:", sha256="e170e436f83a6139826f6c6c01f98f08e0af29ea7adb3778ba9dd5dc4d6da8cd")
     resource(name="esbuild", url="https://registry.npmjs.org/@esbuild/linux-arm64/-/linux-arm64-0.17.0.tgz", placement="esbuild",
-             when="target=aarch64:", sha256="9bda92d85337be3499f9cfce7dbbe3dfba123b03f93829a354d9b933cb742bdd")
+             when="+view target=aarch64:", sha256="9bda92d85337be3499f9cfce7dbbe3dfba123b03f93829a354d9b933cb742bdd")
 
     def cmake_args(self):
         source = self.stage.source_path
-        return [
+        arguments = [
             self.define("CLAYMELD_PROGRAMS_ONLY", True),
             self.define("CLAYMELD_UNITY", True),
             self.define("CLAYMELD_LLVM_ROOT", self.spec["llvm"].prefix),
+            self.define_from_variant("CLAYMELD_VIEWER", "view"),
+            self.define_from_variant("CLAYMELD_MODELS", "models"),
+        ]
+        if self.spec.satisfies("~view"):
+            return arguments
+        return [
+            *arguments,
             self.define("ESBUILD", join_path(source, "esbuild", "package", "bin", "esbuild")),
             self.define("THREE_MODULE", join_path(source, "three", "package", "build", "three.module.js")),
         ]

@@ -1,4 +1,7 @@
 # The viewer's page, made of the modules in this folder and three.js, as one file without anything beside it.
+if(NOT CLAYMELD_VIEWER)
+  return()
+endif()
 find_program(ESBUILD esbuild REQUIRED)
 find_file(THREE_MODULE three.module.js PATHS /usr/share/javascript/three/build REQUIRED NO_DEFAULT_PATH)
 
