@@ -17,6 +17,8 @@ from viewing import CORNER, Viewing  # noqa: E402
 from websocket import get  # noqa: E402
 
 MAGIC = 0x46444C4D
+# The ends of viridis.
+PURPLE, YELLOW = (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)
 
 
 class Requests(Viewing):
@@ -64,6 +66,31 @@ class Requests(Viewing):
         if code is not None:
             self.assertEqual(done.returncode, code, done.stderr)
         return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def test_lines_have_the_colours_of_their_numbers(self):
+        """What the connections of a row that is held at its end carry: each a weight more than the next one."""
+        self.write("row.meld", "type carries(node, float).\nconnect(A, B) :- neighbor(A, B).\ncarries(A, S) :- load(A, _, _, S, _).\n")
+        self.write("row.toml", "[[body]]\npositions = [[0, 0, 5], [1, 0, 5], [2, 0, 5], [3, 0, 5]]\n[motion]\nkind = 'bodies'\n"
+                               "[[motion.catoms]]\nwhere = 'id == 0'\nfixed = true\n")
+        page = self.page(self.view("row.meld", "--tick", 20))
+        body = "load(A, B, _, Shear, _), A < B"
+        loads = page.ask("command", line=f"query {body}")[0]["answer"]["rows"]
+        self.assertEqual([(row[0], row[1]) for row in sorted(loads)], [(0, 1), (1, 2), (2, 3)])
+        for look, ends in (({"links": body}, [PURPLE, YELLOW]), ({"arrows": body}, [PURPLE, YELLOW]),
+                           ({"links": body, "colour": "id(A, N)"}, []), ({"links": "load(A, B, _, _, _), A < B"}, [])):
+            said, block = page.ask("frame", look=look)
+            head = struct.unpack_from("<16I", block)
+            self.assertEqual((head[4], head[6] + head[7]), (4, 3), look)
+            strokes = [struct.unpack_from("<6f4B", block, 64 + 24 * 4 + 28 * i) for i in range(3)]
+            colours = {round(stroke[0]): stroke[6:9] for stroke in strokes}
+            # The greatest load is where the row is held.
+            if ends:
+                self.assertEqual([colours[2], colours[0]], ends, look)
+                self.assertEqual(said["legend"]["title"], "Shear")
+                scale = said["legend"]["scale"]
+                self.assertAlmostEqual(scale["high"] / scale["low"], 3, delta=0.02)
+            else:
+                self.assertEqual(len(set(colours.values())), 1, look)
 
     def test_frames_have_the_places_and_the_colours(self):
         page = self.page(self.view("corner.meld"))

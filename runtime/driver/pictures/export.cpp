@@ -34,7 +34,7 @@ class Export {
         if (auto fine = all(opened); !fine) return tl::unexpected<Error>(fine.error());
         const std::int64_t first = onlooker_.tick();
         // Colours are to mean the same in all ticks: what they mean is found in a first pass, and nothing is kept from it.
-        if (ticks_.size() > 1 && !look_.colour.empty()) {
+        if (ticks_.size() > 1 && !(look_.colour.empty() && look_.links.empty() && look_.arrows.empty())) {
             if (auto done = pass([&](picture::Frame& frame) { return include(frame); }); !done) return tl::unexpected<Error>(done.error());
             if (auto there = onlooker_.go_to(first); !there) return tl::unexpected<Error>(there.error());
             known_ = true;

@@ -72,7 +72,8 @@ void add_look(CLI::App& c, PictureOptions& picture) {
 
 // What is drawn besides, and from where it is seen.
 void add_view(CLI::App& c, PictureOptions& picture) {
-    add(c, "--links", picture.links, "BODY", "Draw a line from a catom to the next variable that is a catom, or along a vec3");
+    add(c, "--links", picture.links, "BODY",
+        "Draw a line from a catom to the next variable that is a catom, or along a vec3. Without --colour a number behind it colours it");
     add(c, "--arrows", picture.arrows, "BODY", "The same with an arrow");
     add(c, "--labels", picture.labels, "BODY", "Write the value of the last variable at the catom");
     add(c, "--callout", picture.callouts, "@N=TEXT|BODY",

@@ -216,7 +216,15 @@ Result<void> Looker::join(const std::string& body, const char* option, bool arro
     const std::optional<Said>& said = *asked;
     if (!said || !speaks_) return {};
     render::Scene& scene = stage_.frame.scene;
-    const bool to_catom = said->table.columns()[*said->end].type.kind == Kind::Node;
+    const std::vector<Table::Column>& columns = said->table.columns();
+    const bool to_catom = columns[*said->end].type.kind == Kind::Node;
+    const std::size_t behind = *said->end + (to_catom || columns[*said->end].type.kind == Kind::Vec3 ? 1 : 3);
+    const bool counted = columns.back().type.kind == Kind::Int;
+    const bool valued = behind < columns.size() && (counted || columns.back().type.kind == Kind::Float);
+    if (valued) {
+        stage_.frame.lines_coloured_by = columns.back().name;
+        stage_.frame.whole_line_numbers = stage_.frame.whole_line_numbers && counted;
+    }
     for (std::size_t row = 0; row < said->table.rows(); ++row) {
         const auto from = place(*said, row, said->catom);
         if (!from) continue;
@@ -229,6 +237,10 @@ Result<void> Looker::join(const std::string& body, const char* option, bool arro
             if (arrow) begin += kArrowBegins * way;
         } else {
             end += way_of(said->table, row, *said->end);
+        }
+        if (valued) {
+            const Value v = said->table.cell(row, columns.size() - 1);
+            stage_.frame.line_numbers.emplace_back(scene.strokes.size(), counted ? static_cast<render::Number>(v.integer) : v.real);
         }
         scene.strokes.push_back({.from = begin, .to = end, .radius = 0.05F, .arrow = arrow});
     }

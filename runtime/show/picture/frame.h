@@ -42,8 +42,10 @@ struct Look {
     std::string hide = {};    // and these are not.
     bool exposed = false;     // On a lattice only those with a free cell beside them.
     std::optional<Cut> cut = {};
-    std::string links = {};   // A line from the catom to the next variable that is a catom, or along a vec3 or three numbers,
-    std::string arrows = {};  // or an arrow.
+    // A line from the catom to the next variable that is a catom, or along a vec3 or three numbers; or an arrow. Where catoms have no
+    // values, it has the colour of the last variable behind these, if that is a number.
+    std::string links = {};
+    std::string arrows = {};
     std::string labels = {};  // The value is written at the catom.
     std::vector<Callout> callouts = {};
     render::ColourMap map = *render::ColourMap::named("viridis");
@@ -68,6 +70,10 @@ struct Frame {
     std::vector<std::pair<std::size_t, render::Number>> numbers = {};
     std::vector<std::pair<std::size_t, std::string>> words = {};
     bool whole_numbers = true;
+    // The same of lines and arrows, by their places among the strokes of the scene.
+    std::string lines_coloured_by = {};
+    std::vector<std::pair<std::size_t, render::Number>> line_numbers = {};
+    bool whole_line_numbers = true;
     std::vector<std::uint64_t> missing = {};  // Catoms that callouts name and that are not there.
     std::vector<Error> mistakes = {};         // In bodies that were left out; each begins with the name of its option.
 };

@@ -15,10 +15,13 @@ constexpr std::size_t kFewNumbers = 8;
 }  // namespace
 
 void Palette::include(const Frame& frame) {
-    if (look_.colour.empty()) return;
-    if (!any_) std::tie(any_, title_, whole_numbers_) = std::tuple(true, frame.coloured_by, frame.whole_numbers);
+    const bool of_lines = look_.colour.empty();
+    if (of_lines && frame.line_numbers.empty()) return;
+    if (!any_)
+        std::tie(any_, title_, whole_numbers_) = of_lines ? std::tuple(true, frame.lines_coloured_by, frame.whole_line_numbers)
+                                                          : std::tuple(true, frame.coloured_by, frame.whole_numbers);
     for (const auto& [at, word] : frame.words) kinds_.try_emplace(word);
-    for (const auto& [at, number] : frame.numbers) {
+    for (const auto& [at, number] : of_lines ? frame.line_numbers : frame.numbers) {
         low_ = std::min(low_, number);
         high_ = std::max(high_, number);
         if (few_.size() <= kFewNumbers) few_.insert(number);
@@ -36,7 +39,10 @@ std::optional<render::Legend> Palette::settle() {
 }
 
 void Palette::apply(Frame& frame) const {
-    if (look_.colour.empty()) return;
+    if (look_.colour.empty()) {
+        for (const auto& [at, number] : frame.line_numbers) frame.scene.strokes[at].colour = of_number(number);
+        return;
+    }
     std::ranges::fill(frame.scene.colours, render::Rgb{});
     for (const auto& [at, word] : frame.words) frame.scene.colours[at] = kinds_.at(word);
     for (const auto& [at, number] : frame.numbers) frame.scene.colours[at] = of_number(number);

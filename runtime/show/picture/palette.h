@@ -14,7 +14,7 @@ namespace meld::picture {
 
 class Palette {
   public:
-    // Of the values that look.colour asks for; `look` must outlive it.
+    // Of the values that look.colour asks for; without it, of those of lines and arrows. `look` must outlive it.
     explicit Palette(const Look& look) : look_(look) {}
 
     // The values of a frame are to have colours. Memory: the words that differ.
@@ -22,7 +22,7 @@ class Palette {
     // What is told of them; nothing if there are none, or no colours were asked for. Colours mean this from now on.
     std::optional<render::Legend> settle();
     // Gives the catoms of a frame that was included the colours of their values; those without one are grey, whatever they have given
-    // themselves. After settle(); any thread may call it.
+    // themselves. Or gives lines and arrows those of theirs. After settle(); any thread may call it.
     void apply(Frame& frame) const;
 
   private:

@@ -434,13 +434,11 @@ class Viewer {
     }
 }
 
-// A run that is in the page stands behind this program.
-addEventListener("DOMContentLoaded", () => {
-    const source = isShared() ? new ShareSource() : window.early ? window.early.source : new ServerSource();
-    const viewer = new Viewer(source, window.early && !isShared() ? window.early.asked : source.begin(firstLook()));
-    window.viewer = viewer;
-    viewer.start().catch((error) => {
-        console.error(error);
-        viewer.complain(error);
-    });
+// All of the page is there when early.js runs this.
+const source = isShared() ? new ShareSource() : window.early ? window.early.source : new ServerSource();
+const viewer = new Viewer(source, window.early && !isShared() ? window.early.asked : source.begin(firstLook()));
+window.viewer = viewer;
+viewer.start().catch((error) => {
+    console.error(error);
+    viewer.complain(error);
 });

@@ -12,8 +12,9 @@ function geometryOf({count, ends, colours}, corners, dark) {
     for (let i = 0; i < count; ++i) {
         begin.set(ends.subarray(6 * i, 6 * i + 3), 3 * i);
         end.set(ends.subarray(6 * i + 3, 6 * i + 6), 3 * i);
-        // Dark grey on a dark ground is not seen.
-        if (dark && shades[4 * i] + shades[4 * i + 1] + shades[4 * i + 2] < 240) shades.set([215, 215, 220], 4 * i);
+        // Dark grey on a dark ground is not seen; other colours mean something.
+        const [red, green, blue] = shades.subarray(4 * i, 4 * i + 3), grey = Math.max(red, green, blue) - Math.min(red, green, blue) < 30;
+        if (dark && grey && red + green + blue < 240) shades.set([215, 215, 220], 4 * i);
     }
     return cornersOf(corners, {position: [begin, 3, false], end: [end, 3, false], colour: [shades, 4, true]});
 }
