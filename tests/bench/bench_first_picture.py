@@ -98,7 +98,7 @@ def main():
     parser.add_argument("catoms", nargs="*", type=float, default=[1000, 1e6])
     parser.add_argument("--times", type=int, default=7)
     parser.add_argument("--size", default="1440x900")
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
