@@ -172,7 +172,8 @@ function(meld_layer folder)
     list(APPEND sources ${generated})
   endif()
   set(library ${name})
-  if(CLAYMELD_UNITY AND meld_neighbourhood AND sources AND NOT ARG_OUTSIDE_TICKS)
+  # A layer with an optional part stays by itself, so that no other library differs without it.
+  if(CLAYMELD_UNITY AND meld_neighbourhood AND sources AND NOT ARG_OUTSIDE_TICKS AND NOT ARG_VIEWER AND NOT ARG_MODELS)
     set(library ${meld_neighbourhood}_together)
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE ${library})
@@ -208,7 +209,7 @@ function(meld_layer folder)
 endfunction()
 
 # meld_neighbourhood(NAME): the layers from here to the next call are one library where sources are compiled together, but for those
-# outside of ticks; nobody needs one of them without the others. NAME may be empty.
+# outside of ticks and those with optional parts. NAME may be empty.
 function(meld_neighbourhood name)
   set(meld_neighbourhood "${name}" PARENT_SCOPE)
 endfunction()
