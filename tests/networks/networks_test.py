@@ -51,6 +51,45 @@ todo(A, N), !neighbor(A, B), N > 0 -o heard(B, N), todo(A, N - 1)@+1.
 """
 
 
+# Two facts that neighbours read, one of them with a list, and one that follows from both.
+WAYS = """type source(node).
+type way(node, min int, list node).
+type top(node, max int).
+type both(node, sum int).
+way(A, 0, [A]) :- source(A).
+way(B, D + 1, [B | W]) :- neighbor(A, B), way(A, D, W), D < 9.
+top(A, 7) :- source(A).
+top(B, X - 1) :- neighbor(A, B), top(A, X), X > 0.
+both(B, X) :- neighbor(A, B), way(A, _, _), top(A, X).
+"""
+# With a linear fact, each link has a mailbox of its own.
+UNSHARED = "type linear never(node, int).\nnever(A, N), N > 0 -o never(A, N - 1).\n"
+TROUBLE = """[[event]]
+tick = 6
+cut = "id % 3 == 0"
+[[event]]
+tick = 8
+jam = { where = "id % 2 == 0", ticks = 4 }
+[[event]]
+tick = 9
+heal = "all"
+[[event]]
+tick = 13
+restart = "id % 5 == 1"
+[[event]]
+tick = 27
+hang = "id == 9"
+[[event]]
+tick = 34
+restart = "id == 9"
+[faults]
+cut = 0.004
+heal = 0.05
+restart = 0.002
+until = 50
+"""
+
+
 class Networks(Case):
     def digests(self, world, *options, program="p.meld", tick_by_tick=True):
         out, _ = self.call("meldsim", "run", program, "--world", world, "--digest", "-", "--digest-check", 2, "--quiet",
@@ -83,6 +122,35 @@ class Networks(Case):
                 self.assertEqual(alone[-1][2], ideal)
                 for options in (("-n", 2), ("-n", 3, "--threads", 2)) if CAMPAIGN else (("-n", 3, "--threads", 2),):
                     self.assertEqual(self.digests(name, *options), alone)
+
+    def facts_of_ticks(self, program, world, ticks, *options):
+        out = []
+        for tick in ticks:
+            self.call("meldsim", "run", program, "--world", world, "--ticks", tick, "--facts-out", "f", "--quiet", *options)
+            out.append(sorted(self.read("f").decode().splitlines()))
+        return out
+
+    def test_readers_who_share_what_they_know_know_the_same(self):
+        self.write("p.meld", WAYS)
+        self.write("unshared.meld", WAYS + UNSHARED)
+        draw = random.Random(11)
+        shapes = [("square", "12, 9, 1"), ("cubic", "6, 5, 4"), ("hex", "10, 10, 1")]
+        for number, conditions in enumerate(one_in(2, [c for c in CONDITIONS if "priority" not in c and "sequential" not in c])):
+            lattice, size = draw.choice(shapes)
+            name = self.write("apart.toml", WORLD.format(lattice=lattice, size=size, seed=number) + TROUBLE + conditions)
+            with self.subTest(conditions=conditions, lattice=lattice):
+                ticks = (7, 10, 11, 16, 29, 200)
+                expected = self.facts_of_ticks("unshared.meld", name, ticks)
+                self.assertEqual(self.facts_of_ticks("p.meld", name, ticks), expected)
+                self.assertEqual(self.facts_of_ticks("p.meld", name, ticks[1:3], "-n", 2), expected[1:3])
+                whole = self.digests(name, "--ticks", 200)
+                # A checkpoint in the middle of all this, and one more of the run that goes on from it.
+                self.call("meldsim", "run", "p.meld", "--world", name, "--ticks", 10, "--checkpoint", f"s{number}", "--digest", "d.txt",
+                          "--quiet", "-n", 1 + number % 2)
+                for until in (12, 200):
+                    self.call("meldsim", "resume", f"s{number}", "--ticks", until, "--quiet")
+                digests = [line.split() for line in self.read("d.txt").decode().splitlines() if line.startswith("tick ")]
+                self.assertEqual(digests, whole)
 
     def test_a_run_goes_on_with_what_was_under_way(self):
         self.write("p.meld", GRADIENT)

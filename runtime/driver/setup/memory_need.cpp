@@ -14,6 +14,7 @@
 #include "runtime/sim/core/setup/expected_share.h"
 #include "runtime/sim/core/setup/setup.h"
 #include "runtime/sim/network/routes.h"
+#include "runtime/sim/network/versions.h"
 #include "runtime/world/ensemble/ensemble.h"
 #include "runtime/world/lattice/lattice.h"
 
@@ -152,7 +153,7 @@ class Counting {
             under_way += kParcel + (module_.columns[c].rows ? static_cast<double>(module_.columns[c].row_bytes) * rows_of(c)
                                                             : module_.columns[c].stride);
         }
-        const double read = table + kLinkRead * ends;
+        const double read = table + (kLinkRead + (sim::Versions::suit(module_, world_) ? kLastArrival : 0)) * ends;
         const double known = ends * (kMailbox + static_cast<double>(tuple::Columns::bytes_for(module_, 1)));
         return {"links and messages on their way", {read, read + known + share_.catoms * under_way + ends * kUnderWay * exported}};
     }
@@ -238,9 +239,9 @@ class Counting {
     // Of a graph: process and catom of a node; a node and an end of a link in the ensemble; and of METIS, measured, an end of a link in a
     // geometric graph and in a random one.
     static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 8, kDividedWell = 14, kDividedBadly = 42;
-    // Of the table of links: a catom, an end of a link, and where it is read. A mailbox, with its index among the catoms. What is on its
-    // way for all links that it takes, and its place in the queue of each.
-    static constexpr double kLinkRow = 8, kLinkEnd = 8, kLinkRead = 4, kMailbox = 86, kParcel = 64, kUnderWay = 12;
+    // Of the table of links: a catom, an end of a link, where it is read, and until when something is under way. A mailbox, with its index
+    // among the catoms. What is on its way for all links that it takes, and its place in the queue of each.
+    static constexpr double kLinkRow = 8, kLinkEnd = 8, kLinkRead = 4, kLastArrival = 4, kMailbox = 86, kParcel = 64, kUnderWay = 12;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
     // A linear fact as its sender writes it, and the receivers' rows of this delivery and the last one. Where a network delays it: in the

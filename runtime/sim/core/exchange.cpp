@@ -237,7 +237,7 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
         MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,
                     packet.process);
         MELD_ASSERT(number < module.column_count, "catom {}, column {}", catom, number);
-        if (subdomain_.network_) subdomain_.network_->before_change(catom);
+        if (subdomain_.network_) subdomain_.network_->before_change(subdomain_.tick(), catom);
         const bool asks = module.columns[number].concerned != nullptr && !subdomain_.network_;
         if (asks) {
             const u8* const entry = subdomain_.columns.entry(number, catom);

@@ -34,7 +34,7 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
     const auto before_commit = [this, all = std::vector<bool>(module.column_count, true), changing = std::vector<u32>()]() mutable {
         changing.clear();
         facts_.evaluator.add_changed(all, changing);
-        for (const u32 catom : changing) network_->before_change(catom);
+        for (const u32 catom : changing) network_->before_change(tick(), catom);
         refresh();
     };
     if (world.clock.gives_turns()) {

@@ -15,7 +15,7 @@ const world::LinkTerms& Network::terms_of_nodes(u64 a, u64 b) const {
     u32 last = 0;
     for (u32 part = 0; part < world_.network.parts.size(); ++part)
         if (in(world_.network.parts[part].where, a) || in(world_.network.parts[part].where, b)) last = part + 1;
-    return terms(last);
+    return fates_.terms(last);
 }
 
 void Network::sent_far(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments) {

@@ -5,7 +5,8 @@
 // them, so compiled code reads a mailbox as it would read the neighbour. Exports reach ghosts as they do in the ideal network, at the end
 // of the tick; from there this class carries them into the mailboxes, each change after as many ticks as world::fate() says, first in,
 // first out for each link. Linear facts travel with them. So nothing of it depends on who owns which catom. Once nothing is under way and
-// the reader knows what the neighbour says, the mailbox goes.
+// the reader knows what the neighbour says, the mailbox goes. For many programs the readers of a neighbour share what they know, and there
+// are no mailboxes (versions.h).
 //
 // A catom that pauses is evaluated in a later tick. What arrives for it waits until then, so its pauses are part of the delays of its
 // links, and the quarantine of facts (docs/design.md) needs only the sum of both.
@@ -24,6 +25,9 @@
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
+#include "runtime/sim/network/fates.h"
+#include "runtime/sim/network/saved_links.h"
+#include "runtime/sim/network/versions.h"
 #include "runtime/world/description/network.h"
 
 namespace meld::sim {
@@ -37,7 +41,7 @@ class Network {
     // In a tick, before arrive(): from time to time, mailboxes go that hold what the neighbour says now. Cost: theirs, every few ticks.
     void settle(i64 now);
     // An exported column of a catom, owned or ghost, is about to change: readers here that read it in place get mailboxes.
-    void before_change(Catom catom);
+    void before_change(i64 now, Catom catom);
     // At the end of the tick before `next`: `deliver` gets the linear facts that rules can use from `next` on, by receivers and senders.
     // Their arguments live until it returns.
     struct Arrived {
@@ -59,17 +63,17 @@ class Network {
     void sent_far(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
 
     // The same of a linear fact for a catom of another process: the receiver's process carries it, but a loss is known to both.
-    void sent_away(i64 now, Catom from, Catom to) { note_loss(now, from, to); }
+    void sent_away(i64 now, Catom from, Catom to) { fates_.note_loss(now, from, to); }
     // At the beginning of a tick, before arrive(): links over which a message was lost for good are removed; both ends are marked.
-    void take_down(i64 now, const std::function<void(Catom)>& mark);
+    void take_down(i64 now, const std::function<void(Catom)>& mark) { fates_.take_down(now, mark); }
 
     // Between these catoms there is no link, or another one, so that nothing takes it down that was lost before.
-    void forget_loss(u64 a, u64 b);
+    void forget_loss(u64 a, u64 b) { fates_.forget_loss(a, b); }
 
     // The catom that reads a mailbox.
     Catom reader(Catom mailbox) const { return mailboxes_[number_of_[mailbox]].reader; }
     // Whether something is under way.
-    bool busy() const { return under_way_ != 0 || !far_.empty() || !down_.empty(); }
+    bool busy() const { return under_way_ != 0 || (versions_ && versions_->busy()) || !far_.empty() || fates_.any_lost(); }
     // Linear facts that did not arrive since the last call.
     u64 take_lost() { return std::exchange(lost_, 0); }
 
@@ -97,8 +101,7 @@ class Network {
     };
     // What travels: one for all links on which it does.
     struct Parcel {
-        enum class Kind : u8 { Column, Rows, State, Message };
-        Kind kind = Kind::Column;
+        ParcelKind kind = ParcelKind::Column;
         u16 number = 0;  // Of a column or predicate.
         u32 links = 0;   // On which it is.
         std::vector<std::byte> bytes = {};
@@ -119,11 +122,6 @@ class Network {
         world::Port port;
         Catom other;
     };
-    // From this tick on there is no link between these catoms.
-    struct Down {
-        i64 tick;
-        u64 from, to;
-    };
 
     void follow(i64 now, bool tell);
     // A mailbox for a link that has none, empty or with what the neighbour says.
@@ -134,20 +132,18 @@ class Network {
     // neighbour itself.
     bool has_news(const Mailbox& m) const;
     bool holds_what_is_said(const Mailbox& m) const;
-    u32 take_parcel(Parcel::Kind kind, u16 number, std::span<const std::byte> bytes);
+    u32 take_parcel(ParcelKind kind, u16 number, std::span<const std::byte> bytes);
     void release_parcel(u32 parcel);
-    const world::LinkTerms& terms(u32 part) const;
-    const world::LinkTerms& terms_between(Catom from, Catom to) const { return terms(part_between(from, to)); }
-    u32 part_between(Catom from, Catom to) const;
     const world::LinkTerms& terms_of_nodes(u64 a, u64 b) const;
     void deliver_far(i64 next, std::vector<Arrived>& messages, std::deque<std::vector<Value>>& arguments, tuple::Arena& lists);
     const Value* read_arguments(u16 predicate, std::span<const std::byte> bytes, std::deque<std::vector<Value>>& arguments,
                                 tuple::Arena& lists) const;
     std::vector<std::byte> argument_bytes(u16 predicate, const Value* arguments) const;
+    void save_mailboxes(i64 now, ByteWriter& out) const;
+    // Returns whether all could be read.
+    bool load_mailboxes(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
     void save_far(i64 now, ByteWriter& out) const;
     void load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
-    // If what one catom sends to another in this tick is lost for good.
-    void note_loss(i64 now, Catom from, Catom to);
     // Puts a parcel on its way to a mailbox, as sent in tick `now`.
     void post(i64 now, u32 mailbox, u32 parcel, bool linear);
     void put(i64 arrival, u32 mailbox, u32 parcel, bool late = false);
@@ -156,8 +152,6 @@ class Network {
     // Whether what arrives comes in. Otherwise it is lost, or waits for the end of a jam.
     bool comes_in(i64 now, const Entry& entry);
     void done_with(const Entry& entry);
-    // The first tick in which the jams of this one let something through to a mailbox; `now`, if none is about it.
-    i64 jammed_until(i64 now, const Mailbox& m) const;
     void open(const Mailbox& m, const Parcel& parcel);
     void ask_ahead(const Entry& entry) const;
     // That of a link, which is made if it has none. Nothing: there is no such link.
@@ -173,6 +167,8 @@ class Network {
     const world::World& world_;
     Membership& members_;
     FactStore& facts_;
+    Fates fates_;
+    std::optional<Versions> versions_;  // Instead of mailboxes.
     std::vector<u16> exported_;        // Columns.
     u64 readers_dirty_ = kDirtyLinks;  // What a reader of a whole state is to look at.
     std::vector<Mailbox> mailboxes_;
@@ -181,7 +177,6 @@ class Network {
     std::vector<Parcel> parcels_;
     std::vector<u32> free_parcels_;
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
-    std::vector<Down> down_;
     std::vector<Far> far_;
     // When the last of them arrives, by sender and receiver, while that is to come.
     std::map<std::pair<u64, u64>, i64> last_far_;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,9 @@ struct Fate {
 };
 // Cost: a draw of random numbers, for Lossy one for each loss.
 Fate fate(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::uint64_t to, std::int64_t tick);
+// The same for several links of one catom with the same terms. Cost: half as much for each.
+void fates(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::span<const std::uint64_t> to,
+           std::int64_t tick, std::span<Fate> out);
 
 // Priority and Sequential give turns, by what waits (runtime/sim/network/turns.h); the others go by numbers and ticks alone.
 enum class ClockKind { Synchronous, Random, Drift, Priority, Sequential };

@@ -48,11 +48,11 @@ void Ensemble::link_around(Catom catom, Catom placed_until) {
     if (!links_) return;
     if (has_amoebots()) return link_amoebot(catom, placed_until);
     links_->room(catom, static_cast<Port>(lattice_.ports()));
-    const Cell here = cell(catom);
     for (int port = 0; port < lattice_.ports(); ++port) {
-        const std::optional<Catom> other = at(lattice_.neighbour(here, port));
-        if (!other || (*other > catom && *other < placed_until)) continue;
-        links_->connect(catom, static_cast<Port>(port), *other, static_cast<Port>(lattice_.opposite(port)));
+        const std::int32_t there = cell_catom_[site_towards(site_[catom], port)];
+        const auto other = static_cast<Catom>(there);
+        if (there == kNobody || (other > catom && other < placed_until)) continue;
+        links_->connect(catom, static_cast<Port>(port), other, static_cast<Port>(lattice_.opposite(port)));
     }
 }
 
@@ -212,6 +212,7 @@ void Ensemble::add_bricks(std::span<const std::pair<BrickKey, std::uint32_t>> br
             fill_brick(static_cast<Slot>(i + 1), firsts[i], bricks[i].second, fill, state);
     });
     if (has_amoebots()) add_tails(total);
+    if (links_) links_->reserve(total, std::size_t{total} * static_cast<std::size_t>(lattice_.ports()));
     for (Catom catom = 0; links_ && catom < total; ++catom) link_around(catom, total);
     count(state, total);
 }

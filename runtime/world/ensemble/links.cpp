@@ -14,6 +14,7 @@ void Links::reserve(std::size_t catoms, std::size_t ports) {
     first_.reserve(catoms), ports_.reserve(catoms);
     catom_.reserve(ports), there_.reserve(ports);
     if (apart_) read_.reserve(ports);
+    if (keeps_last_) last_.reserve(ports);
 }
 
 void Links::room(Catom catom, Port ports) {
@@ -31,12 +32,14 @@ void Links::room(Catom catom, Port ports) {
     catom_.resize(to + ports, kNobody);
     if (apart_) read_.resize(to + ports, kNobody);
     there_.resize(to + ports, 0);
+    if (keeps_last_) last_.resize(to + ports, 0);
     if (!last) {
         const auto carry = [&](auto& column, auto empty) {
             for (Port port = 0; port < had; ++port) column[to + port] = std::exchange(column[from + port], empty);
         };
         carry(catom_, kNobody), carry(there_, 0u);
         if (apart_) carry(read_, kNobody);
+        if (keeps_last_) carry(last_, 0u);
         left_behind_ += had;
         first_[catom] = static_cast<std::uint32_t>(to);
     }
@@ -46,10 +49,11 @@ void Links::room(Catom catom, Port ports) {
 // Writes the rows anew, one after the other.
 void Links::compact() {
     std::vector<std::int32_t> catom, read;
-    std::vector<std::uint32_t> there;
+    std::vector<std::uint32_t> there, last;
     const std::size_t kept = catom_.size() - left_behind_;
     catom.reserve(kept), there.reserve(kept);
     if (apart_) read.reserve(kept);
+    if (keeps_last_) last.reserve(kept);
     for (std::size_t c = 0; c < first_.size(); ++c) {
         const std::size_t from = first_[c], to = from + ports_[c];
         first_[c] = static_cast<std::uint32_t>(catom.size());
@@ -58,8 +62,9 @@ void Links::compact() {
         };
         copy(catom, catom_), copy(there, there_);
         if (apart_) copy(read, read_);
+        if (keeps_last_) copy(last, last_);
     }
-    catom_ = std::move(catom), read_ = std::move(read), there_ = std::move(there);
+    catom_ = std::move(catom), read_ = std::move(read), there_ = std::move(there), last_ = std::move(last);
     left_behind_ = 0;
 }
 
@@ -69,6 +74,7 @@ void Links::set(Catom catom, Port port, Catom other, Port there) {
     ++version_;
     catom_[here] = static_cast<std::int32_t>(other);
     there_[here] = there;
+    if (keeps_last_) last_[here] = 0;
     if (!apart_) return;
     read_[here] = at_start_ ? static_cast<std::int32_t>(other) : kNobody;
     if (!at_start_) changes_.push_back({catom, port, other, kNobody, true});
@@ -129,6 +135,11 @@ std::vector<Links::Change> Links::take_changes() {
     return std::exchange(changes_, {});
 }
 
+void Links::forget_arrivals(std::int64_t now) {
+    for (std::uint32_t& last : last_)
+        if (static_cast<std::int32_t>(last - static_cast<std::uint32_t>(now)) <= 0) last = static_cast<std::uint32_t>(now);
+}
+
 void Links::add_to(Geometry& g) const {
     g.link_first = first_.data();
     g.link_ports = ports_.data();
@@ -140,7 +151,7 @@ void Links::add_to(Geometry& g) const {
 
 std::size_t Links::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-    return size(first_) + size(ports_) + size(catom_) + size(read_) + size(there_) + size(changes_);
+    return size(first_) + size(ports_) + size(catom_) + size(read_) + size(there_) + size(last_) + size(changes_);
 }
 
 }  // namespace meld::world

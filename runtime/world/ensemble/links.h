@@ -66,6 +66,27 @@ class Links {
     void read_at(Catom catom, Port port, std::int32_t index) { read_[entry(catom, port)] = index; }
     std::int32_t read(Catom catom, Port port) const { return read_[entry(catom, port)]; }
 
+    // ---- until when something is under way, if apart and somebody says so
+    // From now on it is kept for each link and direction, at the port of the sender.
+    void keep_last_arrivals() {
+        keeps_last_ = true;
+        last_.resize(catom_.size(), 0);
+    }
+    // The tick in which the latest arrives that was sent over a link, if it is after `now`; otherwise `now`.
+    std::int64_t last_arrival(Catom catom, Port port, std::int64_t now) const {
+        const auto ticks = static_cast<std::int32_t>(last_[entry(catom, port)] - static_cast<std::uint32_t>(now));
+        return ticks > 0 ? now + ticks : now;
+    }
+    void set_last_arrival(Catom catom, Port port, std::int64_t tick) { last_[entry(catom, port)] = static_cast<std::uint32_t>(tick); }
+    // To be called at least every 2^30 ticks: what has arrived before `now` is forgotten, so that it never seems to be to come.
+    void forget_arrivals(std::int64_t now);
+
+    // For what will be read of a catom's links from a port on.
+    void ask_ahead(Catom catom, Port port) const {
+        __builtin_prefetch(&catom_[entry(catom, port)]);
+        __builtin_prefetch(&there_[entry(catom, port)]);
+    }
+
     // Another one after each link that is made or removed.
     std::uint64_t version() const { return version_; }
 
@@ -85,6 +106,8 @@ class Links {
     std::vector<std::int32_t> catom_;
     std::vector<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
     std::vector<std::uint32_t> there_;
+    std::vector<std::uint32_t> last_;  // Ticks modulo 2^32; empty if nobody keeps them.
+    bool keeps_last_ = false;
     std::size_t left_behind_ = 0;
     std::uint64_t version_ = 0;
     Port most_ = 0;

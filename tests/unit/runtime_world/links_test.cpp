@@ -97,5 +97,32 @@ TEST(Links, TellWhoeverReadsApartWhatHasChanged) {
     EXPECT_TRUE(links.take_changes().empty());
 }
 
+TEST(Links, KeepUntilWhenSomethingIsUnderWay) {
+    Links links(true);
+    links.keep_last_arrivals();
+    links.room(0, 1);
+    links.room(1, 1);
+    links.connect(0, 0, 1, 0);
+    EXPECT_EQ(links.last_arrival(0, 0, 10), 10);
+    links.set_last_arrival(0, 0, 14);
+    EXPECT_EQ(links.last_arrival(0, 0, 10), 14);
+    EXPECT_EQ(links.last_arrival(1, 0, 10), 10);
+    EXPECT_EQ(links.last_arrival(0, 0, 15), 15);
+    // Rows take it along, also where ticks need more than 32 bits.
+    constexpr std::int64_t kLate = (std::int64_t{5} << 32) - 2;
+    links.set_last_arrival(0, 0, kLate + 7);
+    links.room(0, 3);
+    EXPECT_EQ(links.last_arrival(0, 0, kLate), kLate + 7);
+    // What arrived long ago does not come back.
+    links.forget_arrivals(kLate + (std::int64_t{1} << 30));
+    links.forget_arrivals(kLate + (std::int64_t{2} << 30));
+    const std::int64_t later = kLate + (std::int64_t{3} << 30);
+    EXPECT_EQ(links.last_arrival(0, 0, later), later);
+    // A link that is made anew knows nothing of the one before.
+    links.set_last_arrival(0, 0, later + 9);
+    links.renew(0);
+    EXPECT_EQ(links.last_arrival(0, 0, later), later);
+}
+
 }  // namespace
 }  // namespace meld::world

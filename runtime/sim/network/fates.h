@@ -1,0 +1,61 @@
+// What becomes of what catoms send each other: the terms of each link, how long it takes, what is lost or held up, and which links go down
+// because something was lost over them for good.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "runtime/base/bytes.h"
+#include "runtime/module/abi/module_abi.h"
+#include "runtime/sim/catoms/membership.h"
+#include "runtime/sim/network/readers.h"
+#include "runtime/world/description/network.h"
+
+namespace meld::sim {
+
+class Fates {
+  public:
+    Fates(const world::World& world, Membership& members) : world_(world), members_(members) {}
+
+    // Which terms a link has in one direction: of the network's parts, from 1, and after them its single links; 0: none of these.
+    u32 part_between(Catom from, Catom to) const;
+    const world::LinkTerms& terms(u32 part) const;
+    // Of what is sent in a tick over a link with these terms.
+    world::Fate of(u32 part, Catom from, Catom to, i64 now) const;
+    // The same of several links of a catom.
+    void of(Catom from, std::span<const Reader> to, i64 now, std::span<world::Fate> fates) const;
+    // The first tick from this one on in which a catom acts.
+    i64 acts_from(Catom catom, i64 tick) const {
+        return world_.clock.synchronous() ? tick : world_.clock.next(world_.seed, members_.ensemble.id(catom), tick);
+    }
+    // The first tick in which the jams of this one let something through; `now`, if none is about this link.
+    i64 jammed_until(i64 now, Catom from, Catom to) const;
+
+    // Something was lost for good, which both ends know from this tick on.
+    void lose(i64 tick, Catom from, Catom to);
+    // If that is the fate of what one catom sends to another, which another process carries.
+    void note_loss(i64 now, Catom from, Catom to);
+    // Links over which something was lost until this tick are removed; both ends are marked.
+    void take_down(i64 now, const std::function<void(Catom)>& mark);
+    // Between these catoms there is no link, or another one.
+    void forget_loss(u64 a, u64 b);
+    bool any_lost() const { return !down_.empty(); }
+
+    void save(ByteWriter& out) const;
+    void load(ByteReader& in);
+
+  private:
+    // From this tick on there is no link between these catoms.
+    struct Down {
+        i64 tick;
+        u64 from, to;
+    };
+
+    const world::World& world_;
+    Membership& members_;
+    std::vector<Down> down_;
+};
+
+}  // namespace meld::sim
