@@ -36,9 +36,17 @@ Versions::Versions(const ModuleInfo& module, const world::World& world, Membersh
 
 // ---- versions
 
+// For one more, without doubling what is large.
+template <class Each>
+static void make_room(std::vector<Each>& all) {
+    constexpr std::size_t kLeast = 64, kShare = 8;
+    if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / kShare + kLeast);
+}
+
 u32 Versions::take_version(Catom catom, i64 since) {
     u32 version = static_cast<u32>(versions_.size());
     if (free_versions_.empty()) {
+        make_room(versions_);
         versions_.emplace_back();
     } else {
         version = free_versions_.back();
@@ -61,7 +69,10 @@ std::int32_t Versions::take_index(u32 version, Holds holds) {
     }
     // Not one by one: a wave takes thousands in a tick.
     if (index >= facts_.columns.count()) facts_.resize(index + index / 64 + std::size_t{64});
-    if (index >= number_of_.size()) number_of_.resize(index + std::size_t{1}, kNone32);
+    if (index >= number_of_.size()) {
+        if (index >= number_of_.capacity()) number_of_.reserve(index + index / 8 + std::size_t{64});
+        number_of_.resize(index + std::size_t{1}, kNone32);
+    }
     number_of_[index] = version;
     versions_[version].index = static_cast<std::int32_t>(index);
     if (holds == Holds::AllThatIsSaid)
@@ -276,6 +287,37 @@ void Versions::arrive(i64 now) {
     entries_.swap(arriving(now));
     // What has waited for the end of a jam was sent before what comes in its time.
     if (world_.longest_jam > 0) std::ranges::stable_partition(entries_, &Entry::late);
+    // So many messages at a time: what they need lies anywhere in memory, one after the other, and is asked for all of them together.
+    struct Message {
+        u32 version;
+        Catom reader;
+        world::Port port;  // Of the sender.
+        u64 bits;
+    };
+    constexpr std::size_t kTogether = 64;
+    std::array<Message, kTogether> messages;
+    std::size_t count = 0;
+    const world::Links& links = members_.ensemble.links();
+    const auto open_all = [&] {
+        const std::span<const Message> all(messages.data(), count);
+        const auto read_before = [&](const Message& m) {
+            return static_cast<std::size_t>(links.read(m.reader, links.port_there(versions_[m.version].catom, m.port)));
+        };
+        for (const Message& m : all) links.ask_ahead(m.reader);
+        for (const Message& m : all) links.ask_ahead_read(m.reader, links.port_there(versions_[m.version].catom, m.port));
+        for (const Message& m : all)
+            if (const std::size_t before = read_before(m); before < number_of_.size()) __builtin_prefetch(&number_of_[before]);
+        for (const Message& m : all)
+            if (const std::size_t before = read_before(m); before < number_of_.size() && number_of_[before] < versions_.size())
+                __builtin_prefetch(&versions_[number_of_[before]]);
+        for (const Message& m : all) {
+            Version& version = versions_[m.version];
+            open(version, m.port, m.bits);
+            --under_way_;
+            if (--version.under_way == 0) leave(m.version);
+        }
+        count = 0;
+    };
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         ask_ahead(entries_, i);
         const Entry& entry = entries_[i];
@@ -286,13 +328,17 @@ void Versions::arrive(i64 now) {
         Version& version = versions_[entry.version];
         const u64 bits = entry.whole ? readers_dirty_ : bits_of(version);
         const u32 in = world_.longest_jam > 0 ? hold_up(now, entry) : entry.ports;
-        for (u32 ports = in; ports != 0; ports &= ports - 1)
-            open(version, entry.first + static_cast<u32>(std::countr_zero(ports)), bits);
-        const auto links = static_cast<u32>(std::popcount(entry.ports));
-        version.under_way -= links;
-        under_way_ -= links;
-        leave(entry.version);
+        // What a jam holds up is under way twice.
+        const auto held = static_cast<u32>(std::popcount(entry.ports) - std::popcount(in));
+        version.under_way -= held;
+        under_way_ -= held;
+        for (u32 ports = in; ports != 0; ports &= ports - 1) {
+            const world::Port port = entry.first + static_cast<u32>(std::countr_zero(ports));
+            messages[count++] = {entry.version, *links.at(version.catom, port), port, bits};
+            if (count == kTogether) open_all();
+        }
     }
+    open_all();
 }
 
 void Versions::ask_ahead(const std::vector<Entry>& entries, std::size_t at) const {

@@ -212,7 +212,8 @@ void Ensemble::add_bricks(std::span<const std::pair<BrickKey, std::uint32_t>> br
             fill_brick(static_cast<Slot>(i + 1), firsts[i], bricks[i].second, fill, state);
     });
     if (has_amoebots()) add_tails(total);
-    if (links_) links_->reserve(total, std::size_t{total} * static_cast<std::size_t>(lattice_.ports()));
+    // Where links take time, some more indices come soon.
+    if (links_) links_->reserve(total + total / 8, std::size_t{total} * static_cast<std::size_t>(lattice_.ports()));
     for (Catom catom = 0; links_ && catom < total; ++catom) link_around(catom, total);
     count(state, total);
 }

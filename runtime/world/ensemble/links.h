@@ -87,6 +87,10 @@ class Links {
         __builtin_prefetch(&there_[entry(catom, port)]);
     }
 
+    // For where its row is, and then for where it reads over a link.
+    void ask_ahead(Catom catom) const { __builtin_prefetch(&first_[catom]); }
+    void ask_ahead_read(Catom catom, Port port) const { __builtin_prefetch(&read_[entry(catom, port)]); }
+
     // Another one after each link that is made or removed.
     std::uint64_t version() const { return version_; }
 
