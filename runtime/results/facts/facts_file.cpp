@@ -53,18 +53,26 @@ void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table,
     }
 }
 
-// The facts of one table on this process, by id and then by arguments: of each catom its id and a block of its packed facts.
-std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const FactTable& table) {
-    ByteWriter out;
+// Calls visit(id, packed facts) for each catom of this process that has facts of one table, by id; facts go by arguments.
+template <class Visit>
+void each_packed(sim::Subdomain& subdomain, FactsForm form, const FactTable& table, const Visit& visit) {
     for (const auto& [id, catom] : catoms_by_id(subdomain)) {
         liveness::beat();
         const std::vector<std::vector<Value>> facts = sorted_facts(subdomain, table.predicate, catom);
         if (facts.empty()) continue;
         ByteWriter packed;
         for (const auto& fact : facts) pack_fact(form, subdomain.module, table, id, fact.data(), packed);
-        out.write(id);
-        out.write_block(packed.view());
+        visit(id, packed.view());
     }
+}
+
+// All of these: of each catom its id and a block of its packed facts.
+std::vector<std::byte> facts_of(sim::Subdomain& subdomain, FactsForm form, const FactTable& table) {
+    ByteWriter out;
+    each_packed(subdomain, form, table, [&](u64 id, std::span<const std::byte> packed) {
+        out.write(id);
+        out.write_block(packed);
+    });
     return out.take();
 }
 
@@ -134,13 +142,17 @@ Result<void> write_facts(sim::Subdomain& subdomain, FactsForm form, FactsFile* f
     MELD_CHECK(writer == (file != nullptr), "process 0 alone has the file of facts");
     const std::vector<FactTable> tables = fact_tables(subdomain.module);
     for (const FactTable& table : tables) {
+        if (subdomain.alone()) {
+            file->begin(table);
+            each_packed(subdomain, form, table, [&](u64, std::span<const std::byte> packed) { file->rows(packed); });
+            continue;
+        }
         std::vector<std::byte> mine = facts_of(subdomain, form, table);
         std::vector<std::vector<std::byte>> all(1);
         if (writer) all[0] = std::move(mine);
         std::vector<comm::Packet> packets;
         if (!writer && !mine.empty()) packets.push_back({0, std::move(mine)});
-        if (!subdomain.alone())
-            for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
+        for (comm::Packet& p : subdomain.comm.exchange(std::move(packets))) all.push_back(std::move(p.bytes));
         if (!writer) continue;
         file->begin(table);
         merge(all, *file);

@@ -44,7 +44,8 @@ Membership::Membership(const ModuleInfo& module, const world::World& world, cons
     : ensemble(world.cells_and_ports(), target),
       rank_(comm.process()),
       ranks_(comm.processes()),
-      senses_positions_(reads_positions(module)) {
+      // Nodes are sensed where they are.
+      senses_positions_(!world.is_graph() && reads_positions(module)) {
     if (module.by_links) ensemble.keep_links(world.apart());
     if (world.is_graph()) {
         ensemble.set_graph();

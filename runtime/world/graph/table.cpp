@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "runtime/base/release_memory.h"
 #include "runtime/world/graph/memory_check.h"
@@ -143,7 +144,7 @@ Result<Graph> graph_of(Table table, std::optional<bool> directed, const MemoryLi
     }
     if (table.names.words()) graph.node_columns.push_back({.name = "name", .values = table.names.all()});
     take_places(graph);
-    return graph;
+    return std::move(made.graph);
 }
 
 }  // namespace meld::graph
