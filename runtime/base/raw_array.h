@@ -2,15 +2,16 @@
 // is when the system finds and clears each page.
 #pragma once
 
-#include <memory>
 #include <new>
 #include <utility>
 #include <vector>
 
+#include "runtime/base/large_array.h"
+
 namespace meld {
 
 template <class T>
-struct RawAllocator : std::allocator<T> {
+struct RawAllocator : LargeAllocator<T> {
     template <class U>
     struct rebind {
         using other = RawAllocator<U>;

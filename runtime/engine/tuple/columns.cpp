@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/large_array.h"
 #include "runtime/base/process/deep_stack.h"
 #include "runtime/engine/tuple/arrived_rows.h"
 
@@ -106,8 +107,10 @@ void Columns::resize(std::size_t catoms, Workers* workers) {
         // The first size is exact, later ones leave room: worlds are usually made at once.
         const std::size_t room = capacity_ == 0 ? catoms : std::max(catoms, capacity_ + capacity_ / 4 + 64);
         for (u32 c = 0; c < module_.column_count; ++c) {
-            void* bigger = std::realloc(pointers_[c], std::max<std::size_t>(1, room * module_.columns[c].stride));
+            const std::size_t bytes = std::max<std::size_t>(1, room * module_.columns[c].stride);
+            void* const bigger = pointers_[c] == nullptr ? allocate_large(bytes) : std::realloc(pointers_[c], bytes);
             if (bigger == nullptr) memory_has_run_out();
+            ask_for_large_pages(bigger, bytes);
             pointers_[c] = static_cast<u8*>(bigger);
         }
         capacity_ = room;

@@ -1,6 +1,8 @@
 #include "runtime/engine/tuple/row_pool.h"
 
 #include "runtime/base/assert.h"
+#include "runtime/base/large_array.h"
+#include "runtime/base/process/deep_stack.h"
 
 namespace meld::tuple {
 
@@ -12,21 +14,23 @@ std::uint8_t* RowPool::take(std::size_t bytes) {
         free_[cls].pop_back();
         return block;
     }
-    if (size > kSlab / 4) {
-        slabs_.push_back(std::make_unique_for_overwrite<std::uint8_t[]>(size));
-        reserved_ += size;
-        return slabs_.back().get();
-    }
+    if (size > kSlab / 4) return new_slab(size);
     if (left_ < size) {
-        slabs_.push_back(std::make_unique_for_overwrite<std::uint8_t[]>(kSlab));
-        reserved_ += kSlab;
-        next_ = slabs_.back().get();
-        left_ = kSlab;
+        left_ = reserved_ < kMany ? kSlab : kLargeSlab;
+        next_ = new_slab(left_);
     }
     std::uint8_t* block = next_;
     next_ += size;
     left_ -= size;
     return block;
+}
+
+std::uint8_t* RowPool::new_slab(std::size_t bytes) {
+    auto* const slab = static_cast<std::uint8_t*>(allocate_large(bytes));
+    if (slab == nullptr) memory_has_run_out();
+    slabs_.emplace_back(slab);
+    reserved_ += bytes;
+    return slab;
 }
 
 void RowPool::give(std::uint8_t* block, std::size_t bytes) {

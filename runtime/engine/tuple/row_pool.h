@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -26,13 +27,20 @@ class RowPool {
 
   private:
     static constexpr std::size_t kSmallest = 4;  // 16 bytes
-    static constexpr std::size_t kSlab = 1 << 18;
+    // Who has many slabs gets greater ones, in large pages.
+    static constexpr std::size_t kSlab = 1 << 18, kLargeSlab = 4 << 20, kMany = 64 << 20;
     static std::size_t size_class(std::size_t bytes) {
         return bytes <= 16 ? kSmallest : static_cast<std::size_t>(std::bit_width(bytes - 1));
     }
 
     std::array<std::vector<std::uint8_t*>, 48> free_;
-    std::vector<std::unique_ptr<std::uint8_t[]>> slabs_;
+    struct Freed {
+        void operator()(std::uint8_t* slab) const { std::free(slab); }
+    };
+    // Adds a slab, which nobody has written to.
+    std::uint8_t* new_slab(std::size_t bytes);
+
+    std::vector<std::unique_ptr<std::uint8_t[], Freed>> slabs_;
     std::uint8_t* next_ = nullptr;
     std::size_t left_ = 0;
     std::size_t reserved_ = 0;

@@ -48,8 +48,8 @@ void Links::room(Catom catom, Port ports) {
 
 // Writes the rows anew, one after the other.
 void Links::compact() {
-    std::vector<std::int32_t> catom, read;
-    std::vector<std::uint32_t> there, last;
+    LargeArray<std::int32_t> catom, read;
+    LargeArray<std::uint32_t> there, last;
     const std::size_t kept = catom_.size() - left_behind_;
     catom.reserve(kept), there.reserve(kept);
     if (apart_) read.reserve(kept);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/base/large_array.h"
 #include "runtime/module/abi/geometry_abi.h"
 
 namespace meld::world {
@@ -105,12 +106,12 @@ class Links {
     void compact();
 
     bool apart_;
-    std::vector<std::uint32_t> first_, ports_;  // By catom.
+    LargeArray<std::uint32_t> first_, ports_;  // By catom.
     // By entry; rows that have grown leave theirs behind.
-    std::vector<std::int32_t> catom_;
-    std::vector<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
-    std::vector<std::uint32_t> there_;
-    std::vector<std::uint32_t> last_;  // Ticks modulo 2^32; empty if nobody keeps them.
+    LargeArray<std::int32_t> catom_;
+    LargeArray<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
+    LargeArray<std::uint32_t> there_;
+    LargeArray<std::uint32_t> last_;  // Ticks modulo 2^32; empty if nobody keeps them.
     bool keeps_last_ = false;
     std::size_t left_behind_ = 0;
     std::uint64_t version_ = 0;
