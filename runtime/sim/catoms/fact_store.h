@@ -41,6 +41,8 @@ class FactStore {
     // The same from all workers at once, for different catoms; the caller marks them.
     bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
     bool take_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
+    // Marks catoms that have been touched already for changes of this predicate.
+    void mark_given(u32 predicate, std::span<const u32> catoms) { evaluator.agenda().mark_all(catoms, own_dirty(predicate)); }
 
     void mark(u32 catom, u64 bits) {
         evaluator.agenda().mark(catom, bits);

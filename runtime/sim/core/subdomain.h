@@ -149,6 +149,8 @@ class Subdomain {
     bool take_shared(u32 predicate, Catom catom, const Value* arguments, int worker) {
         return facts_.take_shared(predicate, catom, arguments, worker);
     }
+    // Marks catoms to which it has given the predicate, or from which it has taken it.
+    void mark_given(u32 predicate, std::span<const Catom> catoms) { facts_.mark_given(predicate, catoms); }
     void give_numbers(u32 predicate, Catom catom, const tuple::Numbers& numbers, int worker) {
         tuple::give_numbers(module, facts_.columns, predicate, catom, numbers, worker);
         facts_.touch_shared(catom);

@@ -20,9 +20,18 @@ using Way = world::AmoebotOptions::Activation;
 constexpr std::uint64_t kDraw = 0x6163746976617465ull;
 // Amoebots of a class are far apart in memory: what is written for one is asked for while this many before it have their turn.
 constexpr std::size_t kAhead = 12;
+// Whose turn a worker begins and ends at once.
+constexpr std::size_t kAtOnce = 1024;
+// Classes that a worker searches at once.
+constexpr std::size_t kSearched = 1 << 16;
 
 void ask_for_facts(const Subdomain& subdomain, u32 predicate, Catom catom) {
     __builtin_prefetch(subdomain.columns.entry(subdomain.module.predicates[predicate].column, catom), 1);
+}
+
+// Facts of linear predicates are rows.
+bool holds(const Subdomain& subdomain, u32 predicate, Catom catom) {
+    return subdomain.columns.rows(subdomain.module.predicates[predicate].column, catom).count > 0;
 }
 
 }  // namespace
@@ -45,13 +54,15 @@ void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t 
 
 void Activation::end(Subdomain& subdomain) {
     if (!activated_) return;
-    for (std::size_t i = 0; i < now_.size(); ++i) {
-        if (i + kAhead < now_.size()) ask_for_facts(subdomain, *activated_, now_[i + kAhead]);
-        const Catom catom = now_[i];
+    // Most have used it.
+    std::vector<std::vector<Catom>> left(static_cast<std::size_t>(subdomain.workers.threads()));
+    each_now(subdomain, [&](int worker, Catom catom) {
         turn_[catom] &= static_cast<std::uint8_t>(~kNow);
         // It may have been killed since.
-        if (subdomain.owned(catom)) subdomain.take(*activated_, catom, nullptr);
-    }
+        if (subdomain.owned(catom) && holds(subdomain, *activated_, catom) && subdomain.take_shared(*activated_, catom, nullptr, worker))
+            left[static_cast<std::size_t>(worker)].push_back(catom);
+    });
+    for (const std::vector<Catom>& catoms : left) subdomain.mark_given(*activated_, catoms);
     now_.clear();
 }
 
@@ -80,12 +91,24 @@ void Activation::begin(Subdomain& subdomain) {
 }
 
 void Activation::activate_chosen(Subdomain& subdomain) {
-    for (std::size_t i = 0; i < now_.size(); ++i) {
-        if (i + kAhead < now_.size()) ask_for_facts(subdomain, *activated_, now_[i + kAhead]);
-        subdomain.give(*activated_, now_[i], nullptr);
-        turn_[now_[i]] = kNow | kInRound;
-    }
+    each_now(subdomain, [&](int worker, Catom catom) {
+        subdomain.give_shared(*activated_, catom, nullptr, worker);
+        turn_[catom] = kNow | kInRound;
+    });
+    subdomain.mark_given(*activated_, now_);
     activations_ += now_.size();
+}
+
+template <class Visit>
+void Activation::each_now(Subdomain& subdomain, const Visit& visit) const {
+    subdomain.workers.run((now_.size() + kAtOnce - 1) / kAtOnce, [&](int worker, std::size_t part) {
+        const std::size_t from = part * kAtOnce, end = std::min(now_.size(), from + kAtOnce);
+        for (std::size_t i = from; i < std::min(from + kAhead, end); ++i) ask_for_facts(subdomain, *activated_, now_[i]);
+        for (std::size_t i = from; i < end; ++i) {
+            if (i + kAhead < end) ask_for_facts(subdomain, *activated_, now_[i + kAhead]);
+            visit(worker, now_[i]);
+        }
+    });
 }
 
 // Random: any of the classes. Fair: each pass over the classes has an order of its own.
@@ -103,15 +126,21 @@ std::int32_t Activation::class_of_turn(const Subdomain& subdomain) const {
     return order[static_cast<std::size_t>(step_ % kClasses)];
 }
 
-void Activation::choose_class(const Subdomain& subdomain, std::int32_t which, bool once) {
+void Activation::choose_class(Subdomain& subdomain, std::int32_t which, bool once) {
     const std::span<const std::uint8_t> classes = subdomain.ensemble.head_classes();
-    for (std::size_t from = 0; from < classes.size(); ++from) {
-        const void* const found = std::memchr(&classes[from], which, classes.size() - from);
-        if (found == nullptr) return;
-        from = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - classes.data());
-        const auto catom = static_cast<Catom>(from);
-        if (subdomain.owned(catom) && !(once && (turn_[catom] & kInRound) != 0)) choose(catom);
-    }
+    chosen_.resize((classes.size() + kSearched - 1) / kSearched);
+    subdomain.workers.run(chosen_.size(), [&](int, std::size_t part) {
+        const std::size_t end = std::min(classes.size(), (part + 1) * kSearched);
+        chosen_[part].clear();
+        for (std::size_t from = part * kSearched; from < end; ++from) {
+            const void* const found = std::memchr(&classes[from], which, end - from);
+            if (found == nullptr) return;
+            from = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - classes.data());
+            const auto catom = static_cast<Catom>(from);
+            if (subdomain.owned(catom) && !(once && (turn_[catom] & kInRound) != 0)) chosen_[part].push_back(catom);
+        }
+    });
+    for (const std::vector<Catom>& catoms : chosen_) now_.insert(now_.end(), catoms.begin(), catoms.end());
 }
 
 // Whoever has been killed is drawn in vain, and the next tick draws another.

@@ -45,7 +45,10 @@ class Activation {
     // Notes whose turn it is; then all of those are activated.
     void choose(Catom catom) { now_.push_back(catom); }
     void activate_chosen(Subdomain& subdomain);
-    void choose_class(const Subdomain& subdomain, std::int32_t which, bool once);
+    // Calls visit(worker, catom) for those whose turn it is, from all workers at once.
+    template <class Visit>
+    void each_now(Subdomain& subdomain, const Visit& visit) const;
+    void choose_class(Subdomain& subdomain, std::int32_t which, bool once);
     void choose_one(const Subdomain& subdomain);
     std::int32_t class_of_turn(const Subdomain& subdomain) const;
     // The round ends if all have been activated in it.
@@ -53,9 +56,10 @@ class Activation {
 
     const world::World& world_;
     std::optional<u32> activated_;
-    std::vector<Catom> now_;          // Who has been activated in the last tick.
-    std::vector<std::uint8_t> turn_;  // By catom.
-    std::int64_t step_ = 0;           // Classes that have had their turn, in all passes. The same on all processes, as the next.
+    std::vector<Catom> now_;                  // Who has been activated in the last tick.
+    std::vector<std::vector<Catom>> chosen_;  // By each part of a search; memory for it.
+    std::vector<std::uint8_t> turn_;          // By catom.
+    std::int64_t step_ = 0;                   // Classes that have had their turn, in all passes. The same on all processes, as the next.
     std::int64_t rounds_ = 0;
     std::uint64_t activations_ = 0;  // Of this process; after the end, of all.
 };
