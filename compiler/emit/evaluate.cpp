@@ -230,9 +230,46 @@ void emit_heads_ahead(const plan::Plan& plan, Writer& w) {
     }
 }
 
+// Which amoebots look at the cells around them, beyond the places where their links are.
+struct LooksAround {
+    bool all = false, expanded = false;
+};
+
+void note_looks(const plan::Plan& plan, const std::vector<plan::Step>& steps, bool whether, bool expanded, LooksAround& looks) {
+    const auto source = [&](const plan::Match& m) { return plan.program.predicates[m.predicate].world; };
+    for (const plan::Step& step : steps)
+        if (const auto* m = plan::as<plan::Match>(step)) {
+            const WorldSource s = source(*m);
+            expanded = expanded || s == WorldSource::Expanded || s == WorldSource::Head || s == WorldSource::Tail;
+        }
+    for (const plan::Step& step : steps) {
+        if (const auto* inner = plan::inner_steps(step)) note_looks(plan, *inner, plan::as<plan::Unless>(step) != nullptr, expanded, looks);
+        const auto* m = plan::as<plan::Match>(step);
+        if (m == nullptr) continue;
+        const bool known = !m->uses.empty() && m->uses[0] == plan::ArgumentUse::Compare;
+        const WorldSource s = source(*m);
+        const bool looks_here = s == WorldSource::Port     ? !(whether && asks_of_neighbours(*m))
+                                : s == WorldSource::Vacant ? !known
+                                                           : s == WorldSource::TargetPort;
+        if (looks_here) (expanded ? looks.expanded : looks.all) = true;
+    }
+}
+
+LooksAround looks_around(const plan::Plan& plan) {
+    LooksAround looks;
+    const auto note = [&](const RulePlan& r) {
+        note_looks(plan, r.steps, false, false, looks);
+        for (const RulePlan& branch : r.branches) note_looks(plan, branch.steps, false, false, looks);
+    };
+    for (const plan::StratumPlan& stratum : plan.strata) std::ranges::for_each(stratum.rules, note);
+    std::ranges::for_each(plan.linear_rules, note);
+    return looks;
+}
+
 // Amoebots that are activated together are far apart in memory, and sense the cells around them: all of this is asked for beforehand, also
 // for the first of a block.
 void emit_amoebots_ahead(const plan::Plan& plan, Writer& w) {
+    const LooksAround looks = looks_around(plan);
     w.raw("");
     w.raw("// Asks for where an amoebot is that is evaluated after some others, then for the cells around it, and then for who is there.");
     w.open("inline void look_far_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo) {");
@@ -241,27 +278,35 @@ void emit_amoebots_ahead(const plan::Plan& plan, Writer& w) {
     w.raw("__builtin_prefetch(g.link_ports + catom);");
     w.raw("__builtin_prefetch(g.catom_site + catom);");
     w.raw("if (g.catom_tail == nullptr) return;");
-    w.raw("__builtin_prefetch(g.catom_tail + catom);");
     w.raw("__builtin_prefetch(g.catom_compass + catom);");
     emit_heads_ahead(plan, w);
     w.close();
     w.raw("");
     w.open("inline void look_at_cells(const Self& s, u32 catom) {");
     w.raw("const Geometry& g = *s.g;");
-    w.raw("__builtin_prefetch(g.link_read + g.link_first[catom]);");
-    w.raw("const u64 site = g.catom_site[catom], row = u64{1} << g.cell_bits[0];");
-    w.raw("for (u64 line = 0; line < 3; ++line) __builtin_prefetch(g.cell_catom + (site + line * row - row));");
-    w.raw("__builtin_prefetch(g.brick_neighbours + (site >> kBrickCellBits) * kBrickNeighbours + kBrickCentre);");
+    w.raw("const i32* const ends = g.link_read + g.link_first[catom];");
+    w.raw("__builtin_prefetch(ends);");
+    w.raw("__builtin_prefetch(ends + kDirections - 1);");
+    if (looks.all || looks.expanded) {
+        if (!looks.all) w.raw("if (!is_expanded(g, catom)) return;");
+        w.raw("if (g.catom_tail == nullptr) return;");
+        w.raw("__builtin_prefetch(g.catom_tail + catom);");
+        w.raw("const u64 site = g.catom_site[catom], row = u64{1} << g.cell_bits[0];");
+        w.raw("for (u64 line = 0; line < 3; ++line) __builtin_prefetch(g.cell_catom + (site + line * row - row));");
+        w.raw("__builtin_prefetch(g.brick_neighbours + (site >> kBrickCellBits) * kBrickNeighbours + kBrickCentre);");
+    }
     w.close();
     w.raw("");
     w.open("inline void look_at_neighbours(const Self& s, u32 catom) {");
     w.raw("const Geometry& g = *s.g;");
     w.raw("if (g.catom_tail == nullptr) return;");
     w.raw("const i32* const ends = g.link_read + g.link_first[catom];");
-    w.open("for (u32 port = 0; port < g.link_ports[catom]; ++port) {");
-    w.raw("__builtin_prefetch(g.catom_site + ends[port]);");
-    w.raw("__builtin_prefetch(g.catom_tail + ends[port]);");
-    w.close();
+    w.raw("const u32 ports = g.link_ports[catom];");
+    w.raw("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(g.catom_compass + ends[port]);");
+    if (looks.all || looks.expanded) {
+        if (!looks.all) w.raw("if (!is_expanded(g, catom)) return;");
+        w.raw("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(g.catom_site + ends[port]);");
+    }
     w.close();
 }
 

@@ -50,9 +50,10 @@ void RuleEmitter::step(const plan::AggregateOver& s) {
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
     const Match* const searching = std::exchange(searching_, nullptr);
-    const bool asking = std::exchange(asking_, true);
+    const bool asking = std::exchange(asking_, true), whether = std::exchange(whether_, false);
     steps(s.steps);
     asking_ = asking;
+    whether_ = whether;
     searching_ = searching;
     leaves_out_ = leaves_out;
     accumulate(f, s.value.op == Op::Anonymous ? "" : element(scope_, s.value, accumulated_type(f)));

@@ -6,6 +6,8 @@
 
 namespace meld::emit {
 
+bool asks_of_neighbours(const Match& s) { return s.uses[0] == ArgumentUse::Skip && s.uses[2] == ArgumentUse::Skip; }
+
 void RuleEmitter::step(const Match& s) {
     const Predicate& p = plan_.program.predicates[s.predicate];
     if (p.world != WorldSource::None) return match_world(s, p.world);
@@ -185,11 +187,14 @@ void RuleEmitter::claim(const Match& s, const std::string& position) {
     (consumes(s) ? consumed_ : kept_).push_back({s.predicate, position});
 }
 
-// A loop over the places around the catom; returns the name of the port.
-std::string RuleEmitter::each_place() {
-    const std::string port = fresh("port");
-    w_.open(
-        fmt::format("for (i32 {0} = 0; {0} < {1}; ++{0}) {{", port, plan_.program.by_links ? "places_of(*s.g, s.catom)" : "s.g->ports"));
+// A loop over the places around the catom, or over the one that is known; returns the name of the port.
+std::string RuleEmitter::each_place(const Match& s) {
+    const std::string port = fresh("port"), ports = plan_.program.by_links ? "places_of(*s.g, s.catom)" : "s.g->ports";
+    const Term& known = s.arguments[0];
+    if (s.uses[0] == ArgumentUse::Compare && (known.op == Op::Variable || known.op == Op::Int))
+        w_.open(fmt::format("for (i32 {0} = port_among({1}, {2}); {0} >= 0; {0} = -1) {{", port, term(scope_, known), ports));
+    else
+        w_.open(fmt::format("for (i32 {0} = 0; {0} < {1}; ++{0}) {{", port, ports));
     return port;
 }
 
@@ -204,16 +209,17 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
             return value(n);
         }
         case WorldSource::Vacant: {
-            const std::string port = each_place();
-            // A link may be cut, but the place behind it is taken.
-            if (plan_.program.by_links)
+            const std::string port = each_place(s);
+            // A link may be cut, but the place behind it is taken. Amoebots have it at one of the places that they touch.
+            if (plan_.program.by_links) {
+                w_.line("if (s.g->catom_tail != nullptr && {0} < ports_of(s) && s.neighbour[{0}] >= 0) continue;", port);
                 w_.line("if (s.g->cell_catom[site_beside(*s.g, s.catom, {})] >= 0) continue;", port);
-            else
+            } else
                 w_.line("if (s.neighbour[{}] >= 0) continue;", port);
             return value(fmt::format("i64{{{}}}", port));
         }
         case WorldSource::TargetPort: {
-            const std::string port = each_place();
+            const std::string port = each_place(s);
             w_.line("if (!in_target(*s.g, {})) continue;",
                     fmt::format(fmt::runtime(plan_.program.by_links ? "site_beside(*s.g, s.catom, {})" : "site_towards(*s.g, s.site, {})"),
                                 port));
@@ -227,7 +233,18 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
             return value(source == WorldSource::Head ? "i64{head_direction(*s.g, s.catom)}"
                                                      : "i64{(head_direction(*s.g, s.catom) + kDirections / 2) % kDirections}");
         case WorldSource::Port: {
-            const std::string port = each_place(), other = fresh("other");
+            if (plan_.program.by_links && whether_ && asks_of_neighbours(s)) {
+                // Each amoebot that it touches is at the other end of a link.
+                const std::string link = fresh("port"), end = fresh("other");
+                w_.open(fmt::format("for (i32 {0} = 0; {0} < ports_of(s); ++{0}) {{", link));
+                w_.line("const i32 {} = s.neighbour[{}];", end, link);
+                w_.line("if ({0} < 0 || s.g->catom_tail == nullptr) continue;", end);
+                return use(s, [&](std::size_t k) {
+                    return k == 2 ? fmt::format("id_of(*s.g, static_cast<u32>({}))", end)
+                                  : fmt::format("i64{{is_expanded(*s.g, static_cast<u32>({})) ? 2 : 1}}", end);
+                });
+            }
+            const std::string port = each_place(s), other = fresh("other");
             w_.line("const i32 {} = s.g->cell_catom[site_beside(*s.g, s.catom, {})];", other, port);
             w_.line("if ({0} < 0 || s.g->catom_tail == nullptr || static_cast<u32>({0}) == s.catom) continue;", other);
             return use(s, [&](std::size_t k) {
@@ -283,9 +300,10 @@ void RuleEmitter::step(const plan::Unless& s) {
     const std::size_t outside = w_.depth();
     const bool leaves_out = std::exchange(leaves_out_, false);
     const Match* const searching = std::exchange(searching_, nullptr);
-    const bool asking = std::exchange(asking_, true);
+    const bool asking = std::exchange(asking_, true), whether = std::exchange(whether_, true);
     steps(s.steps);
     asking_ = asking;
+    whether_ = whether;
     searching_ = searching;
     leaves_out_ = leaves_out;
     w_.raw("return true;");

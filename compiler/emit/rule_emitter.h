@@ -161,7 +161,7 @@ class RuleEmitter {
     std::string search_type(const Match& s) const;
     // The indexes of bags that a linear rule looks into.
     void declare_indexes();
-    std::string each_place();
+    std::string each_place(const Match& s);
     void match_world(const Match& s, WorldSource source);
 
     // ---- aggregates of matches, in bodies and heads
@@ -234,7 +234,8 @@ class RuleEmitter {
     Scope scope_;
     // What the body has matched so far. No fact is in both: that of `$p(...)` is left where it is.
     std::vector<Matched> consumed_, kept_;
-    bool asking_ = false;  // Within a negation or an aggregate: it sees all linear facts, and consumes and keeps none.
+    bool whether_ = false;  // Within a negation: it does not matter in how many ways.
+    bool asking_ = false;   // Within a negation or an aggregate: it sees all linear facts, and consumes and keeps none.
     // Derivations that fail are left out: in views, except where all matches are read at once, and except in rules for single rows, where a
     // failure means that all rules are to be evaluated.
     bool leaves_out_ = false;

@@ -167,6 +167,8 @@ std::string static_list(const check::Term& t, int& number, Writer& w);
 // In a module with counters: the bits of a message that tells a fact, as a C++ expression. word(i): that of its argument i, counted from 1.
 std::string message_bits(const plan::Plan& plan, PredicateId id, const std::function<std::string(std::size_t)>& word);
 
+// Of a match of `port`: whether it asks which amoebots are touched and whether they have two cells, but not over which ports.
+bool asks_of_neighbours(const plan::Match& s);
 // The statement that sets the rule which a failure message names, and which a profile finds.
 std::string now_at(const plan::Plan& plan, const RulePlan& r);
 // Tries the linear rules in order until one fires: statements that set `fired`, and end with a `break`. `fixed`: as fixed_marks(); `call`:

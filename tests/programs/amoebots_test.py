@@ -28,6 +28,9 @@ type linear touched(node, int, int, node, int, int).
 type linear free(node, int, int).
 type linear beside(node, int, node).
 type linear counted(node, int, int).
+type linear calm(node, int).
+type linear open(node, int, int).
+type linear met(node, int, int, node).
 tick(A, T), cell(A, X, Y, _) -o was(A, T, X, Y).
 tick(A, T), tail(A, D) -o tailed(A, T, D).
 tick(A, T), head(A, D) -o headed(A, T, D).
@@ -36,6 +39,9 @@ tick(A, T), port(A, P, B, Q, N) -o touched(A, T, P, B, Q, N).
 tick(A, T), vacant(A, P) -o free(A, T, P).
 tick(A, T), neighbor(A, B) -o beside(A, T, B).
 tick(A, T), neighborCount(A, N) -o counted(A, T, N).
+tick(A, T), not port(A, _, _, _, 2) -o calm(A, T).
+tick(A, T), P = T % 14 - 1, vacant(A, P) -o open(A, T, P).
+tick(A, T), P = T % 14 - 1, port(A, P, B, _, _) -o met(A, T, P, B).
 """
 WISHES = SENSED + "type linear lost(node, int, int).\nfailed(A, K), tick(A, T) -o lost(A, T, K).\n"
 for name in ("expand", "push", "pull"):
@@ -106,10 +112,18 @@ def sensed(model, tick):
         rows["counted", amoebot, tick, len({other for _, other, _, _ in others})] += 1
         for port in model.vacant(amoebot):
             rows["free", amoebot, tick, port] += 1
+        # The same, asked of one port, or whether there is any.
+        known = tick % 14 - 1
+        if known in model.vacant(amoebot):
+            rows["open", amoebot, tick, known] += 1
+        for other in [other for port, other, _, _ in others if port == known]:
+            rows["met", amoebot, tick, known, other] += 1
+        if all(count == 1 for _, _, _, count in others):
+            rows["calm", amoebot, tick] += 1
     return rows
 
 
-NAMES = ("was", "headed", "tailed", "two", "touched", "beside", "counted", "free")
+NAMES = ("was", "headed", "tailed", "two", "touched", "beside", "counted", "free", "calm", "open", "met")
 
 
 class Compared(Divided):

@@ -60,13 +60,14 @@ struct Geometry {
     u32 most_ports = 0;               // No catom has more.
 
     // Amoebots, which occupy one or two cells and have compasses of their own; null elsewhere.
-    const u32* catom_tail = nullptr;    // [catom]: the site of the second cell; that of the first if there is one cell.
-    const u8* catom_compass = nullptr;  // [catom]: the lattice's direction of port 0, plus kLeftHanded if ports run clockwise.
+    const u32* catom_tail = nullptr;  // [catom]: the site of the second cell; that of the first if there is one cell.
+    // [catom]: the lattice's direction of port 0, plus kLeftHanded if ports run clockwise, plus kTwoCells if there are two cells.
+    const u8* catom_compass = nullptr;
 };
 
 // Directions of the triangular lattice, which amoebots live on. Ports below are at an amoebot's head, the others at its tail.
 inline constexpr i32 kDirections = 6;
-inline constexpr u8 kLeftHanded = 8;
+inline constexpr u8 kLeftHanded = 8, kTwoCells = 16;
 
 // From a direction as a compass has it to the lattice's, and back.
 inline i32 lattice_direction(u8 compass, i32 direction) {
@@ -121,9 +122,12 @@ inline void each_link(const Geometry& g, u32 catom, const Visit& visit) {
 }
 
 // ---- places around a catom, occupied or not
-inline bool is_expanded(const Geometry& g, u32 catom) { return g.catom_tail != nullptr && g.catom_tail[catom] != g.catom_site[catom]; }
+// Asked of neighbours too, so it is read from the least memory.
+inline bool is_expanded(const Geometry& g, u32 catom) { return g.catom_compass != nullptr && (g.catom_compass[catom] & kTwoCells) != 0; }
 // How many ports have a place behind them.
 inline i32 places_of(const Geometry& g, u32 catom) { return is_expanded(g, catom) ? 2 * kDirections : g.ports; }
+// The port with this number, if it is one of so many, or -1.
+inline i32 port_among(i64 number, i32 ports) { return number >= 0 && number < ports ? static_cast<i32>(number) : -1; }
 // The site behind a port; of an expanded amoebot this may be its own other cell.
 inline u32 site_beside(const Geometry& g, u32 catom, i32 port) {
     if (g.catom_tail == nullptr) return site_towards(g, g.catom_site[catom], port);

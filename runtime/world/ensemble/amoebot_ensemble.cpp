@@ -29,16 +29,18 @@ void Ensemble::add_tails(Catom end) {
 void Ensemble::set_amoebot(Catom catom) {
     tail_[catom] = site_[catom];
     compass_[catom] = compass_of_(ids_.of(catom));
-    set_class(catom);
+    set_form(catom);
 }
 
-void Ensemble::set_class(Catom catom) {
+void Ensemble::set_form(Catom catom) {
     const Cell head = cell_at_site(site_[catom]);
     const auto rest = [](std::int32_t coordinate) {
         const std::int32_t left = coordinate % kApart;
         return left < 0 ? left + kApart : left;
     };
     class_[catom] = static_cast<std::uint8_t>(rest(head.y) * kApart + rest(head.x));
+    const bool two = tail_[catom] != site_[catom];
+    compass_[catom] = static_cast<std::uint8_t>(two ? compass_[catom] | kTwoCells : compass_[catom] & ~kTwoCells);
 }
 
 std::uint32_t Ensemble::site_near(Cell cell, std::uint32_t near) {
@@ -62,7 +64,7 @@ void Ensemble::reshape(Catom catom, Cell head, Cell tail) {
     cell_catom_[site_[catom]] = cell_catom_[tail_[catom]] = kNobody;
     site_[catom] = site_near(head, site_[catom]);
     tail_[catom] = site_near(tail, site_[catom]);
-    set_class(catom);
+    set_form(catom);
     for (const std::uint32_t each : {site_[catom], tail_[catom]}) {
         MELD_EXPECT(cell_catom_[each] == kNobody || cell_catom_[each] == static_cast<std::int32_t>(catom), "catom {} is there",
                     cell_catom_[each]);
@@ -80,7 +82,7 @@ void Ensemble::link_amoebot(Catom catom, Catom placed_until) {
     std::array<Touch, 2 * kDirections> touches;
     std::size_t count = 0;
     links_->room(catom, 2 * kDirections);
-    const bool two = tail_[catom] != site_[catom];
+    const bool two = expanded(catom);
     for (std::int32_t port = 0; port < (two ? 2 : 1) * kDirections; ++port) {
         const std::int32_t direction = lattice_direction(compass_[catom], port % kDirections);
         const std::uint32_t there = site_towards(port < kDirections ? site_[catom] : tail_[catom], direction);

@@ -284,7 +284,12 @@ void Ensemble::remove(Catom catom) {
         cut(catom);
     else
         unlink_around(catom), cell_catom_[site_[catom]] = kNobody;
-    if (has_amoebots()) cell_catom_[tail_[catom]] = kNobody, tail_[catom] = 0, class_[catom] = kNoClass;
+    if (has_amoebots()) {
+        cell_catom_[tail_[catom]] = kNobody;
+        tail_[catom] = 0;
+        compass_[catom] &= static_cast<std::uint8_t>(~kTwoCells);
+        class_[catom] = kNoClass;
+    }
     site_[catom] = 0;
     free_index(catom);
 }

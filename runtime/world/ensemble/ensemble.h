@@ -91,7 +91,7 @@ class Ensemble {
     bool has_amoebots() const { return compass_of_ != nullptr; }
     // The cell of the tail; of a catom with one cell its only one.
     Cell tail(Catom catom) const { return has_amoebots() ? cell_at_site(tail_[catom]) : cell(catom); }
-    bool expanded(Catom catom) const { return has_amoebots() && tail_[catom] != site_[catom]; }
+    bool expanded(Catom catom) const { return has_amoebots() && (compass_[catom] & kTwoCells) != 0; }
     // The catom occupies these two cells, or this one if they are the same. Others do not; what it occupied is empty if it is none of
     // these.
     void reshape(Catom catom, Cell head, Cell tail);
@@ -200,7 +200,8 @@ class Ensemble {
     // Tails and compasses for catoms below this index that have none: one cell.
     void add_tails(Catom end);
     void set_amoebot(Catom catom);
-    void set_class(Catom catom);
+    // What follows from its cells: its class, and whether there are two.
+    void set_form(Catom catom);
     // The site of a cell that is probably in the brick of another site.
     std::uint32_t site_near(Cell cell, std::uint32_t near);
     void link_amoebot(Catom catom, Catom placed_until);
