@@ -2,6 +2,7 @@
 #include "physics/bodies/composites.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 
@@ -52,7 +53,7 @@ void Composites::body_moved(BodyId body) {
     connections_.touch(body);
 }
 
-bool Composites::settle(Bodies& bodies) {
+bool Composites::settle(Bodies& bodies, const BodyShapes& shapes) {
     if (!pending_) return false;
     pending_ = false;
     // A connection between two bodies that others hold together changes nothing.
@@ -96,7 +97,7 @@ bool Composites::settle(Bodies& bodies) {
         if (old)
             std::ranges::copy(this->members(*old), std::back_inserter(members));
         else
-            make(bodies, *group, made, members);
+            make(bodies, shapes, *group, made, members);
         made.first = first;
         made.changed = made.moved = 0;
     }
@@ -105,7 +106,25 @@ bool Composites::settle(Bodies& bodies) {
     return changed;
 }
 
-void Composites::make(const Bodies& bodies, const std::vector<BodyId>& group, Composite& made, std::vector<Member>& members) const {
+Symmetric Composites::own_inertia(const Member& member, const Bodies& bodies, const BodyShapes& shapes) {
+    const BodyProperties& what = bodies.properties[member.slot];
+    const double mass = static_cast<double>(what.mass), radius = bodies.place[member.slot].radius;
+    if ((what.flags & kShaped) == 0) {
+        const double own = static_cast<double>(what.inertia_factor) * mass * radius * radius;
+        return {own, 0, 0, own, 0, own};
+    }
+    const BodyShapes::Kind& kind = shapes.kind(shapes.of(what.id));
+    const Vec3 about = mass * kind.inertia_per_kg_m2;
+    const Symmetric own{about.x, 0, 0, about.y, 0, about.z};
+    if (kind.turns_alike) return own;
+    // Orientations have single precision.
+    const Quat q = member.turn;
+    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    return turned(own, {norm * q.w, norm * q.x, norm * q.y, norm * q.z});
+}
+
+void Composites::make(const Bodies& bodies, const BodyShapes& shapes, const std::vector<BodyId>& group, Composite& made,
+                      std::vector<Member>& members) const {
     MELD_EXPECT(group.size() > 1, "{} bodies", group.size());
     made.count = static_cast<std::uint32_t>(group.size());
     const auto mass_of = [&](std::uint32_t slot) { return static_cast<double>(bodies.properties[slot].mass); };
@@ -130,9 +149,9 @@ void Composites::make(const Bodies& bodies, const std::vector<BodyId>& group, Co
         Member& member = members[i];
         const Place& place = bodies.place[member.slot];
         const double mass = mass_of(member.slot);
-        const double own = static_cast<double>(bodies.properties[member.slot].inertia_factor) * mass * place.radius * place.radius;
         member.offset_m = centre_of(place) - motion.centre_m;
         member.turn = quat_of(bodies.orientation[member.slot]);
+        const Symmetric own = own_inertia(member, bodies, shapes);
         made.inertia += inertia_about(mass, own, member.offset_m);
         angular = angular + (mass * cross(member.offset_m, velocity_of(bodies.velocity[member.slot]) - motion.velocity_m_s) +
                              own * spin_of(bodies.velocity[member.slot], place.radius));

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "physics/bodies/bodies.h"
+#include "physics/bodies/body_shape.h"
 #include "physics/bodies/connections.h"
 #include "physics/bodies/symmetric.h"
 #include "runtime/base/bytes.h"
@@ -79,7 +80,7 @@ class Composites {
 
     // Merges and splits as the connections say. Bodies that become free get their masses back. Returns whether the members of some
     // composite have changed.
-    bool settle(Bodies& bodies);
+    bool settle(Bodies& bodies, const BodyShapes& shapes);
     // Bodies have other slots.
     void locate(const Bodies& bodies);
 
@@ -104,6 +105,9 @@ class Composites {
         const std::uint32_t composite = composite_of(one.id);
         return (one.flags & kFixed) != 0 || (composite != kNoComposite && composites_[composite].carried());
     }
+
+    // The inertia of a member about its own centre, in the composite's frame.
+    static Symmetric own_inertia(const Member& member, const Bodies& bodies, const BodyShapes& shapes);
 
     // The passes of a step (composite_motion.cpp). Velocities under gravity, wrenches (null: none) and damping; then the composites'
     // places after a step, and the velocities that bring their members there; then exactly those places, and the members' velocities.
@@ -130,7 +134,8 @@ class Composites {
         std::uint32_t composite, first, end;
     };
     void note(BodyId body);
-    void make(const Bodies& bodies, const std::vector<BodyId>& group, Composite& made, std::vector<Member>& members) const;
+    void make(const Bodies& bodies, const BodyShapes& shapes, const std::vector<BodyId>& group, Composite& made,
+              std::vector<Member>& members) const;
     // Which composite each member belongs to, and its slot; members lose their masses.
     void index(Bodies& bodies);
     // Calls f(composite) for each, and f(composite, its members of a range).

@@ -25,6 +25,13 @@ constexpr Symmetric inertia_about(double mass, double own, Vec3 arm) {
             own + mass * (square - arm.y * arm.y), -mass * arm.y * arm.z, own + mass * (square - arm.z * arm.z)};
 }
 
+// The same of any body, whose own inertia is seen along the same axes.
+constexpr Symmetric inertia_about(double mass, const Symmetric& own, Vec3 arm) {
+    Symmetric sum = own;
+    sum += inertia_about(mass, 0.0, arm);
+    return sum;
+}
+
 // Of a matrix that is positive definite.
 constexpr Symmetric inverse(const Symmetric& m) {
     const double a = m.yy * m.zz - m.yz * m.yz, b = m.xz * m.yz - m.xy * m.zz, c = m.xy * m.yz - m.xz * m.yy;

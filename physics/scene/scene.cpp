@@ -170,8 +170,6 @@ Result<void> Scene::check_shape(const BodySpec& spec) const {
     if (spec.shape->is_sphere()) return {};
     if (world_->settings.engine != EngineKind::Blocks)
         return fail(fmt::format("body {} has a shape (only the engine Blocks has them)", spec.id), "Use the engine Blocks");
-    if (!world_->composites.empty())
-        return fail(fmt::format("body {} has a shape, and others are connected", spec.id), "Use spheres, or connect nothing");
     for (std::uint32_t obstacle = 0; obstacle < world_->obstacles.count(); ++obstacle)
         if (const auto kind = world_->obstacles.kind(obstacle); kind == "terrain" || kind == "mesh")
             return fail(fmt::format("body {} has a shape, which obstacle {}, a {}, does not hold", spec.id, obstacle, kind),

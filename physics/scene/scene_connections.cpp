@@ -30,8 +30,6 @@ Result<void> Scene::connect(BodyId body, BodyId other) {
         return fail(fmt::format("bodies {} and {} cannot be connected (the engine {} has no composites)", body, other,
                                 name_of(world_->settings.engine)),
                     "Use the engine Blocks");
-    if (!world_->shapes.empty())
-        return fail(fmt::format("bodies {} and {} cannot be connected (some bodies have shapes)", body, other), "Use spheres");
     if (engine_->divided())
         return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Use one process");
     if (connected(body, other)) return {};
@@ -90,7 +88,7 @@ Result<std::vector<ConnectionPair>> Scene::solve_loads(Workers& workers) {
         world_->loads.forget();
         return std::vector<ConnectionPair>();
     }
-    auto broken = world_->loads.solve(world_->composites, world_->bodies, workers);
+    auto broken = world_->loads.solve(world_->composites, world_->bodies, world_->shapes, workers);
     if (!broken) return world_->wrong(broken.error().problem, broken.error().suggestion);
     for (const auto& [one, other] : *broken)
         if (auto done = release(one, other); !done) return tl::unexpected(done.error());

@@ -53,12 +53,13 @@ void BlockEngine::begin_loads() {
         return;
     }
     world_.loads.begin(world_.composites, recomposed_in_step_);
-    if (!std::exchange(load_contacts_fresh_, true)) load_contacts_.find(contacts_, states_.size(), world_.bodies, world_.composites);
+    if (!std::exchange(load_contacts_fresh_, true))
+        load_contacts_.find(contacts_, shape_contacts_, states_.size(), world_.bodies, world_.composites);
     load_contacts_.begin_step();
 }
 
 void BlockEngine::collect_loads() {
-    if (loads_wanted()) load_contacts_.end_substep(contacts_, world_.bodies, world_.composites, world_.loads);
+    if (loads_wanted()) load_contacts_.end_substep(contacts_, shape_contacts_, world_.bodies, world_.composites, world_.loads);
 }
 
 namespace {
@@ -186,14 +187,15 @@ bool BlockEngine::find_composite_bounces(const BounceRule& rule, Workers& worker
     composites_bounce_.clear();
     if (rows_.empty()) return false;
     // This brings the arms up to date.
-    rows_.begin(contacts_, active_, world_.bodies, world_.composites, workers);
-    rows_.collect(world_.composites, workers);
+    rows_.begin(contacts_, shape_contacts_, active_, world_.bodies, world_.composites, workers);
+    rows_.collect(world_.bodies, world_.composites, workers);
     composites_bounce_.resize(states_.size());
     std::atomic<bool> found{false};
     for_blocks(active_, workers, [&](int, std::uint32_t block) {
         bool bounces = false;
         each_collision(world_, contacts_, rows_, block, rule,
                        [&](Batch&, Bounce&, int, const Collision& collision) { bounces = bounces || collision.bounces(rule); });
+        bounces = bounces || shape_contacts_.any_bounces(world_.bodies, block, rule, &world_.composites);
         if (!bounces) return;
         composites_bounce_[block] = 1;
         found = true;
@@ -210,6 +212,7 @@ void BlockEngine::bounce_composites(const BounceRule& rule) {
             // The impulse from before no longer presses.
             batch.normal_impulse[i] = batch.tx[i] = batch.ty[i] = batch.tz[i] = 0;
         });
+        shape_contacts_.bounce(world_.bodies, block, rule, &world_.composites);
     }
 }
 

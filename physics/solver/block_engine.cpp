@@ -92,11 +92,11 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
     // Velocities of composites are in their copies while colours are swept.
     const auto sweep_colour = [&](const auto& f) {
         if (stage.colour == 0) {
-            rows_.begin(contacts_, active_, bodies, world_.composites, workers);
+            rows_.begin(contacts_, shape_contacts_, active_, bodies, world_.composites, workers);
             shape_contacts_.prepare(active_, bodies, workers);
         }
         over_colour(f);
-        if (stage.colour == kColours - 1) rows_.average(workers);
+        if (stage.colour == kColours - 1) rows_.average(bodies, workers);
     };
     switch (stage.kind) {
         case Stage::Kind::Prepare:
@@ -110,7 +110,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return {};
         }
         case Stage::Kind::Accelerate: {
-            rows_.collect(world_.composites, workers);
+            rows_.collect(world_.bodies, world_.composites, workers);
             collect_loads();
             load_contacts_.begin_substep();
             world_.composites.accelerate(wrenches, feature_wrenches, bodies, rules.move, workers);
@@ -145,6 +145,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         }
         case Stage::Kind::Relax: {
             const StageClock clock(world_.times.solve);
+            if (stage.colour == 0 && loads_wanted()) load_contacts_.before_relaxation(shape_contacts_, bodies);
             sweep_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
             return {};
         }
@@ -166,7 +167,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return refresh(active_, times, workers, stage.goes_on);
         case Stage::Kind::Finish: {
             if (world_.has_features()) account_charges(world_, workers);
-            rows_.collect(world_.composites, workers);
+            rows_.collect(world_.bodies, world_.composites, workers);
             world_.composites.set_velocities(bodies, workers);
             if (loads_wanted()) {
                 collect_loads();
@@ -224,7 +225,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     rebuilt_in_step_ = false;
     rows_.forget_velocities();
     count_still_ticks(times.dt_s);
-    recomposed_in_step_ = world_.composites.settle(world_.bodies);
+    recomposed_in_step_ = world_.composites.settle(world_.bodies, world_.shapes);
     if (recomposed_in_step_) {
         world_.composites.set_all_velocities(world_.bodies, workers);
         rebuild_ = true;
@@ -325,7 +326,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
                            !world_.shapes.empty()},
                           owns_ ? &owned : nullptr, workers);
         lay_out_shapes(reach, kStepsAhead * times.dt_s, owns_ ? &owned : nullptr, workers);
-        rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
+        rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
         link_blocks();
         grid_.forget_cells();
         states_.assign(grid_.blocks().size(), {});
@@ -342,7 +343,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         resume_stillness(states_[b], still);
     }
     MELD_ENSURE(states_.size() == grid_.blocks().size());
-    MELD_ENSURE(bodies.velocity.size() == bodies.count() + states_.size(), "{} bodies, {} blocks", bodies.count(), states_.size());
+    MELD_ENSURE(bodies.velocity.size() >= bodies.count() + states_.size(), "{} bodies, {} blocks", bodies.count(), states_.size());
     rebuild_ = fresh_ = load_contacts_fresh_ = false;
     rebuilt_in_step_ = true;
     return {};
@@ -351,7 +352,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
 void BlockEngine::cache_contacts(Workers& workers) {
     for (const CachedContact& gone : contacts_.take_out(world_.bodies, world_.composites, workers))
         world_.events.push_back({touch_of(gone.id(), gone.partner), false});
-    for (const ShapeContacts::Ended& gone : shape_contacts_.take_out(world_.bodies))
+    for (const ShapeContacts::Ended& gone : shape_contacts_.take_out(world_.bodies, world_.composites))
         world_.events.push_back({gone.is_obstacle ? Touch(gone.body, gone.other, true) : touch_of(gone.body, gone.other), false});
 }
 
@@ -380,7 +381,7 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     const StageClock clock(world_.times.move);
     const float limit = squared(world_.settings.max_speed_m_s);
     std::atomic<bool> fine{true};
-    rows_.collect(world_.composites, workers);
+    rows_.collect(world_.bodies, world_.composites, workers);
     world_.composites.move(world_.bodies, times.substep_s(), workers);
     for_blocks(awake_, workers, [&](int, std::uint32_t block) {
         BlockState& state = states_[block];
@@ -393,6 +394,10 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
         if (!(moved.speed_squared <= limit)) fine = false;
     });
     world_.composites.place_members(world_.bodies, workers);
+    if (!world_.shapes.empty() && !world_.composites.all().empty())
+        for_blocks(awake_, workers, [&](int, std::uint32_t block) {
+            shape_contacts_.turn(shape_setup(), grid_.blocks()[block].first, grid_.blocks()[block].count);
+        });
     fresh_ = false;
     return fine ? Result<void>() : world_.check_speeds();
 }
@@ -401,6 +406,7 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
     const StageClock clock(world_.times.refresh);
     MELD_EXPECT(states_.size() == grid_.blocks().size(), "{} states of {} blocks", states_.size(), grid_.blocks().size());
     const auto max_overlap = static_cast<float>(world_.settings.max_overlap_share);
+    if (!goes_on && loads_wanted()) load_contacts_.before_points(shape_contacts_, world_.bodies);
     std::atomic<std::uint32_t> crushed{kNoBlock};
     std::mutex failing;
     std::optional<std::pair<BodyId, Error>> failure;

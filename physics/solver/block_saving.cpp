@@ -182,7 +182,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         shape_contacts_.turn_all(shape_setup(), workers);
         if (!shape_contacts_.load(shape_setup(), shape_contacts)) return damaged_snapshot("has invalid contacts");
     }
-    rows_.lay_out(contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
+    rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
     link_blocks();
     list_blocks();
     return {};

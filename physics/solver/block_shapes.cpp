@@ -26,7 +26,9 @@ Vec3 scaled_in_frame(Quat q, Vec3 factors, Vec3 v) {
 
 }  // namespace
 
-ShapeContacts::Setup BlockEngine::shape_setup() const { return {grid_, world_.bodies, world_.shapes, world_.obstacles, world_.materials}; }
+ShapeContacts::Setup BlockEngine::shape_setup() const {
+    return {grid_, world_.bodies, world_.shapes, world_.obstacles, world_.materials, world_.composites};
+}
 
 void BlockEngine::lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers) {
     if (world_.shapes.empty()) return;
@@ -65,7 +67,7 @@ Moved BlockEngine::move_shaped(std::uint32_t index, float step_s) {
     turned.clear();
     for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
         const BodyProperties& what = bodies.properties[slot];
-        if ((what.flags & (kShaped | kFixed)) != kShaped) continue;
+        if ((what.flags & (kShaped | kFixed | kMember)) != kShaped) continue;
         const BodyShapes::Kind& kind = world_.shapes.kind(world_.shapes.of(what.id));
         if (kind.turns_alike) continue;
         const Vec3 t = kind.turning, heavy{1 / t.x, 1 / t.y, 1 / t.z}, surface = widened(bodies.velocity[slot].surface);
@@ -79,7 +81,8 @@ Moved BlockEngine::move_shaped(std::uint32_t index, float step_s) {
     for (const Turned& one : turned)
         set_single(bodies.velocity[one.slot].surface,
                    scaled_in_frame(turn_of(bodies.orientation[one.slot]), one.kind->turning, one.momentum));
-    shape_contacts_.turn(shape_setup(), block.first, block.count);
+    // Members of composites are not in their places yet.
+    if (world_.composites.all().empty()) shape_contacts_.turn(shape_setup(), block.first, block.count);
     return moved;
 }
 

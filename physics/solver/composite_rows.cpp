@@ -28,10 +28,12 @@ void CompositeRows::each_stretch(Contacts& contacts, std::size_t block, const F&
     if (!obstacles.empty()) f(RowKind::Mixed, obstacles, rows + joint.size() + mixed.size(), nullptr);
 }
 
-void CompositeRows::lay_out(Contacts& contacts, std::size_t blocks, const Bodies& bodies, const Composites& composites, Workers& workers) {
+void CompositeRows::lay_out(Contacts& contacts, ShapeContacts& shapes, std::size_t blocks, Bodies& bodies, const Composites& composites,
+                            Workers& workers) {
     fresh_ = in_copies_ = false;
-    rows_.clear(), copies_.clear(), centres_.clear(), composite_of_.clear();
+    rows_.clear(), copies_.clear(), centres_.clear(), composite_of_.clear(), entries_.clear();
     if (composites.all().empty()) return;
+    if (!shapes.empty()) lay_out_entries(shapes, blocks, bodies, composites);
     first_row_.assign(blocks + 1, 0);
     for (std::size_t b = 0; b < blocks; ++b)
         first_row_[b + 1] = first_row_[b] + static_cast<std::uint32_t>(contacts.joint_pairs(b).size() + contacts.mixed_pairs(b).size() +
@@ -98,26 +100,27 @@ void CompositeRows::each_copied(Workers& workers, const F& f) const {
     const std::size_t count = first_copy_.size() - 1;
     workers.run(jobs_of(count, kCopiedPerJob), [&](int, std::size_t job) {
         for (std::size_t c = job * kCopiedPerJob; c < std::min(count, (job + 1) * kCopiedPerJob); ++c)
-            if (first_copy_[c] != first_copy_[c + 1])
-                f(c, std::span(copy_of_).subspan(first_copy_[c], first_copy_[c + 1] - first_copy_[c]));
+            if (const auto entries = entries_of(c); first_copy_[c] != first_copy_[c + 1] || !entries.empty())
+                f(c, std::span(copy_of_).subspan(first_copy_[c], first_copy_[c + 1] - first_copy_[c]), entries);
     });
 }
 
-void CompositeRows::begin(Contacts& contacts, std::span<const std::uint32_t> blocks, const Bodies& bodies, const Composites& composites,
-                          Workers& workers) {
+void CompositeRows::begin(Contacts& contacts, ShapeContacts& shapes, std::span<const std::uint32_t> blocks, Bodies& bodies,
+                          const Composites& composites, Workers& workers) {
     if (empty() || (in_copies_ && fresh_)) return;
     MELD_EXPECT(!in_copies_, "velocities are in the copies while places change");
-    each_copied(workers, [&](std::size_t c, std::span<const std::uint32_t> copies) {
+    each_copied(workers, [&](std::size_t c, std::span<const std::uint32_t> copies, std::span<const Entry> entries) {
         const Composite& composite = composites.all()[c];
+        const auto share = static_cast<double>(copies.size() + entries.size());
+        for (const Entry& entry : entries) begin_entry(entry.at, shapes, bodies, composite, share);
         const CompositeMotion& motion = composite.motion;
         CompositeCopy whole{};
         set_single(whole.linear, motion.velocity_m_s), set_single(whole.spin, motion.spin_rad_s);
         if (!fresh_ && composite.moves_freely()) {
-            const auto share = static_cast<double>(copies.size());
             const Symmetric lightness = turned(composite.inverse_inertia, motion.turn);
             whole.inverse_mass = static_cast<float>(share / composite.mass_kg);
-            const double entries[] = {lightness.xx, lightness.xy, lightness.xz, lightness.yy, lightness.yz, lightness.zz};
-            for (int i = 0; i < 6; ++i) whole.inverse_inertia[i] = static_cast<float>(share * entries[i]);
+            const double numbers[] = {lightness.xx, lightness.xy, lightness.xz, lightness.yy, lightness.yz, lightness.zz};
+            for (int i = 0; i < 6; ++i) whole.inverse_inertia[i] = static_cast<float>(share * numbers[i]);
         }
         for (const std::uint32_t copy : copies) {
             if (!fresh_) {
@@ -131,6 +134,7 @@ void CompositeRows::begin(Contacts& contacts, std::span<const std::uint32_t> blo
     });
     in_copies_ = true;
     if (std::exchange(fresh_, true)) return;
+    if (!entries_.empty()) place_arms(shapes, blocks, bodies, composites, workers);
     workers.run(jobs_of(blocks.size(), kRowBlocksPerJob), [&](int, std::size_t job) {
         const FlushDenormals flush;
         for (std::size_t i = job * kRowBlocksPerJob; i < std::min(blocks.size(), (job + 1) * kRowBlocksPerJob); ++i)
@@ -140,30 +144,49 @@ void CompositeRows::begin(Contacts& contacts, std::span<const std::uint32_t> blo
     });
 }
 
-void CompositeRows::average(Workers& workers) {
+void CompositeRows::average(Bodies& bodies, Workers& workers) {
     if (empty()) return;
-    each_copied(workers, [&](std::size_t, std::span<const std::uint32_t> copies) {
-        if (copies.size() == 1) return;
+    each_copied(workers, [&](std::size_t, std::span<const std::uint32_t> copies, std::span<const Entry> entries) {
+        if (copies.size() + entries.size() == 1) return;
         Vec3 linear, spin;
         for (const std::uint32_t copy : copies) linear = linear + widened(copies_[copy].linear), spin = spin + widened(copies_[copy].spin);
-        const double share = 1 / static_cast<double>(copies.size());
+        for (const Entry& entry : entries) {
+            const double unit_m = bodies.place[entry.at].radius;
+            linear = linear + widened(bodies.velocity[entry.at].linear);
+            spin = spin + (1 / unit_m) * widened(bodies.velocity[entry.at].surface);
+        }
+        const double share = 1 / static_cast<double>(copies.size() + entries.size());
         for (const std::uint32_t copy : copies)
             set_single(copies_[copy].linear, share * linear), set_single(copies_[copy].spin, share * spin);
+        for (const Entry& entry : entries) {
+            set_single(bodies.velocity[entry.at].linear, share * linear);
+            set_single(bodies.velocity[entry.at].surface, (bodies.place[entry.at].radius * share) * spin);
+        }
     });
 }
 
 // Only what the sweeps have changed is added, so that a composite that nothing touches keeps all digits of its velocity.
-void CompositeRows::collect(Composites& composites, Workers& workers) {
+void CompositeRows::collect(const Bodies& bodies, Composites& composites, Workers& workers) {
     if (empty() || !std::exchange(in_copies_, false)) return;
-    each_copied(workers, [&](std::size_t c, std::span<const std::uint32_t> copies) {
+    each_copied(workers, [&](std::size_t c, std::span<const std::uint32_t> copies, std::span<const Entry> entries) {
         Composite& composite = composites.all()[c];
         if (!composite.moves_freely()) return;
         CompositeMotion& motion = composite.motion;
-        const auto take = [](Vec3& from, const float(&to)[3]) {
-            float before[3];
-            set_single(before, from);
-            from = from + (widened(to) - widened(before));
+        // g++ 12 with -O3 would leave out the rounding to single precision, and with it all that this is about.
+        const auto rounded = [](double value) {
+            const volatile float single = static_cast<float>(value);
+            return static_cast<double>(single);
         };
+        const auto take = [&rounded](Vec3& from, const float(&to)[3], double unit = 1) {
+            const Vec3 before = unit * from;
+            from = from + (1 / unit) * (widened(to) - Vec3{rounded(before.x), rounded(before.y), rounded(before.z)});
+        };
+        if (copies.empty()) {
+            const BodyVelocity& velocity = bodies.velocity[entries.front().at];
+            take(motion.velocity_m_s, velocity.linear);
+            take(motion.spin_rad_s, velocity.surface, bodies.place[entries.front().at].radius);
+            return;
+        }
         take(motion.velocity_m_s, copies_[copies.front()].linear);
         take(motion.spin_rad_s, copies_[copies.front()].spin);
     });
@@ -184,7 +207,8 @@ void CompositeRows::sweep(Contacts& contacts, std::uint32_t block, BodyVelocity*
 }
 
 std::size_t CompositeRows::bytes() const {
-    return rows_.capacity() * sizeof(CompositeRow) + copies_.capacity() * sizeof(CompositeCopy) + centres_.capacity() * sizeof(Place) +
+    return entries_.capacity() * sizeof(Entry) + rows_.capacity() * sizeof(CompositeRow) + copies_.capacity() * sizeof(CompositeCopy) +
+           centres_.capacity() * sizeof(Place) +
            (composite_of_.capacity() + first_row_.capacity() + first_copy_.capacity() + copy_of_.capacity()) * sizeof(std::uint32_t);
 }
 

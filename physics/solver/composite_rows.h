@@ -13,6 +13,7 @@
 #include "physics/bodies/buffer.h"
 #include "physics/bodies/composites.h"
 #include "physics/solver/contacts.h"
+#include "physics/solver/shape_contacts.h"
 
 namespace meld::physics {
 
@@ -50,21 +51,22 @@ void sweep_rows(RowKind kind, std::span<Batch> batches, const CompositeRow* rows
 
 class CompositeRows {
   public:
-    // After new batches.
-    void lay_out(Contacts& contacts, std::size_t blocks, const Bodies& bodies, const Composites& composites, Workers& workers);
-    bool empty() const { return rows_.empty(); }
+    // After new batches. Contacts of shapes have copies of their own, entries behind those of the bodies (rows_of_shapes.cpp).
+    void lay_out(Contacts& contacts, ShapeContacts& shapes, std::size_t blocks, Bodies& bodies, const Composites& composites,
+                 Workers& workers);
+    bool empty() const { return rows_.empty() && entries_.empty(); }
 
     // Places have changed, or which composites sleep: arms and masses are computed again before they are next used.
     void places_changed() { fresh_ = false; }
     // A step has failed: the composites have the velocities.
     void forget_velocities() { in_copies_ = false; }
     // The copies take the composites' velocities, unless they have them already.
-    void begin(Contacts& contacts, std::span<const std::uint32_t> blocks, const Bodies& bodies, const Composites& composites,
-               Workers& workers);
+    void begin(Contacts& contacts, ShapeContacts& shapes, std::span<const std::uint32_t> blocks, Bodies& bodies,
+               const Composites& composites, Workers& workers);
     // After a sweep over all colours.
-    void average(Workers& workers);
+    void average(Bodies& bodies, Workers& workers);
     // The composites take the velocities of their copies.
-    void collect(Composites& composites, Workers& workers);
+    void collect(const Bodies& bodies, Composites& composites, Workers& workers);
 
     void warm_start(Contacts& contacts, std::uint32_t block, BodyVelocity* velocities);
     void sweep(Contacts& contacts, std::uint32_t block, BodyVelocity* velocities, float step_s, const SweepRule& rule);
@@ -79,8 +81,22 @@ class CompositeRows {
     // Calls f(kind, batches, their rows, latches of the batches or null) for the three stretches of a block.
     template <class F>
     void each_stretch(Contacts& contacts, std::size_t block, const F& f);
+    // Calls f(composite, its copies, its entries).
     template <class F>
     void each_copied(Workers& workers, const F& f) const;
+
+    // A copy for the contacts of shapes in a block.
+    struct Entry {
+        std::uint32_t composite, at;
+    };
+    void lay_out_entries(ShapeContacts& shapes, std::size_t blocks, Bodies& bodies, const Composites& composites);
+    void begin_entry(std::uint32_t at, ShapeContacts& shapes, Bodies& bodies, const Composite& composite, double share) const;
+    void place_arms(ShapeContacts& shapes, std::span<const std::uint32_t> blocks, const Bodies& bodies, const Composites& composites,
+                    Workers& workers) const;
+    std::span<const Entry> entries_of(std::size_t composite) const {
+        if (entries_.empty()) return {};
+        return std::span(entries_).subspan(first_entry_[composite], first_entry_[composite + 1] - first_entry_[composite]);
+    }
 
     Buffer<CompositeRow> rows_;
     Buffer<CompositeCopy> copies_;
@@ -90,6 +106,9 @@ class CompositeRows {
     std::vector<std::uint32_t> first_row_;
     // By composite, and one more: its copies in the order of blocks.
     std::vector<std::uint32_t> first_copy_, copy_of_;
+    // In the order of composites, and of blocks; by composite, and one more, the first of its entries.
+    std::vector<Entry> entries_;
+    std::vector<std::uint32_t> first_entry_;
     bool fresh_ = false, in_copies_ = false;
 };
 

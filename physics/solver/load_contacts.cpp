@@ -21,22 +21,26 @@ const Batch& LoadContacts::batch_of(const Contacts& contacts, const Lane& lane) 
     return (lane.obstacle ? contacts.obstacle_contacts(lane.block) : contacts.pairs(lane.block))[lane.batch];
 }
 
-void LoadContacts::find(const Contacts& contacts, std::size_t blocks, const Bodies& bodies, const Composites& composites) {
+LoadContacts::Side LoadContacts::side_of(std::uint32_t slot, const Bodies& bodies, const Composites& composites) {
+    if (slot >= bodies.count() || (bodies.properties[slot].flags & kMember) == 0) return {};
+    const BodyId body = bodies.properties[slot].id;
+    const std::uint32_t composite = composites.composite_of(body);
+    const auto members = composites.members(composites.all()[composite]);
+    const auto at = std::ranges::lower_bound(members, body, {}, &Composites::Member::id) - members.begin();
+    return {composite, composites.all()[composite].first + static_cast<std::uint32_t>(at)};
+}
+
+void LoadContacts::find(const Contacts& contacts, const ShapeContacts& shapes, std::size_t blocks, const Bodies& bodies,
+                        const Composites& composites) {
     lanes_.clear();
-    const auto side_of = [&](std::uint32_t slot) -> Side {
-        if (slot >= bodies.count() || (bodies.properties[slot].flags & kMember) == 0) return {};
-        const BodyId body = bodies.properties[slot].id;
-        const std::uint32_t composite = composites.composite_of(body);
-        const auto members = composites.members(composites.all()[composite]);
-        const auto at = std::ranges::lower_bound(members, body, {}, &Composites::Member::id) - members.begin();
-        return {composite, composites.all()[composite].first + static_cast<std::uint32_t>(at)};
-    };
+    find_shapes(shapes, blocks, bodies, composites);
     for (std::uint32_t block = 0; block < blocks; ++block)
         for (const bool obstacle : {false, true}) {
             const std::span<const Batch> batches = obstacle ? contacts.obstacle_contacts(block) : contacts.pairs(block);
             for (std::uint32_t n = 0; n < batches.size(); ++n)
                 for (int i = 0; i < kLanes; ++i) {
-                    const Side a = side_of(batches[n].a[i]), b = obstacle ? Side{} : side_of(batches[n].b[i]);
+                    const Side a = side_of(batches[n].a[i], bodies, composites),
+                               b = obstacle ? Side{} : side_of(batches[n].b[i], bodies, composites);
                     if (a.composite == kNoComposite && b.composite == kNoComposite) continue;
                     lanes_.push_back(
                         {.block = block, .batch = n, .lane = static_cast<std::uint8_t>(i), .obstacle = obstacle, .a = a, .b = b});
@@ -47,6 +51,7 @@ void LoadContacts::find(const Contacts& contacts, std::size_t blocks, const Bodi
 void LoadContacts::begin_step() {
     pressing_ = false;
     for (Lane& lane : lanes_) lane.bounced = 0, lane.before = {};
+    for (ShapeLoadLane& lane : shape_lanes_) lane.bounced = {}, lane.kept = {};
 }
 
 void LoadContacts::before_bounces(const Contacts& contacts) {
@@ -55,9 +60,11 @@ void LoadContacts::before_bounces(const Contacts& contacts) {
     for (Lane& lane : lanes_) lane.before = whole_impulse(batch_of(contacts, lane), lane.lane);
 }
 
-void LoadContacts::end_substep(const Contacts& contacts, const Bodies& bodies, const Composites& composites, Loads& loads) {
+void LoadContacts::end_substep(const Contacts& contacts, const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites,
+                               Loads& loads) {
     if (!pressing_) return;
     pressing_ = false;
+    end_shapes(shapes, bodies, composites, loads);
     const auto push = [&](const Side& side, std::uint32_t slot, Vec3 impulse, Vec3 towards_contact) {
         if (side.composite == kNoComposite || composites.all()[side.composite].asleep != 0) return;
         loads.push(composites.all()[side.composite], side.member, impulse, cross(bodies.place[slot].radius * towards_contact, impulse));

@@ -1,11 +1,14 @@
 // What contacts do to the members of composites in a step, for their loads: the impulses of each substep, as they have been applied at its
-// end, and those of bounces along the normal.
+// end, and those of bounces along the normal. Contacts of shapes find their points anew within a substep (load_shape_contacts.cpp): what
+// they have done before, and what the relaxation changes after it, are added up.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "physics/solver/contacts.h"
+#include "physics/solver/shape_contacts.h"
 #include "physics/statics/loads.h"
 
 namespace meld::physics {
@@ -13,15 +16,20 @@ namespace meld::physics {
 class LoadContacts {
   public:
     // After a new list: which lanes a member of a composite has a part in. Cost: one pass over the contacts.
-    void find(const Contacts& contacts, std::size_t blocks, const Bodies& bodies, const Composites& composites);
+    void find(const Contacts& contacts, const ShapeContacts& shapes, std::size_t blocks, const Bodies& bodies,
+              const Composites& composites);
     // Before a step, in which nothing has bounced yet.
     void begin_step();
     // Before bodies bounce within a substep: a contact that bounces forgets what it has done until then.
     void before_bounces(const Contacts& contacts);
+    // Within a substep: before the points of shapes are found anew, and before a relaxation goes over them.
+    void before_points(const ShapeContacts& shapes, const Bodies& bodies);
+    void before_relaxation(const ShapeContacts& shapes, const Bodies& bodies);
     // At the beginning of a substep, whose contacts will press; and at its end.
-    void begin_substep() { pressing_ = true, noted_ = false; }
-    void end_substep(const Contacts& contacts, const Bodies& bodies, const Composites& composites, Loads& loads);
-    std::size_t bytes() const { return lanes_.capacity() * sizeof(Lane); }
+    void begin_substep() { pressing_ = true, noted_ = renewed_ = relaxed_ = false; }
+    void end_substep(const Contacts& contacts, const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites,
+                     Loads& loads);
+    std::size_t bytes() const { return lanes_.capacity() * sizeof(Lane) + shape_lanes_.capacity() * sizeof(ShapeLoadLane); }
 
   private:
     // A member's composite, and its place among all members; kNoComposite for other bodies and obstacles.
@@ -37,9 +45,28 @@ class LoadContacts {
         float bounced = 0;
     };
     static const Batch& batch_of(const Contacts& contacts, const Lane& lane);
+    // What the points of two bodies do to them, about their centres, as impulses.
+    struct Both {
+        Pull a, b;
+    };
+    struct ShapeLoadLane {
+        std::uint32_t block, batch;
+        std::uint8_t lane;
+        Side a, b;
+        Both kept = {};
+        std::array<float, kMaxManifoldPoints> bounced = {};
+    };
+    static Side side_of(std::uint32_t slot, const Bodies& bodies, const Composites& composites);
+    static Both by_points(const ShapeContacts& shapes, const ShapeLoadLane& lane, const Bodies& bodies);
+    Both by_bounces(const ShapeContacts& shapes, ShapeLoadLane& lane, const Bodies& bodies) const;
+    void find_shapes(const ShapeContacts& shapes, std::size_t blocks, const Bodies& bodies, const Composites& composites);
+    void end_shapes(const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites, Loads& loads);
 
     std::vector<Lane> lanes_;
+    std::vector<ShapeLoadLane> shape_lanes_;
     bool pressing_ = false, noted_ = false;
+    // The points of shapes are no longer those that were swept; a relaxation has gone over them.
+    bool renewed_ = false, relaxed_ = false;
 };
 
 }  // namespace meld::physics

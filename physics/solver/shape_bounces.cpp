@@ -17,12 +17,17 @@ Vec3 lane_of(const Lanes& x, const Lanes& y, const Lanes& z, int i) {
     return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
 }
 
-// A body of a contact that collides.
+// A body of a contact that collides, or the composite that it is a member of. Arms of points are turned into those that count here: in
+// metres from the centre of a composite.
 struct PointCollider {
     double inverse_mass;
     Symmetric turning;
     Vec3 linear, surface, acceleration;
+    double scale = 1;
+    Vec3 offset = {};
+    Composite* composite = nullptr;
 
+    Vec3 arm_of(Vec3 arm) const { return scale * arm + offset; }
     Vec3 velocity_at(Vec3 arm) const { return linear + cross(surface, arm); }
     double lightness(Vec3 arm, Vec3 direction) const {
         const Vec3 turned = cross(arm, direction);
@@ -49,6 +54,27 @@ PointCollider collider_of(const BodyVelocity& velocity, const Turning& turning, 
     return body;
 }
 
+PointCollider collider_of(Composite& composite, const Place& member, const BounceRule& rule) {
+    const CompositeMotion& motion = composite.motion;
+    PointCollider whole{.inverse_mass = 0, .turning = {}, .linear = motion.velocity_m_s, .surface = motion.spin_rad_s, .acceleration = {}};
+    whole.scale = member.radius, whole.offset = centre_of(member) - motion.centre_m, whole.composite = &composite;
+    if (!composite.moves_freely()) return whole;
+    whole.inverse_mass = 1 / composite.mass_kg;
+    const Symmetric lightness = turned(composite.inverse_inertia, motion.turn);
+    const double m = composite.mass_kg;
+    whole.turning = {m * lightness.xx, m * lightness.xy, m * lightness.xz, m * lightness.yy, m * lightness.yz, m * lightness.zz};
+    whole.acceleration = widened(rule.gravity) + composite.pushed_m_s2;
+    return whole;
+}
+
+PointCollider collider_in(const ShapeContacts& contacts, const Bodies& bodies, std::uint32_t slot, const BounceRule& rule,
+                          Composites* composites) {
+    const std::uint32_t mover =
+        composites == nullptr || slot >= bodies.count() ? kNoComposite : composites->mover_of(bodies.properties[slot].id);
+    if (mover != kNoComposite) return collider_of(composites->all()[mover], bodies.place[slot], rule);
+    return collider_of(bodies.velocity[slot], contacts.turning(slot), slot, rule);
+}
+
 // The points of a lane, and the two bodies.
 struct FaceCollision {
     PointCollider a, b;
@@ -57,9 +83,10 @@ struct FaceCollision {
     const ShapeBatch& batch;
     int lane, points;
 
-    FaceCollision(const ShapeContacts& contacts, const Bodies& bodies, const ShapeBatch& of, int i, int count, const BounceRule& rule)
-        : a(collider_of(bodies.velocity[of.a[i]], contacts.turning(of.a[i]), of.a[i], rule)),
-          b(collider_of(bodies.velocity[of.b[i]], contacts.turning(of.b[i]), of.b[i], rule)),
+    FaceCollision(const ShapeContacts& contacts, const Bodies& bodies, const ShapeBatch& of, int i, int count, const BounceRule& rule,
+                  Composites* composites)
+        : a(collider_in(contacts, bodies, of.a[i], rule, composites)),
+          b(collider_in(contacts, bodies, of.b[i], rule, composites)),
           normal(lane_of(of.nx, of.ny, of.nz, i)),
           restitution(static_cast<double>(of.restitution[i])),
           friction(static_cast<double>(of.friction[i])),
@@ -68,8 +95,8 @@ struct FaceCollision {
           points(count) {}
 
     const ShapePoint& point(int p) const { return batch.points[static_cast<std::size_t>(p)]; }
-    Vec3 a_arm(int p) const { return lane_of(point(p).ax, point(p).ay, point(p).az, lane); }
-    Vec3 b_arm(int p) const { return lane_of(point(p).bx, point(p).by, point(p).bz, lane); }
+    Vec3 a_arm(int p) const { return a.arm_of(lane_of(point(p).ax, point(p).ay, point(p).az, lane)); }
+    Vec3 b_arm(int p) const { return b.arm_of(lane_of(point(p).bx, point(p).by, point(p).bz, lane)); }
     Vec3 apart(int p) const { return b.velocity_at(b_arm(p)) - a.velocity_at(a_arm(p)); }
     double gap(int p) const { return static_cast<double>(point(p).gap[lane]); }
     double lightness(int p, Vec3 direction) const { return a.lightness(a_arm(p), direction) + b.lightness(b_arm(p), direction); }
@@ -90,6 +117,11 @@ struct FaceCollision {
 };
 
 void set_velocity(BodyVelocity& velocity, const PointCollider& body) {
+    if (body.composite != nullptr) {
+        if (body.composite->moves_freely())
+            body.composite->motion.velocity_m_s = body.linear, body.composite->motion.spin_rad_s = body.surface;
+        return;
+    }
     set_single(velocity.linear, body.linear), set_single(velocity.surface, body.surface);
 }
 
@@ -100,12 +132,12 @@ void ShapeContacts::begin_bounces() {
         for (ShapePoint& point : batch.points) point.bounced = physics::lanes(0);
 }
 
-bool ShapeContacts::any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule) const {
+bool ShapeContacts::any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule, const Composites* composites) const {
     const ShapeLane* lane = lanes(block).data();
     for (const ShapeBatch& batch : batches(block))
         for (int i = 0; i < kLanes; ++i, ++lane) {
-            if (lane->points == 0) continue;
-            const FaceCollision collision(*this, bodies, batch, i, lane->points, rule);
+            if (lane->points == 0 || is_moved(batch, i) != (composites != nullptr)) continue;
+            const FaceCollision collision(*this, bodies, batch, i, lane->points, rule, const_cast<Composites*>(composites));
             if (!collision.can_bounce()) continue;
             for (int p = 0; p < collision.points; ++p)
                 if (collision.bounces(p, rule)) return true;
@@ -113,12 +145,12 @@ bool ShapeContacts::any_bounces(const Bodies& bodies, std::uint32_t block, const
     return false;
 }
 
-void ShapeContacts::bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule) {
+void ShapeContacts::bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule, Composites* composites) {
     const ShapeLane* lane = lanes(block).data();
     for (ShapeBatch& batch : batches(block))
         for (int i = 0; i < kLanes; ++i, ++lane) {
-            if (lane->points == 0) continue;
-            FaceCollision collision(*this, bodies, batch, i, lane->points, rule);
+            if (lane->points == 0 || is_moved(batch, i) != (composites != nullptr)) continue;
+            FaceCollision collision(*this, bodies, batch, i, lane->points, rule, composites);
             if (!collision.can_bounce()) continue;
             std::array<bool, kMaxManifoldPoints> bouncing{};
             std::array<double, kMaxManifoldPoints> after{}, along{};

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 
 #include "physics/bodies/denormals.h"
 #include "physics/solver/contacts.h"
@@ -51,6 +52,16 @@ struct ShapeContacts::Arena {
     std::vector<std::uint64_t> used;
     std::vector<std::uint8_t> colour;
     std::vector<Chosen> lanes;
+    // What no two lanes of a batch may share, below `keys`: a body, or a composite that moves freely.
+    std::size_t keys = 0;
+    std::unordered_map<std::uint32_t, std::uint32_t> key_of_composite;
+    std::uint32_t key(const Composites& composites, BodyId body, std::uint32_t otherwise) {
+        const std::uint32_t composite = composites.mover_of(body);
+        if (composite == kNoComposite) return otherwise;
+        const auto [at, made] = key_of_composite.try_emplace(composite, static_cast<std::uint32_t>(keys));
+        if (made) ++keys;
+        return at->second;
+    }
 
     // Puts some into whole batches so that no two lanes of a batch share a body.
     void colour_lanes(std::span<const Chosen> some, std::size_t bodies, const Chosen& nobody);
@@ -85,10 +96,14 @@ void ShapeContacts::Arena::colour_lanes(std::span<const Chosen> some, std::size_
     }
 }
 
-std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies) {
+std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies, const Composites& composites) {
     std::vector<Ended> ended;
     kept_.clear();
     const auto gone = [&](std::uint32_t slot) { return (bodies.properties[slot].flags & kRemoved) != 0; };
+    const auto indifferent = [&](std::uint32_t a, std::uint32_t b, bool obstacle) {
+        if (composites.empty()) return false;
+        return obstacle ? composites.immovable(bodies.properties[a]) : composites.indifferent(bodies.properties[a], bodies.properties[b]);
+    };
     for (std::size_t n = 0; n < batches_.size(); ++n)
         for (int i = 0; i < kLanes; ++i) {
             const ShapeBatch& batch = batches_[n];
@@ -96,7 +111,7 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies) 
             if (batch.a[i] >= bodies.count() || (lane.points == 0 && lane.touching == 0)) continue;
             const bool obstacle = lane.obstacle != kNoSlot;
             const BodyId a = bodies.properties[batch.a[i]].id, b = obstacle ? lane.obstacle : bodies.properties[batch.b[i]].id;
-            if (gone(batch.a[i]) || (!obstacle && gone(batch.b[i]))) {
+            if (gone(batch.a[i]) || (!obstacle && gone(batch.b[i])) || indifferent(batch.a[i], batch.b[i], obstacle)) {
                 if (lane.touching != 0) ended.push_back({a, b, obstacle});
                 continue;
             }
@@ -116,7 +131,7 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies) 
                 std::copy_n(tangent, 3, kept.of[p].tangent);
             }
         }
-    batches_.clear(), lanes_.clear(), first_.clear();
+    batches_.clear(), moved_.clear(), lanes_.clear(), first_.clear();
     return ended;
 }
 
@@ -127,7 +142,9 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
     const std::span<const std::uint32_t> slots = arena.search.slots();
     const std::uint32_t nobody = motionless_slot(bodies, block);
     const Chosen none{{nobody, nobody}, {0, kNoSlot}, kNoSlot};
-    arena.lanes.clear();
+    arena.lanes.clear(), arena.key_of_composite.clear();
+    arena.keys = slots.size();
+    const bool composed = !setup.composites.empty();
     const auto sort = [&](const Chosen& chosen) {
         ShapeBatch pair;
         pair.a[0] = chosen.slots.first, pair.b[0] = chosen.slots.second;
@@ -136,28 +153,36 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         collide_lane(setup, pair, 0, lane, reach.near_m, found);
         arena.near[found.count > 2 ? 0 : found.count > 0 ? 1 : 2].push_back(chosen);
     };
-    const auto lay = [&](std::size_t keys) {
+    const auto lay = [&] {
         for (std::vector<Chosen>& some : arena.near) {
-            arena.colour_lanes(some, keys, none);
+            arena.colour_lanes(some, arena.keys, none);
             some.clear();
         }
     };
     for (const BodyPair pair : arena.search.pairs()) {
         const std::uint32_t a = slots[pair.first], b = slots[pair.second];
-        if (((bodies.properties[a].flags | bodies.properties[b].flags) & kShaped) != 0) sort({{a, b}, pair, kNoSlot});
+        const BodyProperties &first = bodies.properties[a], &second = bodies.properties[b];
+        if (((first.flags | second.flags) & kShaped) == 0) continue;
+        if (!composed)
+            sort({{a, b}, pair, kNoSlot});
+        else if (!setup.composites.indifferent(first, second))
+            sort({{a, b},
+                  {arena.key(setup.composites, first.id, pair.first), arena.key(setup.composites, second.id, pair.second)},
+                  kNoSlot});
     }
-    lay(slots.size());
+    lay();
     const Block& own = setup.grid.blocks()[block];
     for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
         const BodyProperties& what = bodies.properties[slot];
-        if ((what.flags & kShaped) == 0 || (what.flags & kFixed) != 0) continue;
+        if ((what.flags & kShaped) == 0 || (what.flags & kFixed) != 0 || (composed && setup.composites.immovable(what))) continue;
+        const std::uint32_t number = slot - own.first;
         const Place& place = bodies.place[slot];
         const double reach_m = reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle)
             if (setup.obstacles.may_reach(obstacle, centre_of(place), place.radius, reach_m))
-                sort({{slot, nobody}, {slot - own.first, kNoSlot}, obstacle});
+                sort({{slot, nobody}, {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot}, obstacle});
     }
-    lay(own.count);
+    lay();
 }
 
 void ShapeContacts::empty_batch(ShapeBatch& batch) {
@@ -382,16 +407,16 @@ void ShapeContacts::prepare(std::span<const std::uint32_t> blocks, const Bodies&
     workers.run((blocks.size() + kShapeBlocksPerJob - 1) / kShapeBlocksPerJob, [&](int, std::size_t job) {
         const FlushDenormals flush;
         for (std::size_t i = job * kShapeBlocksPerJob; i < std::min(blocks.size(), (job + 1) * kShapeBlocksPerJob); ++i)
-            prepare_shapes(batches(blocks[i]), bodies.velocity.data(), turnings_.data());
+            prepare_shapes(batches(blocks[i]), moved_.data(), bodies.velocity.data(), turnings_.data());
     });
 }
 
 void ShapeContacts::warm_start(std::uint32_t block, BodyVelocity* velocities) const {
-    if (!empty()) warm_start_shapes(batches(block), velocities, turnings_.data());
+    if (!empty()) warm_start_shapes(batches(block), moved_.data(), velocities, turnings_.data());
 }
 
 void ShapeContacts::sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule) {
-    if (!empty()) sweep_shapes(batches(block), velocities, turnings_.data(), rule);
+    if (!empty()) sweep_shapes(batches(block), moved_.data(), velocities, turnings_.data(), rule);
 }
 
 void ShapeContacts::forget_impulses() {
@@ -400,9 +425,30 @@ void ShapeContacts::forget_impulses() {
         for (ShapePoint& point : batch.points) point.normal_impulse = point.tx = point.ty = point.tz = nothing;
 }
 
+MovedLanes& ShapeContacts::add_moved(ShapeBatch& batch) {
+    batch.moved = static_cast<std::uint32_t>(moved_.size());
+    MovedLanes& moved = moved_.emplace_back();
+    std::copy_n(batch.a, kLanes, moved.a), std::copy_n(batch.b, kLanes, moved.b);
+    const Lanes nothing = physics::lanes(0);
+    moved.a_scale = moved.b_scale = physics::lanes(1);
+    moved.ax = moved.ay = moved.az = moved.bx = moved.by = moved.bz = nothing;
+    return moved;
+}
+
+void ShapeContacts::forget_moved() {
+    for (ShapeBatch& batch : batches_) batch.moved = kNoSlot;
+    moved_.clear();
+}
+
+bool ShapeContacts::is_moved(const ShapeBatch& batch, int i) const {
+    if (batch.moved == kNoSlot) return false;
+    const MovedLanes& moved = moved_[batch.moved];
+    return moved.a[i] != batch.a[i] || moved.b[i] != batch.b[i];
+}
+
 std::size_t ShapeContacts::bytes() const {
-    return batches_.capacity() * sizeof(ShapeBatch) + lanes_.capacity() * sizeof(ShapeLane) + turnings_.capacity() * sizeof(Turning) +
-           poses_.capacity() * sizeof(Pose) + first_.capacity() * sizeof(std::uint32_t);
+    return moved_.capacity() * sizeof(MovedLanes) + batches_.capacity() * sizeof(ShapeBatch) + lanes_.capacity() * sizeof(ShapeLane) +
+           turnings_.capacity() * sizeof(Turning) + poses_.capacity() * sizeof(Pose) + first_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace meld::physics

@@ -4,6 +4,9 @@
 // v + u x (r/R), and an impulse P there changes v by P/m and u by T (r/R x P)/m, where T is R^2 times the inverse of its inertia per kg. So
 // arms are stored as shares of R, and a sphere is the special case in which T is a number.
 //
+// A member of a composite that moves freely is moved through a copy of its composite (composite_rows.h), an entry behind those of the
+// bodies, and its arms count from the composite's centre. Only batches with such members have MovedLanes beside them.
+//
 // As with spheres, batches of eight lanes are laid out with the candidate list, and impulses stay in place. A lane is two bodies. Lanes
 // that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing. Points are
 // found anew at the end of each step; within it they follow the bodies' velocities.
@@ -21,6 +24,7 @@
 #include "physics/bodies/bodies.h"
 #include "physics/bodies/body_shape.h"
 #include "physics/bodies/buffer.h"
+#include "physics/bodies/composites.h"
 #include "physics/bodies/lanes.h"
 #include "physics/bodies/material.h"
 #include "physics/bodies/stage.h"
@@ -53,6 +57,16 @@ struct alignas(32) ShapeBatch {
     std::array<ShapePoint, kMaxManifoldPoints> points;
     // The greatest number of points in a lane.
     std::uint32_t used;
+    // Its MovedLanes; kNoSlot if no member of a composite is in it.
+    std::uint32_t moved = kNoSlot;
+};
+
+// What is moved in a batch with members of composites: the entries of copies, otherwise the bodies'. The solver's arm is a point's arm
+// times the scale, and the offset.
+struct alignas(32) MovedLanes {
+    std::uint32_t a[kLanes], b[kLanes];
+    Lanes a_scale, ax, ay, az;
+    Lanes b_scale, bx, by, bz;
 };
 
 struct ShapeLane {
@@ -71,9 +85,10 @@ struct alignas(32) Turning {
 // The passes over batches (shape_kernels.cpp).
 // The gaps after a time in which bodies have moved at these velocities.
 void follow_shapes(std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s);
-void prepare_shapes(std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings);
-void warm_start_shapes(std::span<const ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings);
-void sweep_shapes(std::span<ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule);
+void prepare_shapes(std::span<ShapeBatch> batches, const MovedLanes* moved, const BodyVelocity* velocities, const Turning* turnings);
+void warm_start_shapes(std::span<const ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings);
+void sweep_shapes(std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings,
+                  const SweepRule& rule);
 
 class ShapeContacts {
   public:
@@ -84,6 +99,7 @@ class ShapeContacts {
         const BodyShapes& shapes;
         const Obstacles& obstacles;
         std::span<const Material> materials;
+        const Composites& composites;
     };
     // Surfaces nearer than this have contacts, farther for bodies that approach fast; and lanes whose surfaces are nearer than `near_m`
     // when the list is made come first.
@@ -96,9 +112,9 @@ class ShapeContacts {
         std::uint32_t other;
         bool is_obstacle;
     };
-    // Keeps the impulses and drops the batches; `lay_out` puts them into the new ones. Returns the touches of bodies flagged kRemoved,
-    // which end here.
-    std::vector<Ended> take_out(const Bodies& bodies);
+    // Keeps the impulses and drops the batches; `lay_out` puts them into the new ones. Returns the touches that end here: those of bodies
+    // flagged kRemoved, and of bodies between which nothing can happen any more.
+    std::vector<Ended> take_out(const Bodies& bodies, const Composites& composites);
     // Of the blocks for which `wanted` is true (null: all).
     void lay_out(const Setup& setup, const Reach& reach, const std::vector<bool>* wanted, Workers& workers);
     // Between take_out and lay_out: what is kept of contacts of these bodies, which other subdomains need (saved_shape_contacts.cpp).
@@ -130,9 +146,11 @@ class ShapeContacts {
     void warm_start(std::uint32_t block, BodyVelocity* velocities) const;
     void sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule);
     // Restitution (shape_bounces.cpp): all points of two bodies at once, so that a face that lands flat leaves flat.
+    // Without composites: the contacts of bodies that move alone. With them: those of the members of composites that move freely, each
+    // with the whole composite.
     void begin_bounces();
-    bool any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule) const;
-    void bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule);
+    bool any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule, const Composites* composites = nullptr) const;
+    void bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule, Composites* composites = nullptr);
     void forget_impulses();
 
     std::span<ShapeBatch> batches(std::size_t block) {
@@ -147,6 +165,14 @@ class ShapeContacts {
     }
     std::span<const ShapeLane> lanes(std::size_t block) const { return const_cast<ShapeContacts*>(this)->lanes(block); }
     const Turning& turning(std::uint32_t slot) const { return turnings_[slot]; }
+
+    // For CompositeRows, which lays out copies of composites and keeps their velocities and masses.
+    std::span<MovedLanes> moved_lanes() { return moved_; }
+    MovedLanes& add_moved(ShapeBatch& batch);
+    void forget_moved();
+    // Makes room for the copies' entries, up to this many in all.
+    void add_turnings(std::size_t entries) { turnings_.resize(entries, Turning{}); }
+    void set_turning(std::uint32_t entry, const Turning& turning) { turnings_[entry] = turning; }
 
     // In a snapshot (saved_shape_contacts.cpp), as Contacts does it.
     void save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, ByteWriter& out) const;
@@ -181,9 +207,12 @@ class ShapeContacts {
     void recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& lane, int i) const;
     void collide_lane(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m, Manifold& found) const;
     void empty_lane(ShapeBatch& batch, int i, int from) const;
+    // Whether a contact is one of a composite that moves freely.
+    bool is_moved(const ShapeBatch& batch, int i) const;
     void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found) const;
 
     Buffer<ShapeBatch> batches_;
+    Buffer<MovedLanes> moved_;
     std::vector<ShapeLane> lanes_;
     // By block, and one more.
     std::vector<std::uint32_t> first_;

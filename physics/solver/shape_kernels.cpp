@@ -25,6 +25,34 @@ MELD_INLINE LaneBodies load_bodies(const BodyVelocity* velocities, const Turning
     return {load(velocities, slots), load_turnings(turnings, slots)};
 }
 
+// What the solver moves in a batch, and the arms of its points: the bodies themselves, or in part the composites that they are members of.
+struct OwnArms {
+    const std::uint32_t *a_slots, *b_slots;
+    MELD_INLINE Vector a(const ShapePoint& point) const { return {point.ax, point.ay, point.az}; }
+    MELD_INLINE Vector b(const ShapePoint& point) const { return {point.bx, point.by, point.bz}; }
+};
+struct MovedArms {
+    const MovedLanes& moved;
+    const std::uint32_t *a_slots = moved.a, *b_slots = moved.b;
+    MELD_INLINE Vector a(const ShapePoint& point) const {
+        return moved.a_scale * Vector{point.ax, point.ay, point.az} + Vector{moved.ax, moved.ay, moved.az};
+    }
+    MELD_INLINE Vector b(const ShapePoint& point) const {
+        return moved.b_scale * Vector{point.bx, point.by, point.bz} + Vector{moved.bx, moved.by, moved.bz};
+    }
+};
+// Calls f(batch, arms) for the batches with points.
+template <class Batches, class F>
+MELD_INLINE void each_batch(Batches batches, const MovedLanes* moved, const F& f) {
+    for (auto& batch : batches) {
+        if (batch.used == 0) continue;
+        if (batch.moved == kNoSlot)
+            f(batch, OwnArms{batch.a, batch.b});
+        else
+            f(batch, MovedArms{moved[batch.moved]});
+    }
+}
+
 MELD_INLINE Vector velocity_at(const LaneBodies& body, const Vector& arm) { return body.moving.linear + cross(body.moving.surface, arm); }
 
 MELD_INLINE void push(LaneBodies& body, const Vector& arm, const Vector& impulse) {
@@ -61,51 +89,50 @@ MELD_INLINE void follow_shapes_kernel(std::span<ShapeBatch> batches, const BodyV
     }
 }
 
-MELD_INLINE void prepare_shapes_kernel(std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings) {
-    for (ShapeBatch& batch : batches) {
-        if (batch.used == 0) continue;
-        const LaneBodies a = load_bodies(velocities, turnings, batch.a), b = load_bodies(velocities, turnings, batch.b);
+MELD_INLINE void prepare_shapes_kernel(std::span<ShapeBatch> batches, const MovedLanes* moved, const BodyVelocity* velocities,
+                                       const Turning* turnings) {
+    each_batch(batches, moved, [&](ShapeBatch& batch, const auto& arms) MELD_INLINE_CALL {
+        const LaneBodies a = load_bodies(velocities, turnings, arms.a_slots), b = load_bodies(velocities, turnings, arms.b_slots);
         const Vector normal{batch.nx, batch.ny, batch.nz};
         const Tangents tangents = across(normal);
         for (std::uint32_t p = 0; p < batch.used; ++p) {
             ShapePoint& point = batch.points[p];
             PointLightness sum;
-            add_lightness(sum, a.moving.inverse_mass, a.turning, {point.ax, point.ay, point.az}, normal, tangents);
-            add_lightness(sum, b.moving.inverse_mass, b.turning, {point.bx, point.by, point.bz}, normal, tangents);
+            add_lightness(sum, a.moving.inverse_mass, a.turning, arms.a(point), normal, tangents);
+            add_lightness(sum, b.moving.inverse_mass, b.turning, arms.b(point), normal, tangents);
             const Lanes half = 0.5f * (sum.first - sum.second);
             point.lightness = sum.along;
             point.slip_lightness = 0.5f * (sum.first + sum.second) + square_root_of(half * half + sum.mixed * sum.mixed);
         }
-    }
+    });
 }
 
-MELD_INLINE void warm_start_shapes_kernel(std::span<const ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings) {
-    for (const ShapeBatch& batch : batches) {
-        if (batch.used == 0) continue;
-        LaneBodies a = load_bodies(velocities, turnings, batch.a), b = load_bodies(velocities, turnings, batch.b);
+MELD_INLINE void warm_start_shapes_kernel(std::span<const ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities,
+                                          const Turning* turnings) {
+    each_batch(batches, moved, [&](const ShapeBatch& batch, const auto& arms) MELD_INLINE_CALL {
+        LaneBodies a = load_bodies(velocities, turnings, arms.a_slots), b = load_bodies(velocities, turnings, arms.b_slots);
         const Vector normal{batch.nx, batch.ny, batch.nz};
         for (std::uint32_t p = 0; p < batch.used; ++p) {
             const ShapePoint& point = batch.points[p];
             const Vector impulse = point.normal_impulse * normal + Vector{point.tx, point.ty, point.tz};
-            push(a, {point.ax, point.ay, point.az}, lanes(-1) * impulse);
-            push(b, {point.bx, point.by, point.bz}, impulse);
+            push(a, arms.a(point), lanes(-1) * impulse);
+            push(b, arms.b(point), impulse);
         }
-        store(velocities, batch.a, a.moving);
-        store(velocities, batch.b, b.moving);
-    }
+        store(velocities, arms.a_slots, a.moving);
+        store(velocities, arms.b_slots, b.moving);
+    });
 }
 
-MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings,
-                                     const SweepRule& rule) {
-    for (ShapeBatch& batch : batches) {
-        if (batch.used == 0) continue;
-        LaneBodies a = load_bodies(velocities, turnings, batch.a), b = load_bodies(velocities, turnings, batch.b);
+MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities,
+                                     const Turning* turnings, const SweepRule& rule) {
+    each_batch(batches, moved, [&](ShapeBatch& batch, const auto& arms) MELD_INLINE_CALL {
+        LaneBodies a = load_bodies(velocities, turnings, arms.a_slots), b = load_bodies(velocities, turnings, arms.b_slots);
         const Vector normal{batch.nx, batch.ny, batch.nz};
         // The points of a face push each other's apart, so one round over them leaves half of an approach.
         for (int round = 1; round < kRoundsOfFaces && batch.used > 1; ++round)
             for (std::uint32_t p = 0; p < batch.used; ++p) {
                 ShapePoint& point = batch.points[p];
-                const Vector a_arm{point.ax, point.ay, point.az}, b_arm{point.bx, point.by, point.bz};
+                const Vector a_arm = arms.a(point), b_arm = arms.b(point);
                 const Lanes parting = dot(velocity_at(b, b_arm) - velocity_at(a, a_arm), normal);
                 const Lanes now = point.normal_impulse;
                 point.normal_impulse =
@@ -116,7 +143,7 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, BodyVelocity
             }
         for (std::uint32_t p = 0; p < batch.used; ++p) {
             ShapePoint& point = batch.points[p];
-            const Vector a_arm{point.ax, point.ay, point.az}, b_arm{point.bx, point.by, point.bz};
+            const Vector a_arm = arms.a(point), b_arm = arms.b(point);
             const Vector apart = velocity_at(b, b_arm) - velocity_at(a, a_arm);
             const Lanes parting = dot(apart, normal);
             const Vector slip = apart - parting * normal;
@@ -134,21 +161,24 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, BodyVelocity
             point.normal_impulse = pressed;
             point.tx = friction.x, point.ty = friction.y, point.tz = friction.z;
         }
-        store(velocities, batch.a, a.moving);
-        store(velocities, batch.b, b.moving);
-    }
+        store(velocities, arms.a_slots, a.moving);
+        store(velocities, arms.b_slots, b.moving);
+    });
 }
 
 }  // namespace
 
 MELD_KERNEL_VARIANTS(follow_shapes, (std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s),
                      (batches, velocities, step_s))
-MELD_KERNEL_VARIANTS(prepare_shapes, (std::span<ShapeBatch> batches, const BodyVelocity* velocities, const Turning* turnings),
-                     (batches, velocities, turnings))
-MELD_KERNEL_VARIANTS(warm_start_shapes, (std::span<const ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings),
-                     (batches, velocities, turnings))
+MELD_KERNEL_VARIANTS(prepare_shapes,
+                     (std::span<ShapeBatch> batches, const MovedLanes* moved, const BodyVelocity* velocities, const Turning* turnings),
+                     (batches, moved, velocities, turnings))
+MELD_KERNEL_VARIANTS(warm_start_shapes,
+                     (std::span<const ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings),
+                     (batches, moved, velocities, turnings))
 MELD_KERNEL_VARIANTS(sweep_shapes,
-                     (std::span<ShapeBatch> batches, BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule),
-                     (batches, velocities, turnings, rule))
+                     (std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings,
+                      const SweepRule& rule),
+                     (batches, moved, velocities, turnings, rule))
 
 }  // namespace meld::physics

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/statics/overloaded_piece.h"
+#include "physics/statics/seat.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {
@@ -14,9 +15,28 @@ namespace meld::physics {
 constexpr std::size_t kLimitNode_bytes = sizeof(std::pair<const BodyId, BreakingLimits>) + 48;
 
 struct Loads::Kept {
+    // Of a connection with a shape, and what it was found from.
+    struct Sat {
+        ConnectionPair pair;
+        Seated one, other;
+        Seat seat;
+    };
     BodyId first = kMaxBodies;
     std::optional<StiffLattice> lattice = {};
+    std::vector<Sat> seats = {};  // Sorted.
 };
+
+namespace {
+
+// The torque that turns a body's own angular momentum along with the body: -w x I w, from the products of w's components.
+Vec3 turning_along(const Symmetric& spin_spin, const Symmetric& inertia) {
+    // Columns of Q I.
+    const Vec3 x = spin_spin * Vec3{inertia.xx, inertia.xy, inertia.xz}, y = spin_spin * Vec3{inertia.xy, inertia.yy, inertia.yz},
+               z = spin_spin * Vec3{inertia.xz, inertia.yz, inertia.zz};
+    return {y.z - z.y, z.x - x.z, x.y - y.x};
+}
+
+}  // namespace
 
 Loads::Loads() = default;
 Loads::~Loads() = default;
@@ -89,7 +109,7 @@ void Loads::forget() {
 }
 
 Loads::Solved Loads::solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies,
-                               Kept& kept) const {
+                               const BodyShapes& shapes, Kept& kept) const {
     const double share = 1 / sums.time_s;
     const Vec3 gravity = share * sums.gravity;
     const Symmetric& q = sums.spin_spin;
@@ -104,14 +124,32 @@ Loads::Solved Loads::solve_one(const Composites& composites, const Composite& co
         // What turns away from the axis: -w x (w x r) = |w|^2 r - w (w.r).
         const Vec3 outwards = share * (trace * member.offset_m - q * member.offset_m);
         const Pull& acted = acted_[composite.first + i];
+        const Symmetric own = Composites::own_inertia(member, bodies, shapes);
+        Vec3 torque = share * acted.torque;
+        if ((properties.flags & kShaped) != 0) torque = torque + share * turning_along(q, own);
         members.push_back({.id = member.id,
                            .place_m = member.offset_m,
                            .radius_m = radius,
                            .mass_kg = mass,
-                           .inertia_kg_m2 = static_cast<double>(properties.inertia_factor) * mass * radius * radius,
+                           .inertia_kg_m2 = own,
                            .fixed = (properties.flags & kFixed) != 0,
-                           .acts = {share * acted.force + mass * (gravity + outwards), share * acted.torque}});
+                           .acts = {share * acted.force + mass * (gravity + outwards), torque}});
     }
+    const auto seated = [&](const Composites::Member& member) {
+        const BodyShapes::Index index = shapes.of(member.id);
+        return Seated{index == 0 ? BodyShape{{}, bodies.place[member.slot].radius} : shapes.kind(index).shape, member.offset_m,
+                      member.turn};
+    };
+    std::vector<Kept::Sat> seats;
+    auto former = kept.seats.begin();
+    const auto seat_of = [&](const Composites::Member& one, const Composites::Member& other) -> std::optional<Seat> {
+        if (((bodies.properties[one.slot].flags | bodies.properties[other.slot].flags) & kShaped) == 0) return std::nullopt;
+        Kept::Sat& sat = seats.emplace_back(Kept::Sat{{one.id, other.id}, seated(one), seated(other), {}});
+        while (former != kept.seats.end() && former->pair < sat.pair) ++former;
+        const bool same = former != kept.seats.end() && former->pair == sat.pair && former->one == sat.one && former->other == sat.other;
+        sat.seat = same ? former->seat : seat_between(sat.one, sat.other);
+        return sat.seat;
+    };
     std::vector<PieceConnection> connections;
     std::vector<BodyId> others;
     for (std::uint32_t one = 0; one < all.size(); ++one) {
@@ -127,9 +165,11 @@ Loads::Solved Loads::solve_one(const Composites& composites, const Composite& co
             const BreakingLimits theirs = limits_of(id);
             connections.push_back({.one = one,
                                    .other = static_cast<std::uint32_t>(other - all.begin()),
-                                   .limits = {std::min(mine.force_n, theirs.force_n), std::min(mine.torque_nm, theirs.torque_nm)}});
+                                   .limits = {std::min(mine.force_n, theirs.force_n), std::min(mine.torque_nm, theirs.torque_nm)},
+                                   .seat = seat_of(all[one], *other)});
         }
     }
+    kept.seats = std::move(seats);
     OverloadedPiece piece(std::move(members), std::move(connections));
     Solved solved;
     solved.found = piece.solve(kept.lattice, kMostBreaks);
@@ -143,7 +183,8 @@ Loads::Solved Loads::solve_one(const Composites& composites, const Composite& co
     return solved;
 }
 
-Result<std::vector<ConnectionPair>> Loads::solve(const Composites& composites, const Bodies& bodies, Workers& workers) {
+Result<std::vector<ConnectionPair>> Loads::solve(const Composites& composites, const Bodies& bodies, const BodyShapes& shapes,
+                                                 Workers& workers) {
     const std::span<const Composite> all = composites.all();
     begin(composites, false);
     // Lattices of composites that are the same again, by their first members, which are in order.
@@ -152,12 +193,13 @@ Result<std::vector<ConnectionPair>> Loads::solve(const Composites& composites, c
     for (std::size_t c = 0; c < all.size(); ++c) {
         kept[c].first = composites.members()[all[c].first].id;
         while (former != kept_.end() && former->first < kept[c].first) ++former;
-        if (former != kept_.end() && former->first == kept[c].first) kept[c].lattice = std::move(former->lattice);
+        if (former != kept_.end() && former->first == kept[c].first)
+            kept[c].lattice = std::move(former->lattice), kept[c].seats = std::move(former->seats);
     }
     kept_ = std::move(kept);
     std::vector<Solved> solved(all.size());
     workers.run(all.size(), [&](int, std::size_t c) {
-        if (sums_[c].time_s > 0) solved[c] = solve_one(composites, all[c], sums_[c], bodies, kept_[c]);
+        if (sums_[c].time_s > 0) solved[c] = solve_one(composites, all[c], sums_[c], bodies, shapes, kept_[c]);
     });
     std::vector<CarriedLoad> carried;
     // Of those that have slept since the last call.
@@ -222,7 +264,7 @@ void Loads::read(ByteReader& in) {
 std::size_t Loads::bytes() const {
     std::size_t sum = limits_.size() * kLimitNode_bytes + sums_.capacity() * sizeof(Sums) + acted_.capacity() * sizeof(Pull) +
                       carried_.capacity() * sizeof(CarriedLoad) + kept_.capacity() * sizeof(Kept);
-    for (const Kept& kept : kept_) sum += kept.lattice ? kept.lattice->bytes() : 0;
+    for (const Kept& kept : kept_) sum += kept.seats.capacity() * sizeof(Kept::Sat) + (kept.lattice ? kept.lattice->bytes() : 0);
     return sum;
 }
 

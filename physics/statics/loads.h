@@ -50,7 +50,8 @@ class Loads {
     // The loads of all composites that have moved or were awake since the last call, and the connections that break, sorted. Of each
     // composite the most overloaded connection breaks, then the loads of the parts are found anew, up to kMostBreaks times. The caller
     // releases them. Errors: the loads of a composite were not found.
-    Result<std::vector<ConnectionPair>> solve(const Composites& composites, const Bodies& bodies, Workers& workers);
+    Result<std::vector<ConnectionPair>> solve(const Composites& composites, const Bodies& bodies, const BodyShapes& shapes,
+                                              Workers& workers);
     // All, sorted; and one, if it was found.
     std::span<const CarriedLoad> all() const { return carried_; }
     std::optional<ConnectionLoad> of(BodyId one, BodyId other) const;
@@ -66,10 +67,11 @@ class Loads {
         Vec3 gravity;         // m/s
         Symmetric spin_spin;  // Products of the angular velocity's components, rad^2/s.
     };
-    // The lattice of a composite, kept while it is the same.
+    // The lattice of a composite, and where its connections sit, kept while it is the same.
     struct Kept;
     struct Solved;
-    Solved solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies, Kept& kept) const;
+    Solved solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies,
+                     const BodyShapes& shapes, Kept& kept) const;
 
     bool wanted_ = false;
     std::map<BodyId, BreakingLimits> limits_;  // Those that are not infinite.

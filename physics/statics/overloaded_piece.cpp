@@ -72,9 +72,19 @@ bool OverloadedPiece::carry(const Part& part, std::optional<StiffLattice>& latti
         PieceConnection& connection = connections_[c];
         connection.load = {};
         std::uint32_t one = connection.one, other = connection.other;
-        if (number[one] == kGround) std::swap(one, other);
+        const bool swapped = number[one] == kGround;
+        if (swapped) std::swap(one, other);
         // Between two fixed members.
         if (number[one] == kGround) continue;
+        if (const std::optional<Seat>& seat = connection.seat) {
+            beams.push_back({.one = number[one],
+                             .other = number[other],
+                             .at = seat->at,
+                             .along = swapped ? -seat->along : seat->along,
+                             .radius_m = seat->radius_m});
+            of_beam.push_back(c);
+            continue;
+        }
         const PieceMember &a = members_[one], &b = members_[other];
         const Vec3 way = b.place_m - a.place_m;
         const double apart = length(way);

@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "physics/bodies/symmetric.h"
 #include "physics/statics/connection_load.h"
+#include "physics/statics/seat.h"
 #include "physics/statics/stiff_lattice.h"
 
 namespace meld::physics {
@@ -16,14 +18,16 @@ struct PieceMember {
     BodyId id = 0;
     Vec3 place_m = {};
     double radius_m = 0.5, mass_kg = 1;
-    // About its own centre, the same about all axes.
-    double inertia_kg_m2 = 0;
+    // About its own centre.
+    Symmetric inertia_kg_m2 = {};
     bool fixed = false;
     Pull acts = {};
 };
 struct PieceConnection {
     std::uint32_t one = 0, other = 0;
     BreakingLimits limits;
+    // Of two spheres: on the line between their centres, where their surfaces meet.
+    std::optional<Seat> seat = {};
     ConnectionLoad load = {};
     bool broken = false;
 };

@@ -116,7 +116,7 @@ void measure_merging(int side) {
     const auto time_of = [&](const auto& change) {
         const double begin = cpu_now();
         need(change());
-        if (!world.composites.settle(world.bodies)) std::exit(1);
+        if (!world.composites.settle(world.bodies, world.shapes)) std::exit(1);
         world.composites.set_velocities(world.bodies, workers);
         const double took = 1e3 * (cpu_now() - begin);
         scene->engine().structure_changed();
