@@ -20,12 +20,13 @@ SAME_ON_THE_WAY = tuple(key for key in SAME if key not in ("evaluations", "deriv
 
 
 def check_neighbours(rows, places, larger=()):
-    """Spheres touch when nearer than 0.5 % of a diameter, and part at 2 %; but for some that are larger than a diameter."""
-    rows = [row for row in rows if not set(row) & set(larger)]
-    seen = {frozenset(row) for row in rows}
+    """Spheres touch when nearer than 0.5 % of a diameter, and part at 2 %; but for some that are larger than a diameter, or of
+    another shape."""
     if any((b, a) not in set(rows) for a, b in rows):
         raise AssertionError("a neighbour does not see the other")
-    near, apart = moving.pairs_within(places, 1.005), moving.pairs_within(places, 1.0201)
+    larger = set(larger)
+    seen = {frozenset(row) for row in rows if not set(row) & larger}
+    near, apart = ({pair for pair in moving.pairs_within(places, far) if not pair & larger} for far in (1.005, 1.0201))
     if not near <= seen <= apart:
         raise AssertionError(f"neighbours that do not touch: {[tuple(p) for p in seen - apart][:5]}; "
                              f"that touch and are none: {[tuple(p) for p in near - seen][:5]}")

@@ -72,8 +72,7 @@ bool BodyConnections::touch(const Subdomain& subdomain, const PhysicsScene& phys
                             physics::BodyId other) {
     const physics::Scene& scene = *physics.scene;
     if (body == other || !scene.has(other)) return false;
-    const double distance_m = length(scene.state(other).position_m - scene.state(body).position_m);
-    if (distance_m < scene.radius(body) + scene.radius(other) + physics.touch_m) return true;
+    if (scene.nearer(body, other, physics.touch_m)) return true;
     if (subdomain.world.links) return false;
     bool linked = false;
     subdomain.each_neighbour(catom, [&](Catom beside) { linked = linked || subdomain.ensemble.id(beside) == other; });

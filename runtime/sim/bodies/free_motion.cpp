@@ -37,10 +37,6 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
-    if (world_.physics.has_forms() && subdomain.program_actions.uses(ActionKind::Connect))
-        return fail(
-            fmt::format("the program asks for `connect`, and some catoms of {} are no spheres (only spheres are connected)", world_.path),
-            "Take `connect` out of the program, or `shape` out of the world");
     return connections_.check(subdomain);
 }
 

@@ -241,8 +241,6 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
         if (o.kind == "terrain" || o.kind == "mesh")
             at(o.place, fmt::format("a {} holds spheres alone", o.kind), "use planes and boxes, or take the shapes out");
     for (const FeatureOptions& f : p.features) at(f.place, "only spheres have features", "take the features out, or the shapes");
-    for (const CatomGroup& g : p.groups)
-        if (g.connected.value_or(false)) at(g.place, "only spheres are connected", "take connected out, or the shapes");
     const bool no_spheres =
         !p.form.is_sphere() && std::ranges::none_of(p.groups, [](const CatomGroup& g) { return g.form && g.form->is_sphere(); });
     for (const CatomGroup& g : p.groups)
