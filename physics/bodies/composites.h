@@ -16,6 +16,7 @@
 #include "physics/bodies/bodies.h"
 #include "physics/bodies/body_shape.h"
 #include "physics/bodies/connections.h"
+#include "physics/bodies/joined_pairs.h"
 #include "physics/bodies/symmetric.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/process/parallel_for.h"
@@ -77,6 +78,9 @@ class Composites {
     bool empty() const { return composites_.empty() && connections_.empty() && !pending_; }
     bool pending() const { return pending_; }
     const Connections& connections() const { return connections_; }
+    // Bodies that joints hold together collide as little as those of one composite.
+    JoinedPairs& joined() { return joined_; }
+    const JoinedPairs& joined() const { return joined_; }
 
     // Merges and splits as the connections say. Bodies that become free get their masses back. Returns whether the members of some
     // composite have changed.
@@ -96,8 +100,9 @@ class Composites {
         const std::uint32_t composite = composite_of(body);
         return composite == kNoComposite || composites_[composite].carried() ? kNoComposite : composite;
     }
-    // Whether nothing can happen between two bodies: they are of one composite, or neither can be moved.
+    // Whether nothing can happen between two bodies: they are of one composite, or joined, or neither can be moved.
     bool indifferent(const BodyProperties& one, const BodyProperties& other) const {
+        if (joined_.has(one.id, other.id)) return true;
         const std::uint32_t a = composite_of(one.id);
         return (a != kNoComposite && a == composite_of(other.id)) || (immovable(one) && immovable(other));
     }
@@ -147,6 +152,7 @@ class Composites {
     static void set_velocities(Bodies& bodies, const Composite& composite, std::span<const Member> some);
 
     Connections connections_;
+    JoinedPairs joined_;
     std::vector<Composite> composites_;
     std::vector<Member> members_;
     // All members, in ranges short enough for a job; of short ones, several make a job. The first range of each job, and their number.

@@ -233,6 +233,8 @@ Result<void> Scene::known(BodyId body) const {
 Result<void> Scene::remove_body(BodyId body) {
     if (auto fine = known(body); !fine) return fine;
     world_->composites.release_all(body);
+    world_->joints.remove_all(body);
+    world_->composites.joined().remove_all(body);
     world_->loads.remove_body(body);
     world_->bodies.properties[world_->bodies.slot(body)].flags |= kRemoved;
     engine_->body_changed(world_->bodies.slot(body), false);
@@ -254,6 +256,7 @@ Result<void> Scene::set_state(BodyId body, const BodyState& state) {
     bodies.velocity[slot] = motion_of(state, place.radius);
     bodies.velocity[slot].inverse_mass = former.inverse_mass, bodies.velocity[slot].inverse_surface_mass = former.inverse_surface_mass;
     world_->composites.body_moved(body);
+    world_->joints.places_changed();
     engine_->body_changed(slot, moved);
     contacts_known_ = false;
     return {};

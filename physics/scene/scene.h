@@ -27,6 +27,7 @@
 #include "physics/bodies/types.h"
 #include "physics/collision/core_contacts.h"
 #include "physics/collision/obstacles.h"
+#include "physics/joints/joint.h"
 #include "physics/statics/connection_load.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
@@ -140,6 +141,22 @@ class Scene {
     // The composite that a body was part of in the last step.
     std::optional<CompositeState> composite(BodyId body) const;
 
+    // Joints (scene_joints.cpp) let two bodies turn or slide against each other and hold them otherwise; the two do not collide. One may be
+    // fixed. Bodies have joints or connections, not both, and two bodies have one joint at most. It ends with one of its bodies.
+    // Only the engine Blocks in an undivided world has joints. Cost of a step: in proportion to the joints, but for loops.
+    Result<void> add_joint(const JointSpec& joint);
+    // The two have a joint that moves along an axis.
+    Result<void> drive_joint(BodyId body, BodyId other, const JointDrive& drive);
+    bool joined(BodyId body, BodyId other) const;
+    // Sorted; valid until a joint begins or ends.
+    std::span<const BodyId> joined_to(BodyId body) const;
+    std::size_t joint_count() const;
+    std::optional<JointKind> joint_kind(BodyId body, BodyId other) const;
+    // Whether they have a joint that can be driven.
+    bool has_motor(BodyId body, BodyId other) const;
+    // None if the two have no joint; zeros for a ball.
+    std::optional<JointState> joint(BodyId body, BodyId other) const;
+
     // Loads: what connections carry. They are computed if somebody wants them, or some body has limits.
     void want_loads();
     // The connections of a body break if they carry more than this; of its limits and those of the other body the lower ones count. Errors:
@@ -178,6 +195,7 @@ class Scene {
     double pressure(BodyId body);
     double energy_drawn_j(BodyId body) const;
     bool asleep(BodyId body) const;
+    bool fixed(BodyId body) const;
     std::size_t awake_bodies() const;
 
     // The slot of the body, below slot_count(); valid until the next step.

@@ -32,6 +32,10 @@ Result<void> Scene::connect(BodyId body, BodyId other) {
                     "Use the engine Blocks");
     if (engine_->divided())
         return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Use one process");
+    for (const BodyId one : {body, other})
+        if (!joined_to(one).empty())
+            return fail(fmt::format("bodies {} and {} cannot be connected (body {} has a joint)", body, other, one),
+                        "Connect bodies without joints");
     if (connected(body, other)) return {};
     world_->composites.connect(body, other);
     for (const BodyId one : {body, other}) engine_->body_changed(world_->bodies.slot(one), false);

@@ -13,7 +13,7 @@ namespace meld::physics {
 void BlockEngine::link_blocks() {
     linked_.clear();
     const Composites& composites = world_.composites;
-    if (composites.all().empty()) return;
+    if (composites.all().empty() && world_.joints.empty()) return;
     const std::span<const Block> blocks = grid_.blocks();
     std::vector<std::uint32_t> block_of(world_.bodies.count());
     for (std::uint32_t b = 0; b < blocks.size(); ++b)
@@ -29,6 +29,12 @@ void BlockEngine::link_blocks() {
             const std::uint32_t one = first(block_of[composites.members(composite).front().slot]), other = first(block_of[member.slot]);
             linked_[std::max(one, other)] = std::min(one, other);
         }
+    for (const Assembly& assembly : world_.joints.assemblies())
+        for (const Assembly::Member& member : assembly.members()) {
+            if (!member.movable) continue;
+            const std::uint32_t one = first(block_of[assembly.members().front().slot]), other = first(block_of[member.slot]);
+            linked_[std::max(one, other)] = std::min(one, other);
+        }
     for (std::uint32_t b = 0; b < linked_.size(); ++b) linked_[b] = first(b);
 }
 
@@ -40,6 +46,7 @@ void BlockEngine::all_or_none(std::vector<std::uint8_t>& of_block) const {
 void BlockEngine::let_composites_sleep() {
     rows_.places_changed();
     shape_contacts_.places_changed();
+    world_.joints.places_changed();
     for (Composite& composite : world_.composites.all()) {
         const std::uint32_t block = grid_.block_with(world_.composites.members(composite).front().slot);
         composite.asleep = states_[block].asleep ? 1 : 0;

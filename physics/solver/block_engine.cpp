@@ -98,6 +98,11 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         over_colour(f);
         if (stage.colour == kColours - 1) rows_.average(bodies, workers);
     };
+    // Joints come after all contacts, in each sweep.
+    const auto sweep_joints = [&](Assembly::Phase phase) {
+        if (stage.colour == kColours - 1 && !world_.joints.empty())
+            world_.joints.run(phase, bodies, world_.shapes, times.substep_s(), workers);
+    };
     switch (stage.kind) {
         case Stage::Kind::Prepare:
             return prepare(times, workers);
@@ -118,6 +123,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             if (world_.settings.solver.mode == SolverMode::Pgs) {
                 contacts_.forget(workers);
                 shape_contacts_.forget_impulses();
+                world_.joints.forget_impulses();
             }
             const StageClock clock(world_.times.move);
             for_blocks(awake_, workers, [&](int, std::uint32_t block) {
@@ -135,18 +141,21 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
                 rows_.warm_start(contacts_, block, bodies.velocity.data());
                 shape_contacts_.warm_start(block, bodies.velocity.data());
             });
+            if (stage.colour == kColours - 1 && !world_.joints.empty()) world_.joints.warm_start(bodies, world_.shapes, workers);
             return {};
         }
         case Stage::Kind::Solve: {
             const StageClock clock(world_.times.solve);
             sweep_colour(
                 [&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
+            sweep_joints(Assembly::Phase::Solve);
             return {};
         }
         case Stage::Kind::Relax: {
             const StageClock clock(world_.times.solve);
             if (stage.colour == 0 && loads_wanted()) load_contacts_.before_relaxation(shape_contacts_, bodies);
             sweep_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
+            sweep_joints(Assembly::Phase::Relax);
             return {};
         }
         case Stage::Kind::FindBounces: {
@@ -256,6 +265,7 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) {
         contacts_.forget(workers);
         shape_contacts_.forget_impulses();
+        world_.joints.forget_impulses();
     }
     for (const std::uint32_t block : awake_) states_[block].speed_squared = 0;
     return {};
@@ -313,6 +323,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
             return world_.wrong(built.error().problem, built.error().suggestion);
         release_memory(order);
         world_.composites.locate(bodies);
+        if (auto settled = world_.joints.settle(bodies); !settled) return world_.wrong(settled.error().problem, settled.error().suggestion);
     }
     {
         const StageClock clock(world_.times.pairs);
@@ -430,6 +441,7 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
     fresh_ = true;
     rows_.places_changed();
     shape_contacts_.places_changed();
+    world_.joints.places_changed();
     if (failure) return world_.wrong(failure->second.problem, failure->second.suggestion);
     if (crushed != kNoBlock) return too_deep(crushed);
     return {};

@@ -238,7 +238,7 @@ class BlockEngine final : public Engine {
     std::function<bool(BlockCoordinates)> owns_;
     std::uint8_t bouncing_colours_ = 0;
     Loading loading_;
-    bool composites_fine_ = true;
+    bool composites_fine_ = true, joints_fine_ = true;
     bool cached_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;
 };

@@ -28,7 +28,7 @@ struct SavedEngine {
     double cell_m, smallest_radius_m, skin_m, margin_m, farthest_path_m, dt_s, substep_s;
     Vec3 frame_m_s;
     std::int32_t levels;
-    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, zero[7];
+    std::uint8_t rebuild, fresh, forget, has_composites, has_loads, has_joints, zero[6];
 };
 
 }  // namespace
@@ -116,9 +116,11 @@ void BlockEngine::save_rest(ByteWriter& out) const {
                           forget_,
                           !world_.composites.empty(),
                           world_.loads.wanted(),
+                          !world_.joints.empty(),
                           {}});
     if (!world_.composites.empty()) world_.composites.write(out);
     if (world_.loads.wanted()) world_.loads.write(out);
+    if (!world_.joints.empty()) world_.joints.write(out);
 }
 
 void BlockEngine::load_rest(ByteReader& in) {
@@ -133,11 +135,16 @@ void BlockEngine::load_rest(ByteReader& in) {
     forget_ = saved.forget != 0 || (!first && forget_);
     composites_fine_ = saved.has_composites == 0 || world_.composites.read(in);
     if (saved.has_loads != 0) world_.loads.read(in);
+    joints_fine_ = saved.has_joints == 0 || world_.joints.read(in);
 }
 
 Result<void> BlockEngine::loaded(Workers& workers) {
     Bodies& bodies = world_.bodies;
     const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies); };
+    if (!joints_fine_ || !world_.joints.fits(bodies)) return damaged_snapshot("has invalid joints");
+    for (const Joint& joint : world_.joints.all()) world_.composites.joined().add(joint.first, joint.second);
+    if (owns_ && !world_.joints.empty())
+        return fail("the snapshot has joints (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (owns_ && !world_.composites.empty())
         return fail("the snapshot has connected bodies (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");
@@ -158,6 +165,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     grid_.restore(loading_.shape, blocks, workers);
     Contacts::add_motionless(bodies, blocks.size());
     if (!composites_loaded()) return damaged_snapshot("has invalid connections");
+    if (auto settled = world_.joints.settle(bodies); !settled) return settled;
     states_.clear(), cages_.clear();
     std::vector<std::span<const std::byte>> contacts, shape_contacts;
     for (LoadedBlock& block : loading_.blocks) {

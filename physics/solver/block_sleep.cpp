@@ -311,6 +311,8 @@ void BlockEngine::state_restored() {
     rebuild_ = true;
     rows_.forget_velocities();
     world_.composites.restore();
+    world_.joints.forget_impulses();
+    world_.joints.places_changed();
     world_.loads.forget();
     // A body may have been asleep in the state that is restored and awake in the failed one, or the other way round.
     for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) world_.bodies.restore_masses(slot);

@@ -264,7 +264,7 @@ void Contacts::lay_out_pairs(const Setup& setup, std::uint32_t block, Arena& are
     };
     arena.laid_out = 0;
     std::uint32_t plain = 0, joint = 0;
-    if (setup.composites == nullptr || (setup.composites->empty() && !setup.has_shapes)) {
+    if (setup.composites == nullptr || (setup.composites->empty() && setup.composites->joined().empty() && !setup.has_shapes)) {
         plain = add(slots.size(), pairs, [&](std::size_t i) {
             return Arena::Chosen{{slots[pairs[i].first], slots[pairs[i].second]}, i >= arena.search.first_fast()};
         });

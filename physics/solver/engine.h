@@ -16,6 +16,7 @@
 #include "physics/bodies/settings.h"
 #include "physics/bodies/stage.h"
 #include "physics/collision/obstacles.h"
+#include "physics/joints/joints.h"
 #include "physics/statics/loads.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
@@ -43,6 +44,7 @@ struct World {
     Bodies bodies;
     BodyShapes shapes;
     Composites composites;
+    Joints joints;
     Loads loads;
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};

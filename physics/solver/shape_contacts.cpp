@@ -101,7 +101,7 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies, 
     kept_.clear();
     const auto gone = [&](std::uint32_t slot) { return (bodies.properties[slot].flags & kRemoved) != 0; };
     const auto indifferent = [&](std::uint32_t a, std::uint32_t b, bool obstacle) {
-        if (composites.empty()) return false;
+        if (composites.empty() && composites.joined().empty()) return false;
         return obstacle ? composites.immovable(bodies.properties[a]) : composites.indifferent(bodies.properties[a], bodies.properties[b]);
     };
     for (std::size_t n = 0; n < batches_.size(); ++n)
@@ -163,6 +163,7 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const std::uint32_t a = slots[pair.first], b = slots[pair.second];
         const BodyProperties &first = bodies.properties[a], &second = bodies.properties[b];
         if (((first.flags | second.flags) & kShaped) == 0) continue;
+        if (setup.composites.joined().has(first.id, second.id)) continue;
         if (!composed)
             sort({{a, b}, pair, kNoSlot});
         else if (!setup.composites.indifferent(first, second))

@@ -59,7 +59,7 @@ std::vector<CachedContact> Contacts::take_out(const Bodies& bodies, const Compos
     cached_.clear();
     cached_.resize(static_cast<std::size_t>(workers.threads()));
     const auto removed = [&](std::uint32_t slot) { return (bodies.properties[slot].flags & kRemoved) != 0; };
-    const bool composed = !composites.empty();
+    const bool composed = !composites.empty() || !composites.joined().empty();
     const auto indifferent = [&](const Batch& batch, int i, bool is_pair) {
         const BodyProperties& a = bodies.properties[batch.a[i]];
         return is_pair ? composites.indifferent(a, bodies.properties[batch.b[i]]) : composites.immovable(a);

@@ -343,5 +343,31 @@ TEST(Snapshot, RefusesTouchesOfUnknownBodies) {
     }
 }
 
+// Chains with motors, springs and limits, and a loop, in a pile; a joint ends with its body.
+TEST(Snapshot, KnowsJoints) {
+    const Make make = [] { return scene_on_plane(); };
+    auto scene = make();
+    BodyId id = 0;
+    for (int c = 0; c < 12; ++c)
+        for (int i = 0; i < 5; ++i, ++id) {
+            const Vec3 at{1.0 * i + 0.1 * (c % 3), 1.2 * (c % 4), 1 + 1.1 * (c / 4)};
+            need(scene->add_body({.id = id, .position_m = at}));
+            if (i == 0) continue;
+            JointSpec joint{.first = id - 1, .second = id, .anchor_m = at - Vec3{0.5, 0, 0}, .axis = {0, 1, 0}};
+            joint.kind = c % 4 == 3 ? JointKind::Ball : JointKind::Hinge;
+            if (c % 4 == 0) joint.strength = 20, joint.drive = {JointDrive::Kind::Servo, 0.5};
+            if (c % 4 == 1) joint.stiffness = 10, joint.damping = 1;
+            if (c % 4 == 2) joint.lower = -0.3, joint.upper = 0.3;
+            need(scene->add_joint(joint));
+        }
+    need(scene->add_joint({.first = 0, .second = 20, .anchor_m = {0, 0, 1.5}, .axis = {0, 1, 0}}));
+    const auto act = [](Scene& one, int tick) {
+        if (tick == 30) need(one.drive_joint(1, 2, {JointDrive::Kind::Motor, 3}));
+        if (tick == 40) need(one.drive_joint(1, 2, {JointDrive::Kind::Brake, 0}));
+        if (tick == 50) need(one.remove_body(12));
+    };
+    follow(*scene, make, 90, {0, 1, 7, 29, 30, 31, 41, 49, 52, 70}, act);
+}
+
 }  // namespace
 }  // namespace meld::physics

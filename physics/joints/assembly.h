@@ -1,0 +1,124 @@
+// Bodies that joints hold together, however indirectly, and these joints as one system J M^-1 J^T, which is solved directly. A body that
+// nothing can move belongs to no assembly: joints with it hold on to the world.
+//
+// In a substep the impulses act along the rows as they are at its beginning, and are such that the joints hold at its end: what the bodies'
+// velocities would do by then is predicted without linearizing it, and the system is solved for the rest until nothing is left. Afterwards,
+// as contacts are relaxed, velocities that part the joints in the new places are taken out. Both together keep energy and momentum over
+// long times (the method RATTLE of H. C. Andersen, J. Comput. Phys. 52, 1983).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/bodies/bodies.h"
+#include "physics/bodies/body_shape.h"
+#include "physics/bodies/symmetric.h"
+#include "physics/joints/block_system.h"
+#include "physics/joints/joint.h"
+
+namespace meld::physics {
+
+class Assembly {
+  public:
+    enum class Phase {
+        // Joints hold at the end of the substep.
+        Solve,
+        // Joints hold their velocities now.
+        Relax,
+    };
+    // The joints are these of a list. False: they have too many loops.
+    bool lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Bodies& bodies);
+    // Bodies have other slots.
+    void locate(const Bodies& bodies);
+    // In the order of their ids; those that nothing can move follow.
+    struct Member {
+        BodyId id;
+        std::uint32_t slot;
+        bool movable;
+    };
+    std::span<const Member> members() const { return members_; }
+    std::span<const std::uint32_t> joints() const { return joints_; }
+
+    void places_changed() { placed_ = false; }
+    void warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes);
+    void run(Phase phase, std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes, double step_s);
+    std::size_t bytes() const;
+
+  private:
+    static constexpr std::uint32_t kNobody = 0xffffffff;
+    struct Body {
+        JointPose pose;
+        Vec3 velocity, spin;
+        double inverse_mass = 0;
+        Symmetric inverse_inertia = {};
+        // Moments of inertia in its own frame per kg, if they differ; otherwise zeros.
+        Vec3 moments = {};
+    };
+    // A joint as the members see it.
+    struct Link {
+        std::uint32_t first = 0, second = 0;
+        JointRows rows = {};
+        std::array<double, kJointRows> errors = {};
+        // M^-1 J^T: what an impulse of 1 in a row changes.
+        struct Response {
+            Vec3 first_velocity, first_spin, second_velocity, second_spin;
+        };
+        std::array<Response, kJointRows> responses = {};
+        // The softness that keeps loops solvable; impulses of the relaxation.
+        JointVector softness = JointVector::Zero(), relaxed = JointVector::Zero();
+    };
+    // The row along which a joint moves: between its limits, which are speeds here, a drive or a spring has the speed `free_speed` without
+    // an impulse, one lower by `softness` for each impulse of 1, and at most the impulses +-`most`.
+    struct Curve {
+        double least_speed, greatest_speed;
+        double free_speed = 0, softness = 0, most = 0;
+        bool is_spring = false;
+
+        double impulse_at(double speed) const;
+        // Where it is at this speed if no limit acts.
+        JointStand between_limits(double speed) const;
+    };
+
+    bool rests(const Bodies& bodies) const;
+    void load_velocities(const Bodies& bodies);
+    void store(Bodies& bodies) const;
+    // Places, masses, rows and blocks, if places have changed.
+    void place(std::span<Joint> all, const Bodies& bodies, const BodyShapes& shapes);
+    void read_body(const Member& member, const Bodies& bodies, const BodyShapes& shapes, Body& body) const;
+    JointBlock block_between(std::uint32_t one, std::uint32_t other) const;
+    double speed(const Link& link, std::size_t row) const;
+    void push(const Link& link, std::size_t row, double impulse);
+    void predict(double step_s);
+    Curve curve_of(const Joint& joint, Phase phase, double step_s) const;
+    static bool holds(const Joint& joint, const Curve& curve, Phase phase);
+    void clamp_drives(std::span<Joint> all);
+    void factor(Phase phase, std::span<const Joint> all);
+    // What a solution takes for the places at the end of the substep: along straight lines, or as bodies will have turned. Now: none.
+    enum class Guess { Straight, Turned, Now };
+    void solve_once(Guess guess, std::span<Joint> all, double step_s);
+    // Brings impulses that do not depend on speeds to what they are; then, after a solution, goes along the curves. Returns whether a joint
+    // is elsewhere on its curve.
+    void set_given_impulses(std::span<Joint> all);
+    bool change_stands(Phase phase, std::span<Joint> all);
+    static JointStand next_stand(const Curve& curve, JointStand stand, double impulse, double speed);
+
+    std::vector<std::uint32_t> joints_;
+    std::vector<Member> members_;
+    std::vector<Body> bodies_;
+    std::vector<JointPose> predicted_;
+    std::vector<Link> links_;
+    std::vector<Curve> curves_;
+    // Links that share a body that can be moved.
+    std::vector<BlockSystem::Pair> pairs_;
+    std::vector<std::uint32_t> shared_;
+    std::vector<JointBlock> diagonal_, of_pairs_, masked_diagonal_, masked_pairs_;
+    std::vector<JointVector> right_;
+    // How each row along which a joint moves was part of the factors: not at all, or by its softness.
+    std::vector<double> factored_, parts_;
+    BlockSystem system_;
+    bool placed_ = false, has_loops_ = false, has_factors_ = false;
+};
+
+}  // namespace meld::physics

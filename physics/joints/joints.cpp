@@ -1,0 +1,150 @@
+#include "physics/joints/joints.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <utility>
+
+#include "physics/bodies/denormals.h"
+#include "runtime/base/assert.h"
+
+namespace meld::physics {
+
+namespace {
+
+std::pair<BodyId, BodyId> key_of(const Joint& joint) { return std::minmax(joint.first, joint.second); }
+
+bool is_sound(const Joint& joint) {
+    for (const Vec3& v : {joint.first_anchor, joint.second_anchor, joint.first_axis, joint.second_axis, joint.across})
+        if (!is_finite(v)) return false;
+    for (const double value : joint.impulses)
+        if (!std::isfinite(value)) return false;
+    for (const double value : {joint.strength, joint.stiffness, joint.damping, joint.rest, joint.target, joint.place})
+        if (!std::isfinite(value)) return false;
+    return joint.kind <= JointKind::Ball && joint.drive <= JointDrive::Kind::Brake && joint.stand <= JointStand::Minus &&
+           joint.lower <= joint.upper && joint.first != joint.second && joint.first < kMaxBodies && joint.second < kMaxBodies;
+}
+
+}  // namespace
+
+JointPose joint_pose(const Bodies& bodies, std::uint32_t slot) {
+    const Orientation& o = bodies.orientation[slot];
+    const Quat q{static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
+    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    return {centre_of(bodies.place[slot]), {norm * q.w, norm * q.x, norm * q.y, norm * q.z}};
+}
+
+std::vector<Joint>::iterator Joints::place_of_pair(BodyId one, BodyId other) {
+    return std::ranges::lower_bound(joints_, std::pair<BodyId, BodyId>(std::minmax(one, other)), {}, key_of);
+}
+
+const Joint* Joints::find(BodyId one, BodyId other) const {
+    const std::pair<BodyId, BodyId> key = std::minmax(one, other);
+    const auto found = std::ranges::lower_bound(joints_, key, {}, key_of);
+    return found == joints_.end() || key_of(*found) != key ? nullptr : &*found;
+}
+
+void Joints::add(const Joint& joint) {
+    MELD_EXPECT(find(joint.first, joint.second) == nullptr, "bodies {} and {}", joint.first, joint.second);
+    joints_.insert(place_of_pair(joint.first, joint.second), joint);
+    changed_ = true;
+}
+
+void Joints::remove_all(BodyId body) {
+    if (std::erase_if(joints_, [&](const Joint& joint) { return joint.first == body || joint.second == body; }) > 0) changed_ = true;
+}
+
+void Joints::drive(BodyId one, BodyId other, const JointDrive& drive) {
+    const auto found = place_of_pair(one, other);
+    MELD_EXPECT(found != joints_.end() && key_of(*found) == key_of(*find(one, other)), "bodies {} and {}", one, other);
+    found->drive = drive.kind, found->target = drive.target;
+}
+
+Result<void> Joints::settle(const Bodies& bodies) {
+    if (!std::exchange(changed_, false)) {
+        for (Assembly& assembly : assemblies_) assembly.locate(bodies);
+        return {};
+    }
+    if (lay_out(bodies)) return {};
+    return fail("joints hold bodies together in too many loops to be solved", "Use fewer joints, or connect bodies rigidly");
+}
+
+// Bodies that nothing can move join nothing.
+bool Joints::lay_out(const Bodies& bodies) {
+    std::map<BodyId, BodyId> above;
+    const auto lowest = [&](BodyId body) {
+        while (above.at(body) != body) body = above[body] = above.at(above.at(body));
+        return body;
+    };
+    const auto movable = [&](BodyId body) { return (bodies.properties[bodies.slot(body)].flags & kFixed) == 0; };
+    for (const Joint& joint : joints_)
+        for (const BodyId body : {joint.first, joint.second})
+            if (movable(body)) above.emplace(body, body);
+    for (const Joint& joint : joints_) {
+        if (!movable(joint.first) || !movable(joint.second)) continue;
+        const BodyId one = lowest(joint.first), other = lowest(joint.second);
+        above[std::max(one, other)] = std::min(one, other);
+    }
+    std::map<BodyId, std::vector<std::uint32_t>> groups;
+    for (std::uint32_t j = 0; j < joints_.size(); ++j)
+        groups[lowest(movable(joints_[j].first) ? joints_[j].first : joints_[j].second)].push_back(j);
+    assemblies_.clear();
+    bool fine = true;
+    for (auto& [body, list] : groups) fine = assemblies_.emplace_back().lay_out(std::move(list), joints_, bodies) && fine;
+    return fine;
+}
+
+void Joints::places_changed() {
+    for (Assembly& assembly : assemblies_) assembly.places_changed();
+}
+
+void Joints::forget_impulses() {
+    for (Joint& joint : joints_) {
+        joint.impulses = {};
+        joint.stand = JointStand::Free;
+    }
+}
+
+void Joints::warm_start(Bodies& bodies, const BodyShapes& shapes, Workers& workers) {
+    workers.run(assemblies_.size(), [&](int, std::size_t a) {
+        const FlushDenormals flush;
+        assemblies_[a].warm_start(joints_, bodies, shapes);
+    });
+}
+
+void Joints::run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes, double step_s, Workers& workers) {
+    workers.run(assemblies_.size(), [&](int, std::size_t a) {
+        const FlushDenormals flush;
+        assemblies_[a].run(phase, joints_, bodies, shapes, step_s);
+    });
+}
+
+void Joints::write(ByteWriter& out) const {
+    out.write_count(joints_.size());
+    for (const Joint& joint : joints_) out.write(joint);
+}
+
+bool Joints::read(ByteReader& in) {
+    joints_.resize(in.read_count(sizeof(Joint)));
+    for (Joint& joint : joints_) joint = in.read<Joint>();
+    changed_ = true;
+    const auto in_order = [](const Joint& one, const Joint& other) { return key_of(one) < key_of(other); };
+    return !in.failed() && std::ranges::all_of(joints_, is_sound) &&
+           std::ranges::adjacent_find(joints_, std::not_fn(in_order)) == joints_.end();
+}
+
+bool Joints::fits(const Bodies& bodies) const {
+    return std::ranges::all_of(joints_, [&](const Joint& joint) {
+        if (!bodies.has(joint.first) || !bodies.has(joint.second)) return false;
+        return ((bodies.properties[bodies.slot(joint.first)].flags & bodies.properties[bodies.slot(joint.second)].flags) & kFixed) == 0;
+    });
+}
+
+std::size_t Joints::bytes() const {
+    std::size_t sum = joints_.capacity() * sizeof(Joint) + assemblies_.capacity() * sizeof(Assembly);
+    for (const Assembly& assembly : assemblies_) sum += assembly.bytes();
+    return sum;
+}
+
+}  // namespace meld::physics

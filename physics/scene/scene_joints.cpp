@@ -1,0 +1,104 @@
+// Joints between the bodies of a scene.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "physics/scene/scene.h"
+#include "physics/solver/engine.h"
+
+namespace meld::physics {
+
+namespace {
+
+// What is wrong with the numbers of a joint; nothing: they are fine.
+Result<void> check(const JointSpec& joint) {
+    const auto wrong = [&](std::string_view what, const char* cure) {
+        return fail(fmt::format("the joint of bodies {} and {} {}", joint.first, joint.second, what), cure);
+    };
+    if (!is_finite(joint.anchor_m)) return wrong("has an anchor that is not finite", "Give it a place");
+    if (joint.kind == JointKind::Ball) return {};
+    if (!is_finite(joint.axis) || !(length(joint.axis) > 0)) return wrong("has no axis", "Give it a direction");
+    if (!(joint.lower <= 0 && joint.upper >= 0)) return wrong("is beyond its limits at the start", "Give it limits around 0");
+    for (const double value : {joint.strength, joint.stiffness, joint.damping})
+        if (!(value >= 0) || !std::isfinite(value))
+            return wrong("has a strength, stiffness or damping that is negative or not finite", "Give it numbers from 0 on");
+    for (const double value : {joint.rest, joint.drive.target})
+        if (!std::isfinite(value)) return wrong("has a target that is not finite", "Give it a number");
+    if (!(joint.servo_speed > 0) || !(joint.response_s > 0))
+        return wrong("has a servo that never moves", "Give it a positive speed and time");
+    if ((joint.stiffness > 0 || joint.damping > 0) && joint.strength > 0) return wrong("has a spring and a motor", "Leave one of them out");
+    return {};
+}
+
+}  // namespace
+
+Result<void> Scene::add_joint(const JointSpec& joint) {
+    for (const BodyId one : {joint.first, joint.second})
+        if (auto fine = known(one); !fine) return fine;
+    const auto cannot = [&](std::string_view why, const char* cure) {
+        return fail(fmt::format("bodies {} and {} cannot be joined ({})", joint.first, joint.second, why), cure);
+    };
+    if (joint.first == joint.second) return cannot("they are one", "Name another body");
+    if (world_->settings.engine != EngineKind::Blocks) return cannot("only the engine Blocks has joints", "Use the engine Blocks");
+    if (engine_->divided()) return cannot("the world is divided", "Use one process");
+    if (joined(joint.first, joint.second)) return cannot("they are joined already", "Give two bodies one joint");
+    for (const BodyId one : {joint.first, joint.second})
+        if (!connected_to(one).empty()) return cannot(fmt::format("body {} is connected", one), "Join bodies that are not connected");
+    if (auto fine = check(joint); !fine) return fine;
+    const Bodies& bodies = world_->bodies;
+    const std::uint32_t first = bodies.slot(joint.first), second = bodies.slot(joint.second);
+    if ((bodies.properties[first].flags & bodies.properties[second].flags & kFixed) != 0)
+        return cannot("both are fixed", "Join bodies of which one can move");
+    world_->joints.add(make_joint(joint, joint_pose(bodies, first), joint_pose(bodies, second)));
+    world_->composites.joined().add(joint.first, joint.second);
+    for (const std::uint32_t slot : {first, second}) engine_->body_changed(slot, false);
+    engine_->structure_changed();
+    return {};
+}
+
+Result<void> Scene::drive_joint(BodyId body, BodyId other, const JointDrive& drive) {
+    for (const BodyId one : {body, other})
+        if (auto fine = known(one); !fine) return fine;
+    const Joint* joint = world_->joints.find(body, other);
+    if (joint == nullptr) return fail(fmt::format("bodies {} and {} have no joint", body, other), "Name bodies that are joined");
+    if (!joint->moves_along()) return fail(fmt::format("the joint of bodies {} and {} is a ball", body, other), "Drive hinges and sliders");
+    if (!std::isfinite(drive.target))
+        return fail(fmt::format("the joint of bodies {} and {} is driven to {}", body, other, drive.target), "Give it a number");
+    const bool brakes = drive.kind == JointDrive::Kind::Brake;
+    if (joint->drive == drive.kind && (brakes || joint->target == drive.target)) return {};
+    world_->joints.drive(body, other, {drive.kind, brakes ? this->joint(body, other)->place : drive.target});
+    for (const BodyId one : {body, other}) engine_->body_changed(world_->bodies.slot(one), false);
+    return {};
+}
+
+bool Scene::joined(BodyId body, BodyId other) const { return world_->composites.joined().has(body, other); }
+
+std::span<const BodyId> Scene::joined_to(BodyId body) const { return world_->composites.joined().of(body); }
+
+std::size_t Scene::joint_count() const { return world_->joints.all().size(); }
+
+std::optional<JointKind> Scene::joint_kind(BodyId body, BodyId other) const {
+    const Joint* joint = world_->joints.find(body, other);
+    return joint == nullptr ? std::nullopt : std::optional(joint->kind);
+}
+
+bool Scene::has_motor(BodyId body, BodyId other) const {
+    const Joint* joint = world_->joints.find(body, other);
+    return joint != nullptr && joint->strength > 0;
+}
+
+bool Scene::fixed(BodyId body) const { return (world_->bodies.properties[world_->bodies.slot(body)].flags & kFixed) != 0; }
+
+std::optional<JointState> Scene::joint(BodyId body, BodyId other) const {
+    const Joint* joint = world_->joints.find(body, other);
+    if (joint == nullptr) return std::nullopt;
+    if (!joint->moves_along()) return JointState{};
+    const Bodies& bodies = world_->bodies;
+    const JointPose first = joint_pose(bodies, bodies.slot(joint->first)), second = joint_pose(bodies, bodies.slot(joint->second));
+    const BodyState one = state(joint->first), two = state(joint->second);
+    const JointRow row = rows_of(*joint, first, second)[kDriveRow];
+    return JointState{place_of(*joint, first, second),
+                      row.speed(one.linear_velocity_m_s, one.angular_velocity_rad_s, two.linear_velocity_m_s, two.angular_velocity_rad_s)};
+}
+
+}  // namespace meld::physics
