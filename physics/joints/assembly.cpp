@@ -219,7 +219,7 @@ void Assembly::run(Phase phase, std::span<Joint> all, Bodies& bodies, const Body
         const bool at_limit = (joint.stand == JointStand::Low && curve.least_speed > -kInfinite) ||
                               (joint.stand == JointStand::High && curve.greatest_speed < kInfinite);
         const bool driven = joint.stand == JointStand::Drive || joint.stand == JointStand::Plus || joint.stand == JointStand::Minus;
-        if (!at_limit && driven != curve.most > 0) joint.stand = curve.most > 0 ? JointStand::Drive : JointStand::Free;
+        if (!at_limit && driven != (curve.most > 0)) joint.stand = curve.most > 0 ? JointStand::Drive : JointStand::Free;
     }
     // First as if joints held along straight lines, which finds the way back also from velocities that are far off; then for where the
     // bodies will be.

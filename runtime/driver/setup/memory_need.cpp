@@ -55,6 +55,8 @@ constexpr double kHeld = 90;
 constexpr double kAsks = 500;
 // A body of a cube that is all connected, if somebody wants its loads: its share of the lattice and of the loads.
 constexpr double kLoads = 9000;
+// A joint with its rows, and its blocks in the system of its assembly.
+constexpr double kJoint = 5000;
 // On several processes: what a body leaves behind where it was placed or packed, for memory that is freed stays with the process (see
 // runtime/comm/transport/mpi.cpp); and what its contacts leave.
 constexpr double kHandedOver = 90;
@@ -123,6 +125,13 @@ class Counting {
         return breaks(world_.physics) || std::ranges::any_of(world_.physics.groups, breaks) || (sensed && module_.predicates[*sensed].read);
     }
 
+    // Of a region, about as many as it may have catoms.
+    double joints() const {
+        double joints = 0;
+        for (const world::JointOptions& joint : world_.physics.joints) joints += joint.between ? 1 : here_;
+        return kJoint * std::min(joints, lattice_contacts() + 2 * here_);
+    }
+
     MemoryPart bodies() const {
         const bool touch = world_.physics.spacing < 1 + kNear;
         // Of a block as it is placed, less those at its surface.
@@ -135,7 +144,7 @@ class Counting {
             std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
         const double loads = wants_loads() ? kLoads : 0;
         const double held = holds ? (kHeld + loads) * here_ : 0, asked = asks ? (kHeld + kAsks + loads) * here_ : 0;
-        return {"bodies and contacts", {each + contact * at_start + held, each + contact * most + held + asked}};
+        return {"bodies and contacts", {each + contact * at_start + held, each + contact * most + held + asked + joints()}};
     }
 
     // Where neighbours are listed: the table of links, which a graph has counted. Where messages take time also where each link is read,

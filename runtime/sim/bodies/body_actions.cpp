@@ -35,7 +35,7 @@ BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
 
 Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided) {
     acting_ = subdomain.totals.actions > 0;
-    asked_.clear();
+    asked_.clear(), asked_drives_.clear();
     if (!acting_) return {};
     switched_.clear();
     refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Bodies);
@@ -51,6 +51,14 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
             case ActionKind::Connect:
             case ActionKind::Release:
                 asked_.push_back({kind, action.catom, action.arguments[0].catom});
+                break;
+            case ActionKind::Motor:
+            case ActionKind::Servo:
+                asked_drives_.push_back({kind, action.catom, action.arguments[0].catom, action.arguments[1].real});
+                break;
+            case ActionKind::Brake:
+            case ActionKind::Coast:
+                asked_drives_.push_back({kind, action.catom, action.arguments[0].catom, 0});
                 break;
             case ActionKind::Force:
             case ActionKind::ForceVector: {

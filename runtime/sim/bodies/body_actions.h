@@ -1,5 +1,5 @@
-// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them, which
-// runtime/sim/bodies/body_connections.h carries out.
+// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them or drive their joints, which
+// body_connections.h and body_joints.h carry out.
 #pragma once
 
 #include <optional>
@@ -8,6 +8,7 @@
 
 #include "runtime/module/abi/actions.h"
 #include "runtime/sim/bodies/body_connections.h"
+#include "runtime/sim/bodies/body_joints.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"
@@ -22,6 +23,8 @@ class BodyActions {
     Result<void> take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
     // The connections that this tick's actions are about, in the order of the catoms.
     std::span<const AskedConnection> asked() const { return asked_; }
+    // And those about joints.
+    std::span<const AskedDrive> asked_drives() const { return asked_drives_; }
     // Counts an action that was not carried out, and tells the catom if its program wants to know.
     void report_failed(Subdomain& subdomain, Catom catom, ActionKind action, Refusal why);
     // Call it after bodies have migrated within the tick: wrenches follow them. Every process calls it.
@@ -58,6 +61,7 @@ class BodyActions {
     std::vector<AppliedWrench> applied_, received_;
     std::vector<Switched> switched_;
     std::vector<AskedConnection> asked_;
+    std::vector<AskedDrive> asked_drives_;
 };
 
 }  // namespace meld::sim

@@ -36,6 +36,7 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
         case BodyQuantity::Contact:
         case BodyQuantity::Connected:
         case BodyQuantity::Broke:
+        case BodyQuantity::Joint:
             break;
     }
     MELD_CHECK(false, "touches have no threshold");
@@ -82,7 +83,7 @@ void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense)
         touches_at_ = base;
     else if (sense.quantity == BodyQuantity::Connected)
         connected_ = base;
-    else if (sense.quantity != BodyQuantity::Load)
+    else if (sense.quantity != BodyQuantity::Load && sense.quantity != BodyQuantity::Joint)
         sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
                             threshold_of(sense.quantity, world_->physics.sense)});
 }
@@ -200,6 +201,7 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity qua
         case BodyQuantity::Connected:
         case BodyQuantity::Load:
         case BodyQuantity::Broke:
+        case BodyQuantity::Joint:
             break;
     }
     MELD_CHECK(false, "touches are not measured");

@@ -37,12 +37,14 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
+    if (auto fine = joints_.check(subdomain); !fine) return fine;
     return connections_.check(subdomain);
 }
 
 Result<void> FreeMotion::look_up(Subdomain& subdomain) {
     actions_.start(subdomain, world_);
     load_senses_.start(subdomain, world_);
+    joints_.start(subdomain);
     subdomain.set_homes([this, &subdomain, last = std::pair<physics::Home, world::BrickKey>(), any = false](Catom catom) mutable {
         const physics::Home home = physics_.scene->home(static_cast<physics::BodyId>(subdomain.ensemble.id(catom)));
         // Mostly that of the catom before; the walk along the curve is longer.
@@ -112,6 +114,8 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         if (subdomain.owned(c))
             done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
     if (done) done = connections_.connect_groups(subdomain, *physics_.scene, bodies, fixed_touches_);
+    if (done) done = joints_.join(subdomain, *physics_.scene, bodies, radii.max, touch_m);
+    if (done) joints_.add_touches(*physics_.scene, fixed_touches_);
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     tell_looks(subdomain);
@@ -142,6 +146,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     MELD_EXPECT(physics_.scene != nullptr && divided_.has_value() == !subdomain.alone());
     if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     connect_bodies(subdomain);
+    drive_joints(subdomain);
     if (load_senses_.reads_loads()) physics_.scene->want_loads();
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(subdomain); !done) return done;
@@ -153,6 +158,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     const StageClock clock(sensing_s_);
     senses_.sense(subdomain, physics_, divided_ ? &*divided_ : nullptr);
     load_senses_.sense(subdomain, *physics_.scene);
+    joints_.sense(subdomain, *physics_.scene);
     if (in_range_) in_range_->senses.sense(subdomain);
     bodies_ = subdomain.ensemble.owned_count();
     subdomain.set_moving(awake_ > 0);
@@ -162,6 +168,11 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
 
 void FreeMotion::connect_bodies(Subdomain& subdomain) {
     for (const RefusedConnection& each : connections_.carry_out(subdomain, physics_, senses_, actions_.asked()))
+        actions_.report_failed(subdomain, each.catom, each.action, each.why);
+}
+
+void FreeMotion::drive_joints(Subdomain& subdomain) {
+    for (const RefusedDrive& each : joints_.carry_out(subdomain, *physics_.scene, actions_.asked_drives()))
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
 }
 
@@ -278,6 +289,7 @@ Result<void> FreeMotion::take_out_all(Subdomain& subdomain, std::vector<physics:
     physics::Scene& scene = *physics_.scene;
     connections_.lose(subdomain, scene, senses_, ids);
     load_senses_.lose(subdomain, scene, ids);
+    joints_.lose(subdomain, scene, ids);
     for (const physics::BodyId id : ids) {
         // The next step drops the body on all processes that hold it.
         if (scene.has(id))
@@ -323,7 +335,7 @@ void FreeMotion::finish(Subdomain& subdomain) {
     mine.write(crossed_);
     mine.write(physics_.scene->kinetic_energy_j());
     bodies_ = awake_ = crossed_ = 0;
-    connected_ = physics_.scene->connection_count();
+    connected_ = physics_.scene->connection_count(), joined_ = physics_.scene->joint_count();
     energy_j_ = 0;
     for (const auto& from : gather_bytes(subdomain, mine)) {
         ByteReader in(from, "counts of bodies");
@@ -350,6 +362,7 @@ SimModule::Stages FreeMotion::stages() const {
 std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (connected_ > 0) text += fmt::format("; {} connection{}", connected_, connected_ == 1 ? "" : "s");
+    if (joined_ > 0) text += fmt::format("; {} joint{}", joined_, joined_ == 1 ? "" : "s");
     if (broken_count_ > 0) text += fmt::format("; {} connection{} broke", broken_count_, broken_count_ == 1 ? "" : "s");
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} migrations of catoms between processes", crossed_);

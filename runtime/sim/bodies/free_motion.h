@@ -13,6 +13,7 @@
 #include "physics/bodies/buffer.h"
 #include "runtime/sim/bodies/body_actions.h"
 #include "runtime/sim/bodies/body_connections.h"
+#include "runtime/sim/bodies/body_joints.h"
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
@@ -28,7 +29,7 @@ namespace meld::sim {
 
 class FreeMotion : public SimModule {
   public:
-    explicit FreeMotion(const world::World& world) : world_(world), connections_(world) {
+    explicit FreeMotion(const world::World& world) : world_(world), connections_(world), joints_(world) {
         if (world.links) in_range_.emplace(*world.links);
     }
     Result<void> start(Subdomain& subdomain) override;
@@ -77,6 +78,7 @@ class FreeMotion : public SimModule {
     // After the first step: adds the touches that began in it to those of immovable and connected catoms.
     void note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     void connect_bodies(Subdomain& subdomain);
+    void drive_joints(Subdomain& subdomain);
     // After the last step of a tick: what connections carry, and those that break.
     Result<void> load_connections(Subdomain& subdomain);
     Result<physics::StepReport> move(Subdomain& subdomain);
@@ -95,6 +97,7 @@ class FreeMotion : public SimModule {
     BodyActions actions_;
     BodySenses senses_;
     BodyConnections connections_;
+    BodyJoints joints_;
     LoadSenses load_senses_;
     ContactLinks links_;
     // If neighbours are those within a range, instead of those that touch.
@@ -107,7 +110,7 @@ class FreeMotion : public SimModule {
     std::optional<InRange> in_range_;
     std::optional<DividedBodies> divided_;
     std::vector<physics::TouchEvent> fixed_touches_;  // Of this process, until they become links.
-    std::uint64_t bodies_ = 0, awake_ = 0, connected_ = 0;
+    std::uint64_t bodies_ = 0, awake_ = 0, connected_ = 0, joined_ = 0;
     std::uint64_t crossed_ = 0;                // Catoms that have migrated, not counting those that did before anything moved.
     std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
     std::vector<physics::TouchEvent> events_;  // If some catoms are lost.

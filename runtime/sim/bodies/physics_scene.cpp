@@ -219,8 +219,11 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     heights_ = {std::min(heights_.low, height), std::max(heights_.high, height)};
     if (connected_in) connected_in_.emplace(id, *connected_in);
     const bool at_rest = spec.fixed && spec.linear_velocity_m_s == physics::Vec3{};
-    if (at_rest || connected_in)
-        unwatched_.push_back({spec.id, spec.position_m, r, spec.shape.value_or(physics::BodyShape{{}, r}), spec.orientation});
+    const FixedBody body{spec.id, spec.position_m, r, spec.shape.value_or(physics::BodyShape{{}, r}), spec.orientation};
+    if (at_rest || connected_in) unwatched_.push_back(body);
+    for (std::size_t i = 0; i < joined_in_.size(); ++i)
+        if (const world::JointOptions& joint = world_.physics.joints[i]; !joint.between && joint.where.contains(id, cell, position))
+            joined_in_[i].push_back(body);
 }
 
 Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {

@@ -39,6 +39,7 @@ constexpr Words kWords[] = {
     {Refusal::Conflict, "conflict", "another request had priority"},
     {Refusal::NoSuchFeature, "no_such_feature", "the catom had no such feature"},
     {Refusal::NotConnected, "not_connected", "the two catoms were not connected"},
+    {Refusal::NotJoined, "not_joined", "the two catoms had no joint with a motor"},
 };
 constexpr std::size_t kRefusals = std::size(kWords);
 

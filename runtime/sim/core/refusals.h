@@ -41,6 +41,7 @@ enum class Refusal : std::uint8_t {
     Conflict,
     NoSuchFeature,
     NotConnected,
+    NotJoined,
 };
 // A name that stays the same, for programs: "not_a_neighbour".
 std::string_view name_of(Refusal why);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -59,6 +60,23 @@ struct CatomGroup {
     std::string place;
 };
 
+// A joint of two catoms, or of all catoms of a region that touch each other at the start; later ones override earlier ones. Lengths in
+// diameters and angles in degrees, with their speeds in m/s and rad/s.
+struct JointOptions {
+    std::string kind = "hinge";  // "hinge", "slider" or "ball".
+    std::optional<std::array<std::uint64_t, 2>> between;
+    Region where;                // If not between two.
+    std::optional<Vec3> anchor;  // Nothing: on the line of the centres, divided as the radii are.
+    Vec3 axis{0, 0, 1};
+    std::optional<std::array<double, 2>> limits;
+    double strength = 0;                    // Of the motor: a torque or a force.
+    std::optional<double> speed, response;  // Of the servo.
+    double stiffness = 0, damping = 0, rest = 0;
+    std::string drive = "coast";  // At the start: "coast", "motor", "servo" or "brake".
+    double target = 0;
+    std::string place;
+};
+
 // An obstacle. Lengths in catom diameters.
 struct ObstacleOptions {
     std::string kind = "plane";  // "plane", "box", "terrain" or "mesh".
@@ -83,6 +101,8 @@ struct SenseOptions {
     double pressure = 0.05;     // Relative to the former value.
     double energy = 0.01;       // Relative to the former value.
     double load = 0.02;         // Relative to the former force, and to the former torque.
+    double joint = 0.02;        // rad or diameters
+    double joint_speed = 0.1;   // rad/s or m/s
 };
 
 // Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
@@ -112,6 +132,7 @@ struct PhysicsOptions {
     std::vector<FeatureOptions> features;
     std::vector<ObstacleOptions> obstacles;
     std::vector<CatomGroup> groups;
+    std::vector<JointOptions> joints;
 
     bool has_forms() const {
         return !form.is_sphere() || std::ranges::any_of(groups, [](const CatomGroup& g) { return g.form && !g.form->is_sphere(); });

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "runtime/base/default_time_scale.h"
+#include "runtime/world/file/joint_section.h"
 #include "runtime/world/shapes/surface.h"
 
 namespace meld::world {
@@ -220,11 +221,16 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     if (!node) return;
     if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
     const Section section(reader, *node->as_table(), "[motion.sense]",
-                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load"});
-    const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position}, {"orientation", &sense.orientation},
-                                                          {"velocity", &sense.velocity}, {"acceleration", &sense.acceleration},
-                                                          {"pressure", &sense.pressure}, {"energy", &sense.energy},
-                                                          {"load", &sense.load}};
+                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load", "joint", "joint_speed"});
+    const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position},
+                                                          {"orientation", &sense.orientation},
+                                                          {"velocity", &sense.velocity},
+                                                          {"acceleration", &sense.acceleration},
+                                                          {"pressure", &sense.pressure},
+                                                          {"energy", &sense.energy},
+                                                          {"load", &sense.load},
+                                                          {"joint", &sense.joint},
+                                                          {"joint_speed", &sense.joint_speed}};
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
@@ -269,7 +275,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
          "linear_damping", "angular_damping", "mass",        "inertia",     "friction",       "restitution",     "spacing",
          "ground",         "roll_torque",     "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "lowest",
          "lost",           "sense",           "feature",     "obstacle",    "catoms",         "breaking_force",  "breaking_torque",
-         "shape",          "edges",           "length",      "rounding"});
+         "shape",          "edges",           "length",      "rounding",    "joint"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -308,6 +314,10 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
                [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
     each_table(reader, table, "obstacle", [&](const toml::table& t) { read_obstacle(reader, t, p.obstacles.emplace_back()); });
     each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
+    each_table(reader, table, "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
+    if (!p.joints.empty() && p.engine != "blocks")
+        section.wrong("engine", fmt::format("the engine \"{}\" has no joints", p.engine),
+                      "write engine = \"blocks\", or take the joints out");
     for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
     smallest_m = least_thickness(p, diameter_m, smallest_m);
     check_forms(reader, section, p);

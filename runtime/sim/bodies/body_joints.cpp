@@ -1,0 +1,228 @@
+#include "runtime/sim/bodies/body_joints.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <tuple>
+#include <utility>
+
+#include "runtime/base/assert.h"
+#include "runtime/engine/tuple/facts.h"
+#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/core/setup/unmatched.h"
+
+namespace meld::sim {
+
+namespace {
+
+// Catoms that a worker takes at once: whole groups of the agenda.
+constexpr Catom kJointsOfJob = 1024;
+
+physics::JointKind kind_of(const world::JointOptions& joint) {
+    return joint.kind == "ball"     ? physics::JointKind::Ball
+           : joint.kind == "slider" ? physics::JointKind::Slider
+                                    : physics::JointKind::Hinge;
+}
+
+physics::JointDrive::Kind drive_of(std::string_view word) {
+    using Kind = physics::JointDrive::Kind;
+    return word == "motor" ? Kind::Motor : word == "servo" ? Kind::Servo : word == "brake" ? Kind::Brake : Kind::Coast;
+}
+
+// By rank: of several actions on one joint, the one with the greatest goes.
+int rank_of(ActionKind action) {
+    return action == ActionKind::Coast ? 0 : action == ActionKind::Motor ? 1 : action == ActionKind::Servo ? 2 : 3;
+}
+
+std::string name_of(const world::JointOptions& joint) {
+    return joint.between ? fmt::format("@{} and @{}", (*joint.between)[0], (*joint.between)[1]) : fmt::format("`{}`", joint.where.text());
+}
+
+}  // namespace
+
+Result<void> BodyJoints::check(const Subdomain& subdomain) const {
+    const std::vector<world::JointOptions>& joints = world_.physics.joints;
+    if (joints.empty()) return {};
+    if (!subdomain.alone())
+        return fail(fmt::format("{}: the world has joints, and this run has {} processes (catoms with joints move on one process only)",
+                                joints[0].place, subdomain.comm.processes()),
+                    "Use one process, without -n, or take the joints out");
+    const bool connected =
+        std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
+    if (connected || subdomain.program_actions.uses(ActionKind::Connect))
+        return fail(
+            fmt::format("{}: the world has joints, and {} (a catom has joints or connections, not both)", joints[0].place,
+                        connected ? "some of its catoms are connected" : "the program asks for `connect`"),
+            connected ? "Take `connected` out, or the joints" : "Take `connect` out of the program, or the joints out of the world");
+    return {};
+}
+
+void BodyJoints::start(const Subdomain& subdomain) {
+    const auto sense = std::ranges::find(body_senses(), BodyQuantity::Joint, &BodySense::quantity);
+    MELD_CHECK(sense != body_senses().end(), "the table has no joints");
+    const std::optional<u32> base = stored(subdomain, *sense);
+    if (base && subdomain.module.predicates[*base].fields[0].type == ValueType::Node) joint_ = base;
+}
+
+physics::JointSpec BodyJoints::describe(const world::JointOptions& joint, const physics::Scene& scene, physics::BodyId first,
+                                        physics::BodyId second) const {
+    physics::JointSpec spec{.kind = kind_of(joint), .first = first, .second = second};
+    const physics::Vec3 one = scene.state(first).position_m, other = scene.state(second).position_m;
+    const double share = scene.radius(first) / (scene.radius(first) + scene.radius(second));
+    spec.anchor_m = joint.anchor ? to_metres(world_, *joint.anchor) : one + share * (other - one);
+    spec.axis = {joint.axis[0], joint.axis[1], joint.axis[2]};
+    const double unit = spec.kind == physics::JointKind::Slider ? 2 * world_.radius : std::numbers::pi / 180;
+    if (joint.limits) spec.lower = unit * (*joint.limits)[0], spec.upper = unit * (*joint.limits)[1];
+    spec.strength = joint.strength;
+    spec.servo_speed = joint.speed.value_or(spec.servo_speed);
+    // As long as a servo takes few steps, it neither jerks nor lags.
+    constexpr double kStepsOfServo = 5;
+    spec.response_s = joint.response.value_or(kStepsOfServo * world_.physics.step);
+    spec.stiffness = joint.stiffness, spec.damping = joint.damping, spec.rest = unit * joint.rest;
+    spec.drive = {drive_of(joint.drive), joint.drive == "servo" ? unit * joint.target : joint.target};
+    return spec;
+}
+
+Result<void> BodyJoints::join(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies, double max_radius_m,
+                              double touch_m) const {
+    const std::vector<world::JointOptions>& joints = world_.physics.joints;
+    std::vector<bool> joins(joints.size());
+    // Backwards, so that the later of two tables about the same catoms goes.
+    for (std::size_t i = joints.size(); i-- > 0;) {
+        const world::JointOptions& joint = joints[i];
+        const auto add = [&](physics::BodyId first, physics::BodyId second) -> Result<void> {
+            joins[i] = true;
+            if (scene.joined(first, second)) return {};
+            return scene.add_joint(describe(joint, scene, first, second));
+        };
+        const auto wrong = [&](const Error& error) {
+            const Error said = about_catoms(error);
+            return fail(fmt::format("{}: {}", joint.place, said.problem), said.suggestion);
+        };
+        if (joint.between) {
+            for (const std::uint64_t id : *joint.between)
+                if (id >= physics::kMaxBodies || !scene.has(static_cast<physics::BodyId>(id)))
+                    return fail(fmt::format("{}: there is no catom @{}", joint.place, id), "Name two catoms of the world");
+            const auto done = add(static_cast<physics::BodyId>((*joint.between)[0]), static_cast<physics::BodyId>((*joint.between)[1]));
+            if (!done) return wrong(done.error());
+            continue;
+        }
+        // Of two that are both fixed there is no joint.
+        for (const physics::TouchEvent& e : touches_among(subdomain, bodies.joined_in(i), max_radius_m, touch_m)) {
+            if (scene.fixed(e.touch.body) && scene.fixed(e.touch.other)) continue;
+            if (const auto done = add(e.touch.body, e.touch.other); !done) return wrong(done.error());
+        }
+    }
+    Unmatched unmatched(subdomain.comm);
+    for (std::size_t i = 0; i < joins.size(); ++i)
+        unmatched.add(joins[i], [&joint = joints[i]] {
+            return fmt::format("{}: no two catoms of {} touch at the start, so this [[motion.joint]] joins none", joint.place,
+                               name_of(joint));
+        });
+    unmatched.warn();
+    return {};
+}
+
+void BodyJoints::add_touches(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) const {
+    if (scene.joint_count() == 0) return;
+    for (const physics::BodyId body : scene.bodies())
+        for (const physics::BodyId other : scene.joined_to(body))
+            if (body < other) touches.push_back({{body, other, false}, true});
+    std::ranges::sort(touches);
+}
+
+std::vector<RefusedDrive> BodyJoints::carry_out(const Subdomain& subdomain, physics::Scene& scene,
+                                                std::span<const AskedDrive> asked) const {
+    using Pair = std::pair<physics::BodyId, physics::BodyId>;
+    std::vector<RefusedDrive> refused;
+    std::map<Pair, std::tuple<int, double, ActionKind>> drives;
+    for (const AskedDrive& ask : asked) {
+        const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(ask.catom));
+        const bool exists = ask.other < physics::kMaxBodies && scene.has(static_cast<physics::BodyId>(ask.other));
+        const auto other = exists ? static_cast<physics::BodyId>(ask.other) : body;
+        if (body == other || !scene.has_motor(body, other) || !std::isfinite(ask.target)) {
+            refused.push_back({ask.action, ask.catom, Refusal::NotJoined});
+            continue;
+        }
+        const std::tuple<int, double, ActionKind> drive{rank_of(ask.action), ask.target, ask.action};
+        const auto [at, is_new] = drives.try_emplace(Pair(std::minmax(body, other)), drive);
+        if (!is_new) at->second = std::max(at->second, drive);
+    }
+    for (const auto& [pair, drive] : drives) {
+        const ActionKind action = std::get<ActionKind>(drive);
+        const bool servo = action == ActionKind::Servo;
+        const double unit = servo ? unit_m(*scene.joint_kind(pair.first, pair.second)) : 1;
+        const auto done = scene.drive_joint(pair.first, pair.second, {drive_of(info(action).word), unit * std::get<double>(drive)});
+        MELD_CHECK(done.has_value(), "the joint of catoms @{} and @{} cannot be driven", pair.first, pair.second);
+    }
+    return refused;
+}
+
+std::array<Value, 3> BodyJoints::arguments_of(const Reading& reading) {
+    std::array<Value, 3> arguments{};
+    arguments[0].catom = reading.other;
+    arguments[1].real = reading.place, arguments[2].real = reading.speed;
+    return arguments;
+}
+
+std::vector<BodyJoints::Reading> BodyJoints::sensed(const Subdomain& subdomain, Catom catom) const {
+    std::vector<Reading> found;
+    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *joint_, catom,
+                     [&](const Value* v) { found.push_back({.other = v[0].catom, .place = v[1].real, .speed = v[2].real}); });
+    return found;
+}
+
+void BodyJoints::sense(Subdomain& subdomain, const physics::Scene& scene) const {
+    if (!joint_) return;
+    const u64 dirty = subdomain.module.columns[subdomain.module.predicates[*joint_].column].own_dirty;
+    const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
+    subdomain.workers.run((count + kJointsOfJob - 1) / kJointsOfJob, [&](int worker, std::size_t job) {
+        const auto first = static_cast<Catom>(job) * kJointsOfJob;
+        for (Catom c = first; c < std::min(count, first + kJointsOfJob); ++c)
+            if (subdomain.owned(c) && sense_catom(subdomain, scene, c, worker)) subdomain.mark_shared(c, dirty);
+    });
+}
+
+bool BodyJoints::sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const {
+    const world::SenseOptions& enough = world_.physics.sense;
+    const std::vector<Reading> last = sensed(subdomain, catom);
+    std::vector<Reading> now;
+    const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
+    for (const physics::BodyId other : scene.joined_to(body)) {
+        const auto state = scene.joint(body, other);
+        MELD_CHECK(state.has_value(), "catoms @{} and @{} have no joint", body, other);
+        // Zero has one sign where facts are stored.
+        const Reading found{
+            .other = other, .place = state->place / unit_m(*scene.joint_kind(body, other)) + 0.0, .speed = state->speed + 0.0};
+        const auto former = std::ranges::find(last, found.other, &Reading::other);
+        const bool differs = former == last.end() || std::abs(found.place - former->place) > enough.joint ||
+                             std::abs(found.speed - former->speed) > enough.joint_speed;
+        now.push_back(differs ? found : *former);
+    }
+    bool changed = false;
+    const auto is_in = [](const std::vector<Reading>& list, const Reading& each) { return std::ranges::find(list, each) != list.end(); };
+    for (const Reading& each : last)
+        if (!is_in(now, each)) subdomain.take_shared(*joint_, catom, arguments_of(each).data(), worker), changed = true;
+    for (const Reading& each : now)
+        if (!is_in(last, each)) subdomain.give_shared(*joint_, catom, arguments_of(each).data(), worker), changed = true;
+    return changed;
+}
+
+void BodyJoints::lose(Subdomain& subdomain, const physics::Scene& scene, std::span<const physics::BodyId> lost) const {
+    if (!joint_) return;
+    for (const physics::BodyId id : lost) {
+        if (!scene.has(id)) continue;
+        for (const physics::BodyId other : scene.joined_to(id)) {
+            const std::optional<Catom> catom = subdomain.ensemble.find(other);
+            if (!catom) continue;
+            for (const Reading& each : sensed(subdomain, *catom))
+                if (each.other == id) subdomain.take(*joint_, *catom, arguments_of(each).data());
+        }
+    }
+}
+
+}  // namespace meld::sim

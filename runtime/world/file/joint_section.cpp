@@ -1,0 +1,113 @@
+#include "runtime/world/file/joint_section.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+namespace meld::world {
+
+namespace {
+
+constexpr double kMostNumber = std::numeric_limits<double>::max();
+
+// [a, b], if both are numbers.
+std::optional<std::array<double, 2>> two_numbers(const toml::node& node) {
+    const toml::array* array = node.as_array();
+    if (array == nullptr || array->size() != 2 || !(*array)[0].is_number() || !(*array)[1].is_number()) return std::nullopt;
+    return std::array{*(*array)[0].value<double>(), *(*array)[1].value<double>()};
+}
+
+void read_bodies(const Section& section, JointOptions& joint) {
+    if (section.has("between") == section.has("where"))
+        return section.wrong("between", "a [[motion.joint]] needs either two catoms or a region",
+                             "write between = [0, 1], or where = \"id < 10\" for all that touch there");
+    if (auto where = section.read_region("where")) joint.where = *where;
+    const toml::node* node = section.find("between");
+    if (node == nullptr) {
+        if (section.has("anchor"))
+            section.wrong("anchor", "one anchor cannot be that of several joints", "name two catoms, between = [0, 1], or take anchor out");
+        return;
+    }
+    const toml::array* array = node->as_array();
+    const bool two = array != nullptr && array->size() == 2 && (*array)[0].is_integer() && (*array)[1].is_integer();
+    const std::int64_t first = two ? *(*array)[0].value<std::int64_t>() : -1, second = two ? *(*array)[1].value<std::int64_t>() : -1;
+    if (first < 0 || second < 0 || first == second)
+        return section.wrong("between", "a joint is not between two catoms", "write the numbers of two: between = [0, 1]");
+    joint.between = {static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(second)};
+    Vec3 anchor{};
+    if (section.has("anchor")) section.read("anchor", anchor), joint.anchor = anchor;
+}
+
+// What a ball, which moves along nothing, does not have.
+void refuse_keys_of_ball(const Section& section) {
+    for (const std::string_view key :
+         {"axis", "limits", "torque", "force", "speed", "response", "stiffness", "damping", "rest", "motor", "servo", "brake"})
+        if (section.has(key)) section.wrong(key, fmt::format("a ball has no {}", key), "it has an anchor; hinges and sliders have more");
+}
+
+void read_limits(const Section& section, JointOptions& joint) {
+    const toml::node* node = section.find("limits");
+    if (node == nullptr) return;
+    joint.limits = two_numbers(*node);
+    if (!joint.limits || !((*joint.limits)[0] <= 0 && (*joint.limits)[1] >= 0))
+        section.wrong("limits", "the limits of a joint are not around 0, where it is at the start",
+                      "write limits = [-90, 90]; inf stands for none");
+}
+
+// At most one of motor, servo and brake acts at the start.
+void read_drive(const Section& section, JointOptions& joint) {
+    const bool hinge = joint.kind == "hinge";
+    if (section.has(hinge ? "force" : "torque"))
+        section.wrong(hinge ? "force" : "torque", hinge ? "a hinge has no force" : "a slider has no torque",
+                      hinge ? "write torque = 10, in N m" : "write force = 10, in N");
+    section.read_number(hinge ? "torque" : "force", joint.strength, 0, kMostNumber);
+    double value = 1;
+    if (section.has("speed")) section.read_positive("speed", value), joint.speed = value;
+    value = 1;
+    if (section.has("response")) section.read_seconds("response", value), joint.response = value;
+    int drives = 0;
+    for (const std::string_view key : {"motor", "servo"})
+        if (section.has(key)) section.read_number(key, joint.target), joint.drive = key, ++drives;
+    bool brake = false;
+    section.read("brake", brake);
+    if (brake) joint.drive = "brake", ++drives;
+    if (drives > 1) section.wrong("motor", "a joint does two things at the start", "leave one of motor, servo and brake");
+    if (joint.strength == 0)
+        for (const std::string_view key : {"motor", "servo", "brake", "speed", "response"})
+            if (section.has(key))
+                section.wrong(key, fmt::format("a joint without {} has no motor", hinge ? "torque" : "force"),
+                              hinge ? "write torque = 10, in N m" : "write force = 10, in N");
+}
+
+void read_spring(const Section& section, JointOptions& joint) {
+    section.read_number("stiffness", joint.stiffness, 0, kMostNumber);
+    section.read_number("damping", joint.damping, 0, kMostNumber);
+    section.read_number("rest", joint.rest);
+    const bool spring = joint.stiffness > 0 || joint.damping > 0;
+    if (section.has("rest") && joint.stiffness == 0)
+        section.wrong("rest", "a joint without stiffness has no spring", "write stiffness = 10");
+    if (spring && joint.strength > 0)
+        section.wrong("stiffness", "a joint has a spring or a motor", "take stiffness and damping out, or the motor");
+}
+
+}  // namespace
+
+void read_joint(TomlReader& reader, const toml::table& table, JointOptions& joint) {
+    const Section section(reader, table, "[[motion.joint]]",
+                          {"kind", "between", "where", "anchor", "axis", "limits", "torque", "force", "speed", "response", "motor", "servo",
+                           "brake", "stiffness", "damping", "rest"});
+    joint.place = reader.place(table.source());
+    section.read_choice("kind", joint.kind, {"hinge", "slider", "ball"});
+    read_bodies(section, joint);
+    if (joint.kind == "ball") return refuse_keys_of_ball(section);
+    section.read("axis", joint.axis);
+    if (!(std::hypot(joint.axis[0], joint.axis[1], joint.axis[2]) > 0))
+        section.wrong("axis", "the axis of a joint has no direction", "write axis = [0, 0, 1]");
+    read_limits(section, joint);
+    read_drive(section, joint);
+    read_spring(section, joint);
+}
+
+}  // namespace meld::world

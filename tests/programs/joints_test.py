@@ -1,0 +1,156 @@
+"""What joints of a world and their motors do, what ends them or forbids them: joints_test.py MELDSIM."""
+
+import math
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from bodies_test import FINE, PLACE, Bodies, close, same
+from recorded import Recorded
+from runner import Outcome
+
+TELLING = ("type turned(node, node, float Place, float Speed).\nturned(A, B, P, S) :- joint(A, B, P, S).\n"
+           "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\n")
+ALL = "joint = 0\njoint_speed = 0\n"
+FIXED = '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n'
+
+
+def row(count, *lines):
+    """A row of catoms along x, and lines of [motion]."""
+    return f'[[body]]\npositions = {[[x, 0, 0] for x in range(count)]}\n[motion]\nkind = "bodies"\n' + "\n".join(lines) + "\n"
+
+
+def joint(**keys):
+    return "[[motion.joint]]\n" + "".join(f"{key} = {value}\n" for key, value in keys.items())
+
+
+def both_ways(pairs):
+    return sorted({(a, b) for a, b in pairs} | {(b, a) for a, b in pairs})
+
+
+def chain(count):
+    return both_ways([(i, i + 1) for i in range(count - 1)])
+
+
+def swings(bodies):
+    """A pendulum of five balls, in a loop of time: the same bits at 1 and 2 threads; its hinges do not part, and its catoms are
+    neighbours although the physics finds no touch."""
+    world = row(6, "steps = 4", FINE + ALL) + FIXED + joint(where='"all"', axis="[0, 1, 0]")
+    seen = []
+    for threads in ("1", "2"):
+        facts, summary = bodies.run(PLACE + TELLING, world, 100, "--threads", threads)
+        same(sorted(facts["beside"]), chain(6), "neighbours in a chain of hinges")
+        same("; 5 joints" in summary["outcomes"][0], True, summary["outcomes"][0])
+        seen.append(sorted(facts["place"]) + sorted(facts["turned"]))
+        places = [p for _, *p in sorted(facts["place"])]
+        angles = {(a, b): place for a, b, place, _ in facts["turned"]}
+        # Each hinge is half a diameter from both centres, so the place follows from the angles.
+        x = z = heading = 0.0
+        for i in range(5):
+            x, z = x + 0.5 * math.cos(heading), z - 0.5 * math.sin(heading)
+            heading += angles[i, i + 1]
+            x, z = x + 0.5 * math.cos(heading), z - 0.5 * math.sin(heading)
+            close(places[i + 1][0], x, 1e-4, f"the place of catom {i + 1}")
+            close(places[i + 1][2], z, 1e-4, f"the height of catom {i + 1}")
+    same(seen[0], seen[1], "a chain at 1 and 2 threads")
+
+
+def acts_on_both(bodies):
+    """A motor turns two bodies of 1 and 3 kg against each other: angular momentum stays 0."""
+    world = row(2, "gravity = [0, 0, 0]", "steps = 4", FINE + ALL) + '[[motion.catoms]]\nwhere = "id == 1"\nmass = 3\n' + joint(
+        between="[0, 1]", axis="[1, 0, 0]", torque="0.3", motor="100")
+    facts, _ = bodies.run(TELLING, world, 15)
+    # I = 0.1 and 0.3 kg m^2, a quarter of a second.
+    close(facts["turned"][0][3], 0.25 * (0.3 / 0.1 + 0.3 / 0.3), 1e-3, "the speed of a motor")
+
+
+def later_tables_go(bodies):
+    """Of two tables about the same catoms the later one goes; a slider in diameters, limits and springs of catoms of 0.2 m."""
+    world = "radius = 0.1\n" + row(3, "steps = 16", FINE + ALL).replace("[2, 0, 0]", "[0, 5, 0], [1, 5, 0]") + FIXED.replace(
+        '"id == 0"', '"id == 0 || id == 2"') + joint(where='"all"', axis="[0, 1, 0]") + joint(
+            between="[1, 0]", kind='"slider"', axis="[0, 0, 1]", limits="[-2, 2.5]") + joint(
+                between="[2, 3]", kind='"slider"', axis="[0, 0, 1]", stiffness="9.81", damping="5", rest="1")
+    facts, _ = bodies.run(PLACE + TELLING, world, 600)
+    places = {a: p for a, *p in facts["place"]}
+    angles = {(a, b): place for a, b, place, _ in facts["turned"]}
+    # The first catom as the second one sees it: the second has fallen by 2.5 diameters.
+    close(places[1][2], -2.5, 1e-3, "a slider at its limit")
+    close(angles[0, 1], 2.5, 1e-3, "the place of a slider")
+    # 1 kg at g stretches the spring by a metre, five diameters, from where it is loose.
+    close(places[3][2], 1 - 5, 0.02, "a catom on a spring")
+
+
+def dies(bodies):
+    """A catom that is killed takes its joints with it; the rest of the chain falls."""
+    world = row(4, "steps = 4", FINE + ALL) + FIXED + joint(where='"all"', axis="[0, 1, 0]") + '[[event]]\ntick = 5\nkill = "id == 2"\n'
+    facts, summary = bodies.run(TELLING, world, 12)
+    same(sorted((a, b) for a, b, *_ in facts["turned"]), [(0, 1), (1, 0)], "joints after a death")
+    same(sorted(facts["beside"]), [(0, 1), (1, 0)], "neighbours after a death")
+    same("; 1 joint" in summary["outcomes"][0], True, summary["outcomes"][0])
+
+
+def goes_on(bodies):
+    """A run that goes on from a checkpoint arrives where the other does, also after motors have been set; a fork reads its joints."""
+    world = row(6, "steps = 4", "ground = -3", FINE + ALL) + FIXED + joint(where='"all"', axis="[0, 1, 0]", torque="40", speed="4")
+    program = (PLACE + TELLING + "type now(node, int).\nnow(A, T) :- tick(A, T), T % 20 = 0.\n"
+               "servo(A, B, 0.3) :- now(A, 20), joint(A, B, _, _).\nmotor(A, B, 1) :- now(A, 60), joint(A, B, _, _), id(A, 2).\n")
+    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
+    whole, _ = bodies.run(program, world, 90)
+    for stop in (15, 45, 75):
+        bodies.run(program, world, stop, "--checkpoint", kept)
+        done = subprocess.run([bodies.meldsim, "fork", kept, "--ticks", "90", "--facts-out", out, "--quiet"], env=bodies.environment,
+                              capture_output=True, text=True, check=False)
+        same(done.returncode, 0, done.stderr)
+        facts = Outcome(out.read_text(), {}).facts
+        for what in ("place", "turned"):
+            same(sorted(facts[what]), sorted(whole[what]), f"a run from tick {stop}")
+        shutil.rmtree(kept)
+    bodies.run(PLACE, world, 30, "--checkpoint", kept)
+    (bodies.folder / "q.meld").write_text(TELLING)
+    command = [bodies.meldsim, "fork", kept, "--program", bodies.folder / "q.meld", "--facts-out", out, "--quiet", "--ticks", "32"]
+    done = subprocess.run(command, env=bodies.environment, capture_output=True, text=True, check=False)
+    same((done.returncode, len(Outcome(out.read_text(), {}).facts["turned"])), (0, 10), done.stderr)
+
+
+def refuses(bodies):
+    """Several processes, connections, catoms that are not there: at once, with the place and a cure. And motors that are not there."""
+    world = row(3, "gravity = [0, 0, 0]")
+    for program, text, options, said in (
+            (TELLING, world + joint(between="[0, 1]"), ("-n", "2"),
+             "w.toml:6:1: the world has joints, and this run has 2 processes (catoms with joints move on one process only). "
+             "Use one process, without -n, or take the joints out"),
+            ("connect(A, B) :- neighbor(A, B).\n", world + joint(between="[0, 1]"), (),
+             "the program asks for `connect` (a catom has joints or connections, not both)"),
+            (TELLING, world + "[[motion.catoms]]\nconnected = true\n" + joint(between="[0, 1]"), (), "some of its catoms are connected"),
+            (TELLING, world + joint(between="[0, 3]"), (), "w.toml:6:1: there is no catom @3. Name two catoms of the world"),
+            (TELLING, world + '[[motion.catoms]]\nfixed = true\n' + joint(between="[0, 1]"), (),
+             "w.toml:8:1: catoms @0 and @1 cannot be joined (both are fixed)")):
+        done = bodies.command(program, text, 2, *options)
+        same((done.returncode != 0, said in done.stderr), (True, True), f"{said}\n{done.stderr}")
+    done = bodies.command(TELLING, world + joint(where='"id != 1"'), 1)
+    same("w.toml:6:1: no two catoms of `id != 1` touch at the start, so this [[motion.joint]] joins none" in done.stderr, True, done.stderr)
+    program = TELLING + "motor(A, B, 1) :- neighbor(A, B).\nbrake(A, A) :- id(A, 0).\n"
+    _, summary = bodies.run(program, world + joint(between="[0, 1]"), 4)
+    same(summary["refused_actions"], [{"action": "motor", "reason": "not_joined", "count": 4},
+                                      {"action": "brake", "reason": "not_joined", "count": 1}], "refusals")
+
+
+def is_recorded(bodies):
+    """The anchor of a hinge stays with both bodies in a recording too."""
+    world = row(2, "steps = 4") + FIXED + joint(between="[0, 1]", axis="[0, 1, 0]")
+    bodies.run(TELLING, world, 90, "--record", bodies.folder / "out.vtkhdf")
+    for step in Recorded(bodies.folder / "out.vtkhdf").positions:
+        close(math.dist((0.5, 0, 0), step[1]), 0.5, 1e-5, "the distance of an arm from its hinge")
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        bodies = Bodies(sys.argv[1], folder)
+        for check in (swings, acts_on_both, later_tables_go, dies, goes_on, refuses, is_recorded):
+            check(bodies)
+            print(f"{check.__name__}: fine")
+
+
+if __name__ == "__main__":
+    main()
