@@ -48,9 +48,8 @@ i64 Fates::jammed_until(i64 now, Catom from, Catom to) const {
         const i64 begun = event.latest(now);
         for (const world::Jam& jam : event.jam)
             if (begun > 0 && begun + jam.ticks > until &&
-                jam.links.contains(ensemble.id(from), ensemble.id(to), [&](const world::Region& region, int end) {
-                    return members_.in_region(region, end == 0 ? from : to);
-                }))
+                jam.links.contains(ensemble.id(from), ensemble.id(to),
+                                   [&](const world::Region& region, int end) { return members_.in_region(region, end == 0 ? from : to); }))
                 until = begun + jam.ticks;
     }
     return until;
