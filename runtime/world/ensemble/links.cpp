@@ -32,14 +32,14 @@ void Links::room(Catom catom, Port ports) {
     catom_.resize(to + ports, kNobody);
     if (apart_) read_.resize(to + ports, kNobody);
     there_.resize(to + ports, 0);
-    if (keeps_last_) last_.resize(to + ports, 0);
+    if (keeps_last_) last_.resize(to + ports, passed_);
     if (!last) {
         const auto carry = [&](auto& column, auto empty) {
             for (Port port = 0; port < had; ++port) column[to + port] = std::exchange(column[from + port], empty);
         };
         carry(catom_, kNobody), carry(there_, 0u);
         if (apart_) carry(read_, kNobody);
-        if (keeps_last_) carry(last_, 0u);
+        if (keeps_last_) carry(last_, passed_);
         left_behind_ += had;
         first_[catom] = static_cast<std::uint32_t>(to);
     }
@@ -74,7 +74,7 @@ void Links::set(Catom catom, Port port, Catom other, Port there) {
     ++version_;
     catom_[here] = static_cast<std::int32_t>(other);
     there_[here] = there;
-    if (keeps_last_) last_[here] = 0;
+    if (keeps_last_) last_[here] = passed_;
     if (!apart_) return;
     read_[here] = at_start_ ? static_cast<std::int32_t>(other) : kNobody;
     if (!at_start_) changes_.push_back({catom, port, other, kNobody, true});
@@ -136,8 +136,9 @@ std::vector<Links::Change> Links::take_changes() {
 }
 
 void Links::forget_arrivals(std::int64_t now) {
+    passed_ = static_cast<std::uint32_t>(now);
     for (std::uint32_t& last : last_)
-        if (static_cast<std::int32_t>(last - static_cast<std::uint32_t>(now)) <= 0) last = static_cast<std::uint32_t>(now);
+        if (static_cast<std::int32_t>(last - static_cast<std::uint32_t>(now)) <= 0) last = passed_;
 }
 
 void Links::add_to(Geometry& g) const {

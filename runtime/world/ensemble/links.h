@@ -71,7 +71,7 @@ class Links {
     // From now on it is kept for each link and direction, at the port of the sender.
     void keep_last_arrivals() {
         keeps_last_ = true;
-        last_.resize(catom_.size(), 0);
+        last_.resize(catom_.size(), passed_);
     }
     // The tick in which the latest arrives that was sent over a link, if it is after `now`; otherwise `now`.
     std::int64_t last_arrival(Catom catom, Port port, std::int64_t now) const {
@@ -112,6 +112,7 @@ class Links {
     LargeArray<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
     LargeArray<std::uint32_t> there_;
     LargeArray<std::uint32_t> last_;  // Ticks modulo 2^32; empty if nobody keeps them.
+    std::uint32_t passed_ = 0;        // The tick of the last forget_arrivals(): nothing was sent over a link that is made after it.
     bool keeps_last_ = false;
     std::size_t left_behind_ = 0;
     std::uint64_t version_ = 0;
