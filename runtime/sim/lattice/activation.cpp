@@ -15,7 +15,7 @@ namespace meld::sim {
 
 namespace {
 
-using Way = world::AmoebotOptions::Activation;
+using Activating = world::AmoebotOptions::Activation;
 // Draws of activations are not those of anything else.
 constexpr std::uint64_t kDraw = 0x6163746976617465ull;
 // Amoebots of a class are far apart in memory: what is written for one is asked for while this many before it have their turn.
@@ -72,22 +72,22 @@ void Activation::begin(Subdomain& subdomain) {
     // A tick in which nobody is activated is not the last one.
     subdomain.set_moving(true);
     turn_.resize(subdomain.ensemble.index_count());
-    const Way way = world_.motion.amoebots.activation;
+    const Activating way = world_.motion.amoebots.activation;
     switch (way) {
-        case Way::All:
+        case Activating::All:
             for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
                 if (subdomain.owned(c)) choose(c);
             break;
-        case Way::One:
+        case Activating::One:
             choose_one(subdomain);
             break;
-        case Way::Random:
-        case Way::Fair:
-            choose_class(subdomain, class_of_turn(subdomain), way == Way::Fair);
+        case Activating::Random:
+        case Activating::Fair:
+            choose_class(subdomain, class_of_turn(subdomain), way == Activating::Fair);
     }
     activate_chosen(subdomain);
-    if (way == Way::All) ++rounds_;
-    if (way == Way::Fair && ++step_ % kClasses == 0) end_pass(subdomain);
+    if (way == Activating::All) ++rounds_;
+    if (way == Activating::Fair && ++step_ % kClasses == 0) end_pass(subdomain);
 }
 
 void Activation::activate_chosen(Subdomain& subdomain) {
@@ -114,7 +114,7 @@ void Activation::each_now(Subdomain& subdomain, const Visit& visit) const {
 // Random: any of the classes. Fair: each pass over the classes has an order of its own.
 std::int32_t Activation::class_of_turn(const Subdomain& subdomain) const {
     const std::uint64_t seed = hash_combine(world_.seed, kDraw);
-    if (world_.motion.amoebots.activation == Way::Random)
+    if (world_.motion.amoebots.activation == Activating::Random)
         return static_cast<std::int32_t>(hash_combine(seed, static_cast<std::uint64_t>(subdomain.tick())) % kClasses);
     std::array<std::int32_t, kClasses> order{};
     std::iota(order.begin(), order.end(), 0);
@@ -166,8 +166,8 @@ void Activation::end_pass(Subdomain& subdomain) {
 }
 
 std::optional<std::int64_t> Activation::rounds() const {
-    const Way way = world_.motion.amoebots.activation;
-    return activated_ && (way == Way::All || way == Way::Fair) ? std::optional(rounds_) : std::nullopt;
+    const Activating way = world_.motion.amoebots.activation;
+    return activated_ && (way == Activating::All || way == Activating::Fair) ? std::optional(rounds_) : std::nullopt;
 }
 
 void Activation::save(ByteWriter& out) const {
