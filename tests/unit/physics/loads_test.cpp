@@ -39,7 +39,7 @@ ConnectionLoad load(const Scene& scene, BodyId one, BodyId other) {
 }
 
 // Balls in a row, each connected with the one before, from `first` on.
-void add_row(Scene& scene, BodyId first, int count, Vec3 where, Vec3 way, double mass = 1) {
+void add_beam(Scene& scene, BodyId first, int count, Vec3 where, Vec3 way, double mass = 1) {
     for (int i = 0; i < count; ++i) {
         need(scene.add_body({.id = first + BodyId(i), .position_m = where + double(i) * way, .mass_kg = mass}));
         if (i > 0) need(scene.connect(first + BodyId(i) - 1, first + BodyId(i)));
@@ -54,7 +54,7 @@ TEST(Loads, OfACantileverFollowStatics) {
                 auto scene = make_scene(settings_with(rotate(turn, {0, 0, -kGravity})));
                 const Vec3 way = rotate(turn, {std::cos(slope), 0, std::sin(slope)});
                 need(scene->add_body({.id = 1000, .position_m = {3, -2, 8}, .fixed = true}));
-                add_row(*scene, 0, count, Vec3{3, -2, 8} + way, way, mass);
+                add_beam(*scene, 0, count, Vec3{3, -2, 8} + way, way, mass);
                 need(scene->connect(1000, 0));
                 scene->want_loads();
                 Workers workers(1);
@@ -77,7 +77,7 @@ TEST(Loads, OfABeamOnTwoSupports) {
     const int count = 20;
     auto scene = make_scene(settings_with({0, 0, -kGravity}, 0));
     for (const BodyId end : {0u, 1u}) need(scene->add_body({.id = 5000 + end, .position_m = {end * (count - 1.0), 0, 0}, .fixed = true}));
-    add_row(*scene, 0, count, {0, 0, 1}, {1, 0, 0});
+    add_beam(*scene, 0, count, {0, 0, 1}, {1, 0, 0});
     scene->want_loads();
     Workers workers(1);
     run(*scene, 240, 2, workers);
@@ -117,8 +117,8 @@ TEST(Loads, OfASpinningDumbbell) {
 
 TEST(Loads, OfWhatFallsFreelyAreNone) {
     auto scene = make_scene();
-    add_row(*scene, 0, 12, {0, 0, 50}, {1, 0, 0}, 2);
-    add_row(*scene, 100, 5, {4, 1, 50}, {0, 1, 0}, 0.5);
+    add_beam(*scene, 0, 12, {0, 0, 50}, {1, 0, 0}, 2);
+    add_beam(*scene, 100, 5, {4, 1, 50}, {0, 1, 0}, 0.5);
     need(scene->connect(4, 100));
     scene->want_loads();
     Workers workers(1);
@@ -134,7 +134,7 @@ TEST(Loads, OfWhatFallsFreelyAreNone) {
 TEST(Loads, OfAForceOnOneEnd) {
     // A force pulls a free row by its end: behind each connection it accelerates what is there.
     auto scene = make_scene(settings_with({}));
-    add_row(*scene, 0, 10, {}, {1, 0, 0});
+    add_beam(*scene, 0, 10, {}, {1, 0, 0});
     need(scene->set_wrench(9, {30, 0, 0}, {}));
     scene->want_loads();
     Workers workers(1);
@@ -248,7 +248,7 @@ TEST(Loads, BreakACantileverAtItsRootAndNowhereElse) {
         for (const bool breaks : {false, true}) {
             auto scene = make_scene();
             need(scene->add_body({.id = 1000, .position_m = {-1, 0, 3}, .fixed = true}));
-            add_row(*scene, 0, count, {0, 0, 3}, {1, 0, 0});
+            add_beam(*scene, 0, count, {0, 0, 3}, {1, 0, 0});
             need(scene->connect(1000, 0));
             // The weaker end counts.
             need(scene->set_breaking(1000, {.torque_nm = 10 * root}));
@@ -274,7 +274,7 @@ TEST(Loads, BreakOneAfterTheOtherAndAtMostSixteen) {
     // A row that hangs down breaks where the most hangs.
     auto scene = make_scene();
     need(scene->add_body({.id = 1000, .position_m = {0, 0, 60}, .fixed = true}));
-    add_row(*scene, 0, 40, {0, 0, 59}, {0, 0, -1});
+    add_beam(*scene, 0, 40, {0, 0, 59}, {0, 0, -1});
     need(scene->connect(1000, 0));
     for (BodyId i = 0; i < 40; ++i) need(scene->set_breaking(i, {.force_n = 39.5 * kGravity}));
     Workers workers(1);
@@ -288,7 +288,7 @@ TEST(Loads, BreakOneAfterTheOtherAndAtMostSixteen) {
     // A row that nothing holds, each pulled away from the middle by 10 N more than the one before: pieces break in two until each body is
     // alone, but at most sixteen connections of a composite at once.
     auto torn = make_scene(settings_with({}));
-    add_row(*torn, 0, 40, {}, {0, 0, -1});
+    add_beam(*torn, 0, 40, {}, {0, 0, -1});
     for (BodyId i = 0; i < 40; ++i) need(torn->set_breaking(i, {.force_n = 1})), need(torn->set_wrench(i, {0, 0, 195 - 10.0 * i}, {}));
     for (const std::size_t count : {16u, 23u, 0u}) {
         run(*torn, 1, 2, workers);
@@ -327,7 +327,7 @@ TEST(Loads, OfAnImpactAreItsMean) {
 
 TEST(Loads, OfASleepingCompositeStay) {
     auto scene = scene_on_plane();
-    add_row(*scene, 0, 6, {0, 0, 0.5}, {0, 0, 1});
+    add_beam(*scene, 0, 6, {0, 0, 0.5}, {0, 0, 1});
     need(scene->add_body({.id = 50, .position_m = {1, 0, 0.5}}));
     need(scene->connect(0, 50));
     scene->want_loads();

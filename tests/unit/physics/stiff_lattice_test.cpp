@@ -74,13 +74,14 @@ double imbalance(const Lattice& lattice, const std::vector<Pull>& acts, const st
 }
 
 TEST(StiffLattice, BalancesLatticesOfAllShapes) {
-    struct Case {
+    struct LatticeCase {
         int nx, ny, nz;
         double left_out;
     };
     // Rows, ladders, decks, plates and blocks; the larger ones are solved by conjugate gradients.
-    for (const auto& [nx, ny, nz, left_out] : {Case{30, 1, 1, 0}, Case{2, 2, 1, 0}, Case{200, 2, 1, 0}, Case{400, 5, 1, 0.3},
-                                               Case{70, 70, 1, 0}, Case{16, 16, 16, 0}, Case{14, 14, 14, 0.6}, Case{100, 6, 6, 0.2}}) {
+    for (const auto& [nx, ny, nz, left_out] :
+         {LatticeCase{30, 1, 1, 0}, LatticeCase{2, 2, 1, 0}, LatticeCase{200, 2, 1, 0}, LatticeCase{400, 5, 1, 0.3},
+          LatticeCase{70, 70, 1, 0}, LatticeCase{16, 16, 16, 0}, LatticeCase{14, 14, 14, 0.6}, LatticeCase{100, 6, 6, 0.2}}) {
         Lattice lattice = box(nx, ny, nz, left_out);
         for (int z = 0; z < nz; ++z)
             for (int y = 0; y < ny; ++y) lattice.hold(std::uint32_t((z * ny + y) * nx), {-1, 0, 0});
