@@ -3,22 +3,12 @@
 #include "runtime/world/description/populate.h"
 #include "runtime/world/file/world_file.h"
 #include "runtime/world/lists/positions_file.h"
+#include "tests/unit/runtime_world/parsed_world.h"
 
 namespace meld::world {
 namespace {
 
 const std::string kFree = "[[body]]\nshape = \"box(2, 2, 2)\"\n[motion]\nkind = \"bodies\"\n";
-
-World world_of(const std::string& text) {
-    Result<World> world = parse_world(text, "w.toml");
-    EXPECT_TRUE(world) << world.error().message();
-    return world ? std::move(*world) : World{};
-}
-
-std::string error_of(const std::string& text) {
-    const Result<World> world = parse_world(text, "w.toml");
-    return world ? "fine" : world.error().message();
-}
 
 TEST(PhysicsSection, TheFormerNameOfBodiesIsAccepted) {
     const World world = world_of("[[body]]\npositions = [[0, 0, 1]]\n[motion]\nkind = \"ode\"\nmass = 3\n");

@@ -9,20 +9,10 @@
 
 #include "runtime/world/description/populate.h"
 #include "runtime/world/lattice/move_table.h"
+#include "tests/unit/runtime_world/parsed_world.h"
 
 namespace meld::world {
 namespace {
-
-World world_of(const std::string& text) {
-    Result<World> world = parse_world(text, "w.toml");
-    EXPECT_TRUE(world) << world.error().message();
-    return world ? std::move(*world) : World{};
-}
-
-std::string error_of(const std::string& text) {
-    const Result<World> world = parse_world(text, "w.toml");
-    return world ? "fine" : world.error().message();
-}
 
 const std::string kBody = "[[body]]\nshape = \"box(2, 2, 2)\"\n";
 
