@@ -15,7 +15,7 @@
 namespace meld::world {
 namespace {
 
-World world_of(const std::string& text, LatticeKind kind, std::vector<Cell> cells = {}) {
+World world_on(const std::string& text, LatticeKind kind, std::vector<Cell> cells = {}) {
     World world;
     world.lattice = kind;
     if (!text.empty()) world.body = *Shape::parse(text);
@@ -49,7 +49,7 @@ TEST(Populate, AgreesWithAskingEachCellForAnyNumberOfShares) {
     for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc}) {
         const Lattice lattice(kind);
         for (const auto& [text, cells] : bodies) {
-            const World world = world_of(text, kind, cells);
+            const World world = world_on(text, kind, cells);
             const auto expected = brute_force(world, lattice);
             Workers workers(3);
             EXPECT_EQ(count_bricks(world, lattice, 1, 2, &workers), count_bricks(world, lattice, 1, 2)) << text;
@@ -79,7 +79,7 @@ TEST(Measure, IsExactForABoxAndNeverTooLow) {
     for (const LatticeKind kind : {LatticeKind::Square, LatticeKind::Hex, LatticeKind::Cubic, LatticeKind::Fcc}) {
         const Lattice lattice(kind);
         for (const std::string text : {"box(20, 31, 17)", "move(box(10, 10, 10), 2, 3, -4)", "sphere(19)", "trumpet(40)", "torus(15, 3)"}) {
-            const World world = world_of(text, kind);
+            const World world = world_on(text, kind);
             const Result<WorldSize> size = measure(world);
             ASSERT_TRUE(size);
             const auto catoms = static_cast<double>(count_catoms(world, lattice));
@@ -94,17 +94,17 @@ TEST(Measure, IsExactForABoxAndNeverTooLow) {
 }
 
 TEST(Measure, EstimatesALargeThinShell) {
-    const World world = world_of("trumpet(900)", LatticeKind::Cubic);
+    const World world = world_on("trumpet(900)", LatticeKind::Cubic);
     const auto catoms = static_cast<double>(count_catoms(world, Lattice(world.lattice)));
     EXPECT_NEAR(measure(world)->cells_estimate, catoms, 0.05 * catoms);
 }
 
 TEST(Measure, AnswersForAbsurdSizes) {
-    const Result<WorldSize> huge = measure(world_of("box(1e6, 1e6, 1e6)", LatticeKind::Cubic));
+    const Result<WorldSize> huge = measure(world_on("box(1e6, 1e6, 1e6)", LatticeKind::Cubic));
     ASSERT_TRUE(huge);
     EXPECT_EQ(huge->cells_upper_bound, 1e18);
-    EXPECT_GE(measure(world_of("sphere(5e5)", LatticeKind::Cubic))->cells_upper_bound, 5.2e17);
-    const Result<WorldSize> absurd = measure(world_of("box(1e9, 1e9, 1e9)", LatticeKind::Cubic));
+    EXPECT_GE(measure(world_on("sphere(5e5)", LatticeKind::Cubic))->cells_upper_bound, 5.2e17);
+    const Result<WorldSize> absurd = measure(world_on("box(1e9, 1e9, 1e9)", LatticeKind::Cubic));
     ASSERT_FALSE(absurd);
     EXPECT_EQ(absurd.error().problem,
               "the body has up to 1e+27 cells and reaches 5e+08 catom diameters from the origin, but cells lie within 1048576");
@@ -144,7 +144,7 @@ bool connected(std::set<Cell> cells, const Lattice& lattice) {
 TEST(Target, KeepsExactlyAsManyConnectedCellsAsThereIsMass) {
     for (const LatticeKind kind : {LatticeKind::Cubic, LatticeKind::Fcc, LatticeKind::Square}) {
         const Lattice lattice(kind);
-        World world = world_of("box(10, 10, 10)", kind);
+        World world = world_on("box(10, 10, 10)", kind);
         world.target = *Shape::parse("trumpet(90)");
         world.target_is_mass = true;
         world.held = 1;
@@ -166,7 +166,7 @@ TEST(Target, FitsAShapeToTheMass) {
         const char* horn = lattice.flat() ? "ellipsoid(8, 2, 1)" : "move(trumpet(80, 40, 9), -30, 0, 0)";
         for (const char* shape : {"sphere(30)", "box(3, 4, 50)", horn, "torus(12, 3)", "sphere(0.1)"}) {
             SCOPED_TRACE(shape);
-            World world = world_of("box(25, 23, 11)", kind);
+            World world = world_on("box(25, 23, 11)", kind);
             world.target = *Shape::parse(shape);
             world.target_fits_mass = true;
             const Result<Target> target = Target::make(world, lattice);
@@ -207,7 +207,7 @@ TEST(Fit, KeepsAShapeThatFitsAndNamesOneThatCannot) {
 
 TEST(Target, SaysWhenTheShapeIsTooSmallOrOutOfReach) {
     const Lattice lattice(LatticeKind::Cubic);
-    World world = world_of("box(10, 10, 10)", LatticeKind::Cubic);
+    World world = world_on("box(10, 10, 10)", LatticeKind::Cubic);
     world.target = *Shape::parse("box(9, 9, 9)");
     world.target_is_mass = true;
     EXPECT_EQ(Target::make(world, lattice).error().problem,
@@ -224,7 +224,7 @@ TEST(Target, SaysWhenTheShapeIsTooSmallOrOutOfReach) {
 }
 
 TEST(Target, IsTheWholeShapeUnlessItsCellsAreCounted) {
-    World world = world_of("box(4, 4, 4)", LatticeKind::Cubic);
+    World world = world_on("box(4, 4, 4)", LatticeKind::Cubic);
     const Lattice lattice(LatticeKind::Cubic);
     EXPECT_FALSE(Target::make(world, lattice)->contains({0, 0, 0}));
     world.target = *Shape::parse("sphere(3)");
