@@ -169,8 +169,8 @@ class Network {
     FactStore& facts_;
     Fates fates_;
     std::optional<Versions> versions_;  // Instead of mailboxes.
-    std::vector<u16> exported_;        // Columns.
-    u64 readers_dirty_ = kDirtyLinks;  // What a reader of a whole state is to look at.
+    std::vector<u16> exported_;         // Columns.
+    u64 readers_dirty_ = kDirtyLinks;   // What a reader of a whole state is to look at.
     std::vector<Mailbox> mailboxes_;
     std::vector<u32> free_mailboxes_, number_of_;  // The latter by index among the columns.
     std::vector<Catom> spare_;                     // Indices of mailboxes that have gone, for those to come.

@@ -101,8 +101,8 @@ void Versions::stop_reading(std::int32_t index, Catom other) {
 }
 
 bool Versions::is_said(const Version& version) const {
-    return std::ranges::all_of(
-        exported_, [&](u16 column) { return facts_.columns.same(column, static_cast<Catom>(version.index), version.catom); });
+    return std::ranges::all_of(exported_,
+                               [&](u16 column) { return facts_.columns.same(column, static_cast<Catom>(version.index), version.catom); });
 }
 
 u64 Versions::bits_of(const Version& version) const {
@@ -344,8 +344,7 @@ void Versions::arrive(i64 now) {
 void Versions::ask_ahead(const std::vector<Entry>& entries, std::size_t at) const {
     // They lie anywhere in memory.
     constexpr std::size_t kFirst = 16, kThen = 8;
-    if (at + kFirst < entries.size() && entries[at + kFirst].version != kGone)
-        __builtin_prefetch(&versions_[entries[at + kFirst].version]);
+    if (at + kFirst < entries.size() && entries[at + kFirst].version != kGone) __builtin_prefetch(&versions_[entries[at + kFirst].version]);
     if (at + kThen < entries.size() && entries[at + kThen].version != kGone)
         members_.ensemble.links().ask_ahead(versions_[entries[at + kThen].version].catom, entries[at + kThen].first);
 }
@@ -405,8 +404,8 @@ void Versions::save(i64 now, ByteWriter& out) const {
     for (const std::vector<Entry>& entries : ring_)
         for (const Entry& entry : entries)
             for (u32 ports = entry.version == kGone ? u32{0} : entry.ports; ports != 0; ports &= ports - 1)
-                numbers.emplace_back(
-                    key_of(versions_[entry.version].catom, entry.first + static_cast<u32>(std::countr_zero(ports))), kNone32);
+                numbers.emplace_back(key_of(versions_[entry.version].catom, entry.first + static_cast<u32>(std::countr_zero(ports))),
+                                     kNone32);
     std::ranges::sort(numbers);
     numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
     const auto number_of = [&](u64 key) { return std::ranges::lower_bound(numbers, key, {}, &Number::first); };
@@ -517,8 +516,7 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
         const auto column = std::ranges::find(exported_, parcel.number);
         const bool whole = parcel.kind == ParcelKind::State;
         if (!whole && (parcel.kind != ParcelKind::Column || column == exported_.end())) return;
-        const auto before =
-            static_cast<Catom>(link.latest != kNone32 ? versions_[link.latest].index : links.read(link.reader, link.port));
+        const auto before = static_cast<Catom>(link.latest != kNone32 ? versions_[link.latest].index : links.read(link.reader, link.port));
         const u32 version = take_version(link.other, kBefore);
         const auto index = static_cast<Catom>(take_index(version, Holds::Nothing));
         ByteReader bytes(parcel.bytes, "what is under way over a link", ByteReader::Origin::Outside);

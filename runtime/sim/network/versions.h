@@ -108,11 +108,11 @@ class Versions {
     u64 readers_dirty_ = kDirtyLinks;
     std::vector<Version> versions_;
     std::vector<u32> free_versions_;
-    std::vector<u32> current_;     // By catom.
-    std::vector<u32> number_of_;   // Of versions, by index among the columns.
-    std::vector<Catom> spare_;     // Indices that nobody reads.
+    std::vector<u32> current_;              // By catom.
+    std::vector<u32> number_of_;            // Of versions, by index among the columns.
+    std::vector<Catom> spare_;              // Indices that nobody reads.
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
-    std::vector<Entry> entries_;   // Room for those of a tick.
+    std::vector<Entry> entries_;            // Room for those of a tick.
     u64 under_way_ = 0;
 };
 
