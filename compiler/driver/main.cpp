@@ -184,7 +184,7 @@ void add_common_options(CLI::App& command, Options& options) {
         ->take_all()
         ->allow_extra_args(false);
     command.add_option("--timeout", options.timeout_seconds, "End after so many seconds, with exit code 4")
-        ->check(CLI::Range(0.001, 1e9).description(""))
+        ->check(cli::seconds())
         ->type_name("SECONDS");
 }
 

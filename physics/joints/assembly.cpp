@@ -16,8 +16,9 @@ namespace {
 constexpr std::size_t kMostProducts = 20'000'000;
 // Rows give way by this share of what an impulse does, so that rows that others imply can be solved; only loops have such rows.
 constexpr double kSoftnessOfTrees = 1e-12, kSoftnessOfLoops = 1e-6;
-// How often a sweep may solve until all joints are in their places on their curves.
-constexpr int kMostSolutions = 12;
+// How often a sweep may solve until all joints are in their places on their curves. All that are elsewhere move there at once; if that goes
+// round in circles, as in loops, one after the other does.
+constexpr int kMostSolutions = 36, kAllAtOnce = 6;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kInactive = -1;
 
@@ -227,7 +228,11 @@ void Assembly::run(Phase phase, std::span<Joint> all, Bodies& bodies, const Body
     for (int solution = 0; solution < kMostSolutions; ++solution) {
         set_given_impulses(all);
         solve_once(guess, all, step_s);
-        if (change_stands(phase, all)) continue;
+        if (change_stands(phase, all, solution < kAllAtOnce ? links_.size() : 1)) {
+            // Impulses have gone, so places are far off again.
+            if (guess == Guess::Turned) guess = Guess::Straight;
+            continue;
+        }
         if (guess != Guess::Straight) break;
         guess = Guess::Turned;
     }
@@ -270,9 +275,11 @@ Assembly::Curve Assembly::curve_of(const Joint& joint, Phase phase, double step_
     const double time_s = std::max(joint.response_s, step_s);
     curve.most = joint.strength * step_s;
     curve.softness = joint.give() / (time_s * curve.most);
-    curve.free_speed = joint.drive == JointDrive::Kind::Motor
-                           ? joint.target
-                           : std::clamp((joint.target - joint.place) / time_s, -joint.servo_speed, joint.servo_speed);
+    // Nothing becomes as fast, and what a drive would need for more cannot be told from what it can do.
+    constexpr double kFastest = 1e6;
+    const double most = joint.drive == JointDrive::Kind::Servo ? std::min(joint.servo_speed, kFastest) : kFastest;
+    curve.free_speed =
+        std::clamp(joint.drive == JointDrive::Kind::Motor ? joint.target : (joint.target - joint.place) / time_s, -most, most);
     return curve;
 }
 
@@ -395,16 +402,16 @@ JointStand Assembly::next_stand(const Curve& curve, JointStand stand, double imp
     return stand;
 }
 
-bool Assembly::change_stands(Phase phase, std::span<Joint> all) {
-    bool changed = false;
-    for (std::size_t l = 0; l < links_.size(); ++l) {
+bool Assembly::change_stands(Phase phase, std::span<Joint> all, std::size_t most) {
+    std::size_t changed = 0;
+    for (std::size_t l = 0; l < links_.size() && changed < most; ++l) {
         Joint& joint = all[joints_[l]];
         if (!joint.moves_along() || (curves_[l].is_spring && phase == Phase::Relax && joint.stand == JointStand::Drive)) continue;
         const JointStand next = next_stand(curves_[l], joint.stand, joint.impulses[kDriveRow], speed(links_[l], kDriveRow));
-        changed = changed || next != joint.stand;
+        changed += next != joint.stand ? 1 : 0;
         joint.stand = next;
     }
-    return changed;
+    return changed > 0;
 }
 
 std::size_t Assembly::bytes() const {

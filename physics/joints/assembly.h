@@ -98,10 +98,10 @@ class Assembly {
     // What a solution takes for the places at the end of the substep: along straight lines, or as bodies will have turned. Now: none.
     enum class Guess { Straight, Turned, Now };
     void solve_once(Guess guess, std::span<Joint> all, double step_s);
-    // Brings impulses that do not depend on speeds to what they are; then, after a solution, goes along the curves. Returns whether a joint
-    // is elsewhere on its curve.
+    // Brings impulses that do not depend on speeds to what they are; then, after a solution, so many joints at most go along their curves.
+    // Returns whether one has.
     void set_given_impulses(std::span<Joint> all);
-    bool change_stands(Phase phase, std::span<Joint> all);
+    bool change_stands(Phase phase, std::span<Joint> all, std::size_t most);
     static JointStand next_stand(const Curve& curve, JointStand stand, double impulse, double speed);
 
     std::vector<std::uint32_t> joints_;

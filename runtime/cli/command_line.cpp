@@ -81,6 +81,18 @@ CLI::Validator whole_number(std::int64_t least, std::int64_t greatest) {
     return {check, ""};
 }
 
+CLI::Validator seconds() {
+    const auto check = [](const std::string& text) {
+        double number = 0;
+        const char* const last = text.data() + text.size();
+        const auto [end, error] = std::from_chars(text.data(), last, number);
+        // Not a number is neither less nor more.
+        if (error == std::errc() && end == last && 0.001 <= number && number <= 1e9) return std::string();
+        return fmt::format("takes seconds from 0.001 to 1e9, not '{}'", text);
+    };
+    return {check, ""};
+}
+
 std::optional<int> parse(CLI::App& app, int argc, const char* const* argv, const Choices& choices, const Elsewhere& elsewhere) {
     if (const CLI::App* command = asked_for_help(app, argc, argv)) return print(command->help(app.get_name()));
     try {

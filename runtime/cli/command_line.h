@@ -19,6 +19,8 @@ using Elsewhere = std::map<std::string, std::string>;
 
 // Checks that the value of an option is a whole number from `least` to `greatest`, with a message that says so.
 CLI::Validator whole_number(std::int64_t least, std::int64_t greatest);
+// The same of a time, from a millisecond to 10^9 seconds.
+CLI::Validator seconds();
 
 // Adds `--version` and the commands `help` and `completion`. Call it after all commands of the program are added.
 void add_common(CLI::App& app);

@@ -30,6 +30,9 @@ class Options(Case):
                   text="meldsim run: -n, --processes takes a whole number from 1 to 100000, not '2.5'. see 'meldsim run --help'")
         self.says("meldc", "compile", "p.meld", "-O", "9",
                   text="meldc compile: -O takes a whole number from 0 to 3, not '9'. see 'meldc compile --help'")
+        for tool, command, option in (("meldsim", "run", "--timeout"), ("meldsim", "view", "--for"), ("meldc", "compile", "--timeout")):
+            self.says(tool, command, "p.meld", option, "nan",
+                      text=f"{tool} {command}: {option} takes seconds from 0.001 to 1e9, not 'nan'. see '{tool} {command} --help'")
         self.refused("meldc", "compile", "p.meld", environment={"CLAYMELD_OPTIMIZATION": "fast"}, code=2,
                      says="CLAYMELD_OPTIMIZATION is a whole number from 0 to 3, not 'fast'")
         self.says("meldsim", "movie", "p.meld", "-o", "a.mp4", "--turn", "abc",

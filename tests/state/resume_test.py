@@ -295,8 +295,8 @@ class LongChains(Case):
     def test_where_next_to_nothing_changes(self):
         """A resume opens all files of a series, so it ends before there are too many."""
         self.write("later.meld", "type linear go(node).\ntype done(node, int).\n"
-                   f"type x(node{16 * ', int'}).\ngo(@0).\ngo(A) -o done(A, 1)@+600.\n"
-                   f"x(A{''.join(f', {i} * I * I * I % 1000003' for i in range(11, 27))}) :- id(A, I).\n")
+                   f"type x(node{24 * ', int'}).\ngo(@0).\ngo(A) -o done(A, 1)@+600.\n"
+                   f"x(A{''.join(f', {i} * I * I * I % 1000003' for i in range(11, 35))}) :- id(A, I).\n")
         self.write("large.toml", 'lattice = "cubic"\n[[body]]\nshape = "box(40, 40, 40)"\n')
         self.call("meldsim", "run", "later.meld", "--world", "large.toml", "--ticks", 590, "--quiet", "--checkpoint", "kept",
                   "--checkpoint-every", "1ticks", "--checkpoint-changes", "--facts-out", "facts")

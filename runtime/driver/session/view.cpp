@@ -196,7 +196,7 @@ void add_serving(CLI::App& command, ViewOptions& view, CLI::Option* of) {
                                   ->type_name("INT");
     CLI::Option* const open = command.add_flag("!--no-open", view.opens, prefix + "Do not open the link in a browser");
     CLI::Option* const seconds = command.add_option("--for", view.seconds, prefix + "End after so many seconds; otherwise Ctrl-C ends it")
-                                     ->check(CLI::Range(0.001, 1e9).description(""))
+                                     ->check(cli::seconds())
                                      ->type_name("SECONDS");
     if (of == nullptr) return;
     for (CLI::Option* const each : {port, open, seconds}) each->needs(of);

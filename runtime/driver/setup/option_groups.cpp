@@ -81,7 +81,7 @@ void add_outputs(CLI::App& command, RunOptions& run) {
     command.add_option("--junit", run.junit, "Write how the run and each watch went, as JUnit XML")->type_name("FILE");
     command.add_flag("--sync", run.sync, "Wait after each recorded step, each digest and each file until it is on the disk");
     command.add_option("--timeout", run.timeout_seconds, "End compilation and run, each after so many seconds, with exit code 4")
-        ->check(CLI::Range(0.001, 1e9).description(""))
+        ->check(cli::seconds())
         ->type_name("SECONDS");
     command.add_flag("--stats", run.stats,
                      "Count what rules, predicates and catoms do, and the messages over links; print it with the summary");

@@ -120,8 +120,8 @@ Result<void> BodyJoints::join(Subdomain& subdomain, physics::Scene& scene, const
     Unmatched unmatched(subdomain.comm);
     for (std::size_t i = 0; i < joins.size(); ++i)
         unmatched.add(joins[i], [&joint = joints[i]] {
-            return fmt::format("{}: no two catoms of {} touch at the start, so this [[motion.joint]] joins none", joint.place,
-                               name_of(joint));
+            return fmt::format("{}: no two catoms of {}, one of which can move, touch at the start, so this [[motion.joint]] joins none",
+                               joint.place, name_of(joint));
         });
     unmatched.warn();
     return {};

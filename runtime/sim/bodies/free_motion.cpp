@@ -114,8 +114,11 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         if (subdomain.owned(c))
             done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
     if (done) done = connections_.connect_groups(subdomain, *physics_.scene, bodies, fixed_touches_);
-    if (done) done = joints_.join(subdomain, *physics_.scene, bodies, radii.max, touch_m);
-    if (done) joints_.add_touches(*physics_.scene, fixed_touches_);
+    if (done) {
+        // Errors of joints name their places.
+        if (auto joined = joints_.join(subdomain, *physics_.scene, bodies, radii.max, touch_m); !joined) return joined;
+        joints_.add_touches(*physics_.scene, fixed_touches_);
+    }
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     tell_looks(subdomain);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string_view>
@@ -11,6 +12,8 @@ namespace meld::world {
 namespace {
 
 constexpr double kMostNumber = std::numeric_limits<double>::max();
+// Of each coordinate, in diameters.
+constexpr double kFarthestAnchor = 1e9;
 
 // [a, b], if both are numbers.
 std::optional<std::array<double, 2>> two_numbers(const toml::node& node) {
@@ -37,7 +40,13 @@ void read_bodies(const Section& section, JointOptions& joint) {
         return section.wrong("between", "a joint is not between two catoms", "write the numbers of two: between = [0, 1]");
     joint.between = {static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(second)};
     Vec3 anchor{};
-    if (section.has("anchor")) section.read("anchor", anchor), joint.anchor = anchor;
+    if (!section.has("anchor")) return;
+    section.read("anchor", anchor);
+    for (const double component : anchor)
+        if (std::abs(component) > kFarthestAnchor)
+            return section.wrong("anchor", "the anchor of a joint is too far away",
+                                 "write where it is, in diameters: anchor = [0.5, 0, 0]");
+    joint.anchor = anchor;
 }
 
 // What a ball, which moves along nothing, does not have.
@@ -103,8 +112,12 @@ void read_joint(TomlReader& reader, const toml::table& table, JointOptions& join
     read_bodies(section, joint);
     if (joint.kind == "ball") return refuse_keys_of_ball(section);
     section.read("axis", joint.axis);
-    if (!(std::hypot(joint.axis[0], joint.axis[1], joint.axis[2]) > 0))
-        section.wrong("axis", "the axis of a joint has no direction", "write axis = [0, 0, 1]");
+    const double largest = std::max({std::abs(joint.axis[0]), std::abs(joint.axis[1]), std::abs(joint.axis[2])});
+    if (!(largest > 0)) section.wrong("axis", "the axis of a joint has no direction", "write axis = [0, 0, 1]");
+    // Only the direction counts, and the square of a length may be more or less than a number can be.
+    constexpr double kMuch = 1e100;
+    if (largest > kMuch || (largest > 0 && largest < 1 / kMuch))
+        for (double& component : joint.axis) component /= largest;
     read_limits(section, joint);
     read_drive(section, joint);
     read_spring(section, joint);

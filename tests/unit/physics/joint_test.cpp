@@ -1,6 +1,7 @@
 // Joints against mechanics: pendulums, chains, motors, limits, loops.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -165,6 +166,24 @@ TEST(Joints, AMotorThatIsStrongEnoughRunsAtItsSpeed) {
     EXPECT_LT(scene->state(1).position_m.z, 4.9);
 }
 
+TEST(Joints, AMotorThatIsToRunFasterThanAnythingCanGivesAllItHas) {
+    for (const JointDrive::Kind kind : {JointDrive::Kind::Motor, JointDrive::Kind::Servo}) {
+        std::vector<double> speeds;
+        for (const double target : {1e3, 1e18}) {
+            auto scene = make_scene(wakeful({}));
+            need(scene->add_body({.id = 0, .position_m = {0, 0, 0}, .fixed = true}));
+            need(scene->add_body({.id = 1, .position_m = {1, 0, 0}}));
+            need(scene->add_joint(
+                {.first = 0, .second = 1, .anchor_m = {0.5, 0, 0}, .axis = {0, 1, 0}, .strength = 40, .drive = {kind, target}}));
+            Workers workers(1);
+            run(*scene, 20, 2, workers);
+            speeds.push_back(scene->joint(0, 1)->speed);
+        }
+        EXPECT_GT(speeds[0], 5);
+        EXPECT_NEAR(speeds[1], speeds[0], 1e-5 * speeds[0]);
+    }
+}
+
 TEST(Joints, AServoHoldsItsAngleAndABrakeHoldsWhereItIs) {
     auto scene = make_scene(wakeful());
     need(scene->add_body({.id = 0, .position_m = {0, 0, 5}, .radius_m = 0.1, .fixed = true}));
@@ -310,6 +329,48 @@ TEST(Joints, ARingOfServosStandsAndSleeps) {
     need(scene->drive_joint(2, 3, {JointDrive::Kind::Coast, 0}));
     run(*scene, 5, 2, workers);
     EXPECT_FALSE(scene->asleep(9));
+}
+
+// Where a loop lands, limits take hold and let go many times in one substep.
+TEST(Joints, LoopsOfLockedAndOfDrivenHingesLandInOnePiece) {
+    struct Loop {
+        int count;
+        double limit, strength, speed;
+    };
+    for (const Loop& loop : {Loop{3, 0, 0, 0}, Loop{4, kPi, 400, -20}}) {
+        auto scene = scene_on_plane(wakeful());
+        const double radius = 0.5 / std::sin(kPi / loop.count);
+        for (int i = 0; i < loop.count; ++i) {
+            const double angle = 2 * kPi * i / loop.count;
+            need(scene->add_body(
+                {.id = static_cast<BodyId>(i), .position_m = {radius * std::cos(angle), 0, 3 + radius + radius * std::sin(angle)}}));
+        }
+        for (int i = 0; i < loop.count; ++i) {
+            const int next = (i + 1) % loop.count;
+            const auto one = static_cast<BodyId>(std::min(i, next)), other = static_cast<BodyId>(std::max(i, next));
+            need(scene->add_joint({.first = one,
+                                   .second = other,
+                                   .anchor_m = 0.5 * (scene->state(one).position_m + scene->state(other).position_m),
+                                   .axis = {0, 1, 0},
+                                   .lower = -loop.limit,
+                                   .upper = loop.limit,
+                                   .strength = loop.strength,
+                                   .drive = {loop.strength > 0 ? JointDrive::Kind::Motor : JointDrive::Kind::Coast, loop.speed}}));
+        }
+        Workers workers(1);
+        double fastest = 0, widest = 0;
+        for (int tick = 0; tick < 400; ++tick) {
+            run(*scene, 1, 2, workers);
+            for (int i = 0; i < loop.count; ++i) {
+                const BodyState one = scene->state(static_cast<BodyId>(i)), other = scene->state(static_cast<BodyId>((i + 1) % loop.count));
+                fastest = std::max(fastest, length(one.linear_velocity_m_s));
+                widest = std::max(widest, length(one.position_m - other.position_m));
+            }
+        }
+        // It falls by 3 m, and motors do no more than 20 rad/s at arms of a few metres.
+        EXPECT_LT(fastest, 20) << loop.count;
+        EXPECT_LT(widest, 1.001) << loop.count;
+    }
 }
 
 TEST(Joints, TheStateDoesNotDependOnTheNumberOfWorkers) {

@@ -63,6 +63,7 @@ TEST(JointSection, SaysWhatIsWrong) {
         {"between = [0]", "a joint is not between two catoms"},
         {"where = \"all\"\nanchor = [0, 0, 0]", "one anchor cannot be that of several joints"},
         {"between = [0, 1]\nkind = \"weld\"", "does not exist"},
+        {"between = [0, 1]\nanchor = [1e300, 0, 0]", "the anchor of a joint is too far away"},
         {"between = [0, 1]\naxis = [0, 0, 0]", "the axis of a joint has no direction"},
         {"between = [0, 1]\nlimits = [1, 2]", "the limits of a joint are not around 0"},
         {"between = [0, 1]\nlimits = 3", "the limits of a joint are not around 0"},
@@ -82,6 +83,14 @@ TEST(JointSection, SaysWhatIsWrong) {
     EXPECT_NE(outcome_of("engine = \"hash\"\n[[motion.joint]]\nbetween = [0, 1]\n").find("the engine \"hash\" has no joints"),
               std::string::npos);
     EXPECT_EQ(outcome_of("[[motion.joint]]\nbetween = [0, 1]\n"), "fine");
+}
+
+TEST(JointSection, TakesTheDirectionOfAnyAxis) {
+    for (const char* axis : {"[0, 1e300, 0]", "[0, 1e-200, 0]"}) {
+        const Result<World> world = parse_world(kTwo + "[[motion.joint]]\nbetween = [0, 1]\naxis = " + axis + "\n", "w.toml");
+        ASSERT_TRUE(world) << world.error().message();
+        EXPECT_EQ(world->physics.joints[0].axis, (Vec3{0, 1, 0})) << axis;
+    }
 }
 
 }  // namespace
