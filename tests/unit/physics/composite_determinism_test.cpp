@@ -10,7 +10,7 @@
 
 #include "physics/bodies/simd.h"
 #include "physics/solver/engine.h"
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/snapshots.h"
 
 namespace meld::physics {
 namespace {
@@ -205,22 +205,12 @@ Crowd run_crowd(int threads, std::uint64_t save_at = 0, SolverMode mode = Solver
         if (tick + 1 != save_at) continue;
         // Connections made after the step are saved too.
         need(scene->connect(2000, 2002));
-        ByteWriter rest, homes;
-        std::map<Home, std::vector<BodyId>> of_home;
-        for (const BodyId body : scene->bodies()) of_home[scene->home(body)].push_back(body);
-        scene->save_rest(rest);
-        for (const auto& [home, all] : of_home) scene->save_home(home, all, homes);
-        auto loaded = build();
-        ByteReader rest_in(rest.view(), "rest", ByteReader::Origin::Outside), in(homes.view(), "homes", ByteReader::Origin::Outside);
-        loaded->load_rest(rest_in);
-        EXPECT_TRUE(rest_in.done());
-        for (std::size_t i = 0; i < of_home.size(); ++i) need(loaded->load_home(SavedHome::read(in), Holds::Own));
-        need(loaded->loaded(workers));
-        EXPECT_EQ(loaded->digest(), scene->digest());
-        EXPECT_TRUE(loaded->connected(2000, 2002));
+        auto other = loaded(saved(*scene), build(), workers);
+        EXPECT_EQ(other->digest(), scene->digest());
+        EXPECT_TRUE(other->connected(2000, 2002));
         // It would carry a part of the loads.
-        need(loaded->release(2000, 2002));
-        scene = std::move(loaded);
+        need(other->release(2000, 2002));
+        scene = std::move(other);
     }
     return crowd;
 }

@@ -13,29 +13,11 @@
 namespace meld::physics {
 namespace {
 
-Settings settings_with(Vec3 gravity, int sleep_ticks = 30) {
-    Settings settings;
-    settings.gravity_m_s2 = gravity;
-    settings.sleep_ticks = sleep_ticks;
-    return settings;
-}
-
-// Some rotation.
-Quat turn_of(double angle, Vec3 axis) {
-    const Vec3 unit = (1 / length(axis)) * axis;
-    return {std::cos(angle / 2), std::sin(angle / 2) * unit.x, std::sin(angle / 2) * unit.y, std::sin(angle / 2) * unit.z};
-}
 const std::vector<Quat> kTurns{{}, turn_of(0.7, {1, 2, -1}), turn_of(2.1, {-3, 1, 2})};
 
 std::vector<ConnectionPair> solve(Scene& scene, int threads = 1) {
     Workers workers(threads);
     return need(scene.solve_loads(workers));
-}
-
-ConnectionLoad load(const Scene& scene, BodyId one, BodyId other) {
-    const auto found = scene.load(one, other);
-    EXPECT_TRUE(found) << one << " and " << other;
-    return found.value_or(ConnectionLoad{});
 }
 
 // Balls in a row, each connected with the one before, from `first` on.

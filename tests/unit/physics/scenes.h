@@ -21,6 +21,19 @@ T need(Result<T> result) {
 }
 inline void need(const Result<void>& result) { EXPECT_TRUE(result) << result.error().message(); }
 
+inline Settings settings_with(Vec3 gravity, int sleep_ticks = 30) {
+    Settings settings;
+    settings.gravity_m_s2 = gravity;
+    settings.sleep_ticks = sleep_ticks;
+    return settings;
+}
+
+// By this angle about an axis.
+inline Quat turn_of(double angle, Vec3 axis) {
+    const Vec3 unit = (1 / length(axis)) * axis;
+    return {std::cos(angle / 2), std::sin(angle / 2) * unit.x, std::sin(angle / 2) * unit.y, std::sin(angle / 2) * unit.z};
+}
+
 inline std::unique_ptr<Scene> make_scene(const Settings& settings = {}) {
     auto scene = Scene::make(settings);
     EXPECT_TRUE(scene) << scene.error().message();
@@ -67,6 +80,12 @@ inline void run(Scene& scene, int ticks, int substeps, Workers& workers) {
         const auto report = scene.step(kTick, substeps, workers);
         ASSERT_TRUE(report) << report.error().message();
     }
+}
+
+inline ConnectionLoad load(const Scene& scene, BodyId one, BodyId other) {
+    const auto found = scene.load(one, other);
+    EXPECT_TRUE(found) << one << " and " << other;
+    return found.value_or(ConnectionLoad{});
 }
 
 inline double speed(const Scene& scene, BodyId body) { return length(scene.state(body).linear_velocity_m_s); }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <random>
 #include <set>
 #include <utility>
@@ -11,30 +10,12 @@
 
 #include "physics/bodies/simd.h"
 #include "physics/solver/engine.h"
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/snapshots.h"
 
 namespace meld::physics::shape_composites {
 namespace {
 
 const BodyShape kCube = box_shape({1, 1, 1}, 0.02), kSharp = box_shape({1, 1, 1}, 0);
-
-Settings settings_with(Vec3 gravity, int sleep_ticks = 30) {
-    Settings settings;
-    settings.gravity_m_s2 = gravity;
-    settings.sleep_ticks = sleep_ticks;
-    return settings;
-}
-
-Quat turn_of(double angle, Vec3 axis) {
-    const Vec3 unit = (1 / length(axis)) * axis;
-    return {std::cos(angle / 2), std::sin(angle / 2) * unit.x, std::sin(angle / 2) * unit.y, std::sin(angle / 2) * unit.z};
-}
-
-ConnectionLoad load(const Scene& scene, BodyId one, BodyId other) {
-    const auto found = scene.load(one, other);
-    EXPECT_TRUE(found) << one << " and " << other;
-    return found.value_or(ConnectionLoad{});
-}
 
 // Cubes in a row along an axis, each connected with the one before.
 void add_cubes(Scene& scene, BodyId first, int count, Vec3 where, Quat turn = {}, double mass = 1, const BodyShape& shape = kCube) {
@@ -467,19 +448,9 @@ Crowd run_crowd(int threads, int save_at = -1, SolverMode mode = SolverMode::Sof
         crowd.digests.push_back(scene->digest());
         crowd.composites = std::max(crowd.composites, scene->world().composites.all().size());
         if (tick != save_at) continue;
-        ByteWriter rest, homes;
-        std::map<Home, std::vector<BodyId>> of_home;
-        for (const BodyId body : scene->bodies()) of_home[scene->home(body)].push_back(body);
-        scene->save_rest(rest);
-        for (const auto& [home, all] : of_home) scene->save_home(home, all, homes);
-        auto loaded = build();
-        ByteReader rest_in(rest.view(), "rest", ByteReader::Origin::Outside), in(homes.view(), "homes", ByteReader::Origin::Outside);
-        loaded->load_rest(rest_in);
-        EXPECT_TRUE(rest_in.done());
-        for (std::size_t i = 0; i < of_home.size(); ++i) need(loaded->load_home(SavedHome::read(in), Holds::Own));
-        need(loaded->loaded(workers));
-        EXPECT_EQ(loaded->digest(), scene->digest());
-        scene = std::move(loaded);
+        auto other = loaded(saved(*scene), build(), workers);
+        EXPECT_EQ(other->digest(), scene->digest());
+        scene = std::move(other);
     }
     return crowd;
 }

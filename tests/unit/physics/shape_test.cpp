@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include "physics/scene/scene.h"
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/snapshots.h"
 
 namespace meld::physics {
 namespace {
@@ -308,22 +307,11 @@ TEST(Shapes, AreSavedAndLoaded) {
     Workers workers(2);
     for (int i = 0; i < 12; ++i) {
         run(*scene, 23, 2, workers);
-        std::map<Home, std::vector<BodyId>> homes;
-        for (const BodyId body : scene->bodies()) homes[scene->home(body)].push_back(body);
-        ByteWriter rest, bodies;
-        scene->save_rest(rest);
-        for (const auto& [home, ids] : homes) scene->save_home(home, ids, bodies);
-        auto loaded = pile(0);
-        ByteReader in(rest.view(), "the rest");
-        loaded->load_rest(in);
-        EXPECT_TRUE(in.done());
-        for (ByteReader from(bodies.view(), "the homes"); !from.done();) need(loaded->load_home(SavedHome::read(from), Holds::Own));
-        need(loaded->loaded(workers));
-        EXPECT_EQ(loaded->digest(), scene->digest());
-        EXPECT_EQ(loaded->shape(2), scene->shape(2));
-        ASSERT_EQ(loaded->contacts().size(), scene->contacts().size());
-        run(*loaded, 30, 2, workers);
-        auto other = std::move(loaded);
+        const auto other = loaded(saved(*scene), pile(0), workers);
+        EXPECT_EQ(other->digest(), scene->digest());
+        EXPECT_EQ(other->shape(2), scene->shape(2));
+        ASSERT_EQ(other->contacts().size(), scene->contacts().size());
+        run(*other, 30, 2, workers);
         run(*scene, 30, 2, workers);
         EXPECT_EQ(other->digest(), scene->digest()) << i;
         EXPECT_TRUE(std::ranges::equal(other->events(), scene->events()));

@@ -6,26 +6,12 @@
 #include <set>
 
 #include "physics/solver/engine.h"
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/snapshots.h"
 
 namespace meld::physics {
 namespace {
 
 using Make = std::function<std::unique_ptr<Scene>()>;
-
-struct Saved {
-    std::vector<std::byte> rest, homes;
-    bool operator==(const Saved&) const = default;
-};
-
-Saved saved(const Scene& scene) {
-    std::map<Home, std::vector<BodyId>> homes;
-    for (const BodyId body : scene.bodies()) homes[scene.home(body)].push_back(body);
-    ByteWriter rest, bodies;
-    scene.save_rest(rest);
-    for (const auto& [home, ids] : homes) scene.save_home(home, ids, bodies);
-    return {rest.take(), bodies.take()};
-}
 
 bool knows(const Scene& scene, const Touch& touch) { return scene.has(touch.body) && (touch.other_is_obstacle || scene.has(touch.other)); }
 
@@ -40,23 +26,18 @@ std::vector<std::byte> bits_of_contacts(Scene& scene) {
 }
 
 std::unique_ptr<Scene> saved_and_loaded(Scene& scene, const Make& make, Workers& workers) {
-    const Saved bytes = saved(scene);
-    auto loaded = make();
-    ByteReader rest(bytes.rest, "the rest");
-    loaded->load_rest(rest);
-    EXPECT_TRUE(rest.done());
-    for (ByteReader in(bytes.homes, "the homes"); !in.done();) need(loaded->load_home(SavedHome::read(in), Holds::Own));
-    need(loaded->loaded(workers));
+    const SavedScene bytes = saved(scene);
+    auto other = loaded(bytes, make(), workers);
     // All that was saved came back, also what no step shows soon.
-    EXPECT_EQ(saved(*loaded), bytes);
-    EXPECT_EQ(loaded->digest(), scene.digest());
-    EXPECT_EQ(loaded->tick(), scene.tick());
-    EXPECT_EQ(loaded->awake_bodies(), scene.awake_bodies());
+    EXPECT_EQ(saved(*other), bytes);
+    EXPECT_EQ(other->digest(), scene.digest());
+    EXPECT_EQ(other->tick(), scene.tick());
+    EXPECT_EQ(other->awake_bodies(), scene.awake_bodies());
     // Other engines report contacts of their steps only.
     if (scene.world().settings.engine == EngineKind::Blocks) {
-        EXPECT_TRUE(bits_of_contacts(*loaded) == bits_of_contacts(scene));
+        EXPECT_TRUE(bits_of_contacts(*other) == bits_of_contacts(scene));
     }
-    return loaded;
+    return other;
 }
 
 using Events = std::vector<TouchEvent>;
