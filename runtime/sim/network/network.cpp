@@ -13,7 +13,13 @@
 namespace meld::sim {
 
 Network::Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts)
-    : module_(module), world_(world), members_(members), facts_(facts), fates_(world, members), ring_(world.latency() + 2) {
+    : module_(module),
+      world_(world),
+      members_(members),
+      facts_(facts),
+      fates_(world, members),
+      indices_(members, facts),
+      ring_(world.latency() + 2) {
     if (Versions::suit(module, world)) versions_.emplace(module, world, members, facts, fates_);
     for (u16 c = 0; c < module.column_count; ++c) {
         if (!module.columns[c].exported) continue;
@@ -57,18 +63,8 @@ void Network::follow(i64 now, bool tell) {
 }
 
 u32 Network::open_mailbox(Catom reader, world::Port port, Catom other, Holds holds) {
-    world::Ensemble& ensemble = members_.ensemble;
-    Catom index = 0;
-    if (spare_.empty()) {
-        index = ensemble.add_mailbox(other);
-    } else {
-        index = spare_.back();
-        spare_.pop_back();
-        ensemble.use_mailbox(index, other);
-    }
-    // Not one by one: a wave opens thousands in a tick.
-    if (index >= facts_.columns.count()) facts_.resize(index + index / 64 + std::size_t{64});
-    ensemble.links().read_at(reader, port, static_cast<std::int32_t>(index));
+    const Catom index = indices_.take(other);
+    members_.ensemble.links().read_at(reader, port, static_cast<std::int32_t>(index));
     u32 number = static_cast<u32>(mailboxes_.size());
     if (free_mailboxes_.empty()) {
         mailboxes_.emplace_back();
@@ -90,9 +86,7 @@ u32 Network::open_mailbox(Catom reader, world::Port port, Catom other, Holds hol
 
 void Network::close_mailbox(u32 number) {
     Mailbox& m = mailboxes_[number];
-    const auto index = static_cast<Catom>(m.index);
-    facts_.columns.clear(index, 0);
-    spare_.push_back(index);
+    indices_.give_back(static_cast<Catom>(m.index));
     m.index = -1;
     if (m.under_way == 0) free_mailboxes_.push_back(number);
 }
@@ -153,18 +147,6 @@ std::optional<u32> Network::mailbox_at(Catom reader, world::Port port) {
     const Catom other = *members_.ensemble.links().at(reader, port);
     if (static_cast<Catom>(index) == other) return open_mailbox(reader, port, other, Holds::AllThatIsSaid);
     return number_of_[static_cast<std::size_t>(index)];
-}
-
-template <class Visit>
-void Network::each_link_read(const Visit& visit) const {
-    const world::Ensemble& ensemble = members_.ensemble;
-    for (Catom reader = 0; reader < ensemble.index_count(); ++reader) {
-        if (ensemble.state(reader) != kCatomOwned) continue;
-        ensemble.links().each(reader, [&](world::Port port, Catom other) {
-            if (const std::int32_t index = ensemble.links().read(reader, port); index >= 0)
-                visit(reader, port, other, static_cast<Catom>(index));
-        });
-    }
 }
 
 // ---- parcels
@@ -394,11 +376,11 @@ void Network::save(i64 now, ByteWriter& out) const {
 void Network::save_mailboxes(i64 now, ByteWriter& out) const {
     const world::Ensemble& ensemble = members_.ensemble;
     u64 count = 0;
-    each_link_read([&](Catom, world::Port, Catom, Catom) { ++count; });
+    each_link_read(members_.ensemble, [&](Catom, world::Port, Catom, Catom) { ++count; });
     out.write_count(count);
     std::vector<u32> saved(mailboxes_.size(), kNone32);
     u32 next = 0;
-    each_link_read([&](Catom reader, world::Port, Catom other, Catom index) {
+    each_link_read(members_.ensemble, [&](Catom reader, world::Port, Catom other, Catom index) {
         const bool in_place = index == other;
         if (!in_place) saved[number_of_[index]] = next;
         ++next;
@@ -418,11 +400,13 @@ void Network::save_mailboxes(i64 now, ByteWriter& out) const {
 }
 
 void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
+    if (versions_) members_.ensemble.links().begin_arrivals(now);
     if (in.done()) {
         if (versions_) return versions_->tell_all(now);
         std::vector<Link> all;
         if (!exported_.empty())
-            each_link_read([&](Catom reader, world::Port port, Catom other, Catom) { all.push_back({reader, port, other}); });
+            each_link_read(members_.ensemble,
+                           [&](Catom reader, world::Port port, Catom other, Catom) { all.push_back({reader, port, other}); });
         for (const Link& link : all) tell_state(now, open_mailbox(link.reader, link.port, link.other, Holds::Nothing));
         return;
     }

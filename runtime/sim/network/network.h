@@ -26,6 +26,7 @@
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
 #include "runtime/sim/network/fates.h"
+#include "runtime/sim/network/mailbox_indices.h"
 #include "runtime/sim/network/saved_links.h"
 #include "runtime/sim/network/versions.h"
 #include "runtime/world/description/network.h"
@@ -156,9 +157,6 @@ class Network {
     void ask_ahead(const Entry& entry) const;
     // That of a link, which is made if it has none. Nothing: there is no such link.
     std::optional<u32> mailbox_at(Catom reader, world::Port port);
-    // Calls visit(reader, port, other, index) for all links over which catoms of this process read; `index` is where.
-    template <class Visit>
-    void each_link_read(const Visit& visit) const;
     // Posts all that the neighbour exports.
     void tell_state(i64 now, u32 mailbox);
     std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }
@@ -171,9 +169,9 @@ class Network {
     std::optional<Versions> versions_;  // Instead of mailboxes.
     std::vector<u16> exported_;         // Columns.
     u64 readers_dirty_ = kDirtyLinks;   // What a reader of a whole state is to look at.
+    MailboxIndices indices_;
     std::vector<Mailbox> mailboxes_;
     std::vector<u32> free_mailboxes_, number_of_;  // The latter by index among the columns.
-    std::vector<Catom> spare_;                     // Indices of mailboxes that have gone, for those to come.
     std::vector<Parcel> parcels_;
     std::vector<u32> free_parcels_;
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.

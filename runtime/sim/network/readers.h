@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "runtime/world/ensemble/links.h"
+#include "runtime/world/ensemble/ensemble.h"
 
 namespace meld::sim {
 
@@ -33,6 +33,18 @@ void each_readers(const world::Links& links, world::Catom catom, const Visit& vi
             if (const auto reader = links.at(catom, port)) readers[count++] = {*reader, links.port_there(catom, port), -1, port};
         for (std::size_t i = 0; i < count; ++i) readers[i].index = links.read(readers[i].catom, readers[i].port);
         visit(first, std::span<const Reader>(readers.data(), count));
+    }
+}
+
+// Calls visit(reader, port, other, index) for all links over which catoms of this process read; `index` is where.
+template <class Visit>
+void each_link_read(const world::Ensemble& ensemble, const Visit& visit) {
+    for (world::Catom reader = 0; reader < ensemble.index_count(); ++reader) {
+        if (ensemble.state(reader) != kCatomOwned) continue;
+        ensemble.links().each(reader, [&](world::Port port, world::Catom other) {
+            if (const std::int32_t index = ensemble.links().read(reader, port); index >= 0)
+                visit(reader, port, other, static_cast<world::Catom>(index));
+        });
     }
 }
 

@@ -25,7 +25,13 @@ bool Versions::suit(const ModuleInfo& module, const world::World& world) {
 }
 
 Versions::Versions(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts, Fates& fates)
-    : module_(module), world_(world), members_(members), facts_(facts), fates_(fates), ring_(world.latency() + 2) {
+    : module_(module),
+      world_(world),
+      members_(members),
+      facts_(facts),
+      fates_(fates),
+      indices_(members, facts),
+      ring_(world.latency() + 2) {
     members_.ensemble.links().keep_last_arrivals();
     for (u16 c = 0; c < module.column_count; ++c) {
         if (!module.columns[c].exported) continue;
@@ -57,18 +63,7 @@ u32 Versions::take_version(Catom catom, i64 since) {
 }
 
 std::int32_t Versions::take_index(u32 version, Holds holds) {
-    world::Ensemble& ensemble = members_.ensemble;
-    const Catom catom = versions_[version].catom;
-    Catom index = 0;
-    if (spare_.empty()) {
-        index = ensemble.add_mailbox(catom);
-    } else {
-        index = spare_.back();
-        spare_.pop_back();
-        ensemble.use_mailbox(index, catom);
-    }
-    // Not one by one: a wave takes thousands in a tick.
-    if (index >= facts_.columns.count()) facts_.resize(index + index / 64 + std::size_t{64});
+    const Catom catom = versions_[version].catom, index = indices_.take(catom);
     if (index >= number_of_.size()) {
         if (index >= number_of_.capacity()) number_of_.reserve(index + index / 8 + std::size_t{64});
         number_of_.resize(index + std::size_t{1}, kNone32);
@@ -87,8 +82,7 @@ void Versions::leave(u32 version) {
     if (index == v.catom) {
         if (current(v.catom) == version) current_[v.catom] = kNone32;
     } else {
-        facts_.columns.clear(index, 0);
-        spare_.push_back(index);
+        indices_.give_back(index);
     }
     free_versions_.push_back(version);
 }
@@ -276,7 +270,7 @@ void Versions::tell(i64 now, Catom reader, world::Port port, Catom other) {
 
 void Versions::tell_all(i64 now) {
     std::vector<Reader> all;
-    each_link_read([&](Catom reader, world::Port port, Catom other, Catom) { all.push_back({reader, port, 0, other}); });
+    each_link_read(members_.ensemble, [&](Catom reader, world::Port port, Catom other, Catom) { all.push_back({reader, port, 0, other}); });
     for (const Reader& link : all) tell(now, link.catom, link.port, link.from);
 }
 
@@ -382,18 +376,6 @@ void Versions::open(Version& version, world::Port port, u64 bits) {
 
 // ---- snapshots
 
-template <class Visit>
-void Versions::each_link_read(const Visit& visit) const {
-    const world::Ensemble& ensemble = members_.ensemble;
-    for (Catom reader = 0; reader < ensemble.index_count(); ++reader) {
-        if (ensemble.state(reader) != kCatomOwned) continue;
-        ensemble.links().each(reader, [&](world::Port port, Catom other) {
-            if (const std::int32_t index = ensemble.links().read(reader, port); index >= 0)
-                visit(reader, port, other, static_cast<Catom>(index));
-        });
-    }
-}
-
 void Versions::save(i64 now, ByteWriter& out) const {
     const world::Ensemble& ensemble = members_.ensemble;
     const world::Links& links = ensemble.links();
@@ -410,10 +392,10 @@ void Versions::save(i64 now, ByteWriter& out) const {
     numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
     const auto number_of = [&](u64 key) { return std::ranges::lower_bound(numbers, key, {}, &Number::first); };
     u64 count = 0;
-    each_link_read([&](Catom, world::Port, Catom, Catom) { ++count; });
+    each_link_read(members_.ensemble, [&](Catom, world::Port, Catom, Catom) { ++count; });
     out.write_count(count);
     u32 next = 0;
-    each_link_read([&](Catom reader, world::Port port, Catom other, Catom index) {
+    each_link_read(members_.ensemble, [&](Catom reader, world::Port port, Catom other, Catom index) {
         const world::Port from = links.port_there(reader, port);
         const i64 last = links.last_arrival(other, from, now);
         if (last > now || world_.longest_jam > 0)
@@ -535,7 +517,7 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
 }
 
 std::size_t Versions::bytes() const {
-    std::size_t all = versions_.capacity() * sizeof(Version) + entries_.capacity() * sizeof(Entry) + spare_.capacity() * sizeof(Catom);
+    std::size_t all = versions_.capacity() * sizeof(Version) + entries_.capacity() * sizeof(Entry) + indices_.bytes();
     for (const std::vector<u32>* each : {&free_versions_, &current_, &number_of_}) all += each->capacity() * sizeof(u32);
     for (const auto& slot : ring_) all += slot.capacity() * sizeof(Entry);
     return all;

@@ -17,6 +17,7 @@
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
 #include "runtime/sim/network/fates.h"
+#include "runtime/sim/network/mailbox_indices.h"
 #include "runtime/sim/network/readers.h"
 
 namespace meld::sim {
@@ -62,7 +63,7 @@ class Versions {
         bool whole = false;   // The readers know nothing of the catom yet.
         bool late = false;    // Held up by a jam, so it is before all that was sent to arrive now.
     };
-    // In place of a version: links that are gone, over which so many were under way.
+    // In place of a version: as many as `first` says were under way over links that are gone.
     static constexpr u32 kGone = kNone32;
     static_assert(kReadersAtOnce == 16, "a bit for each in Entry::ports");
 
@@ -96,9 +97,6 @@ class Versions {
     bool is_said(const Version& version) const;
     u64 bits_of(const Version& version) const;
 
-    template <class Visit>
-    void each_link_read(const Visit& visit) const;
-
     const ModuleInfo& module_;
     const world::World& world_;
     Membership& members_;
@@ -106,11 +104,11 @@ class Versions {
     Fates& fates_;
     std::vector<u16> exported_;  // Columns.
     u64 readers_dirty_ = kDirtyLinks;
+    MailboxIndices indices_;
     std::vector<Version> versions_;
     std::vector<u32> free_versions_;
     std::vector<u32> current_;              // By catom.
     std::vector<u32> number_of_;            // Of versions, by index among the columns.
-    std::vector<Catom> spare_;              // Indices that nobody reads.
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
     std::vector<Entry> entries_;            // Room for those of a tick.
     u64 under_way_ = 0;

@@ -135,6 +135,11 @@ std::vector<Links::Change> Links::take_changes() {
     return std::exchange(changes_, {});
 }
 
+void Links::begin_arrivals(std::int64_t now) {
+    passed_ = static_cast<std::uint32_t>(now);
+    std::ranges::fill(last_, passed_);
+}
+
 void Links::forget_arrivals(std::int64_t now) {
     passed_ = static_cast<std::uint32_t>(now);
     for (std::uint32_t& last : last_)

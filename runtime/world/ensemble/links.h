@@ -79,6 +79,8 @@ class Links {
         return ticks > 0 ? now + ticks : now;
     }
     void set_last_arrival(Catom catom, Port port, std::int64_t tick) { last_[entry(catom, port)] = static_cast<std::uint32_t>(tick); }
+    // Where a run begins in a later tick than the first: nothing is under way.
+    void begin_arrivals(std::int64_t now);
     // To be called at least every 2^30 ticks: what has arrived before `now` is forgotten, so that it never seems to be to come.
     void forget_arrivals(std::int64_t now);
 

@@ -124,5 +124,21 @@ TEST(Links, KeepUntilWhenSomethingIsUnderWay) {
     EXPECT_EQ(links.last_arrival(0, 0, later), later);
 }
 
+TEST(Links, AreQuietWhereARunBeginsLate) {
+    // Ticks that seem to come after 0 if 32 bits of them are seen.
+    for (const std::int64_t now : {std::int64_t{3} << 30, (std::int64_t{7} << 32) + (std::int64_t{3} << 30)}) {
+        Links links(true);
+        links.keep_last_arrivals();
+        links.room(0, 1);
+        links.room(1, 1);
+        links.connect(0, 0, 1, 0);
+        links.begin_arrivals(now);
+        EXPECT_EQ(links.last_arrival(0, 0, now), now);
+        links.room(1, 2);
+        links.renew(1);
+        EXPECT_EQ(links.last_arrival(1, 0, now + 5), now + 5);
+    }
+}
+
 }  // namespace
 }  // namespace meld::world
