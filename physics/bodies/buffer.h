@@ -3,46 +3,14 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
-#include <new>
-#include <type_traits>
-#include <utility>
-#include <vector>
+
+#include "runtime/base/large_array.h"
+#include "runtime/base/raw_array.h"
 
 namespace meld::physics {
 
-// Memory for large arrays, aligned to huge pages; throws std::bad_alloc.
-void* allocate_large(std::size_t bytes);
-// `bytes` is the number that was asked for.
-void free_large(void* memory, std::size_t bytes);
-inline constexpr std::size_t kLargeBytes = std::size_t{4} << 20;
-
 template <class T>
-struct UninitializedAllocator : std::allocator<T> {
-    template <class U>
-    struct rebind {
-        using other = UninitializedAllocator<U>;
-    };
-    T* allocate(std::size_t count) {
-        if (count * sizeof(T) < kLargeBytes) return std::allocator<T>::allocate(count);
-        return static_cast<T*>(allocate_large(count * sizeof(T)));
-    }
-    void deallocate(T* memory, std::size_t count) {
-        if (count * sizeof(T) < kLargeBytes) return std::allocator<T>::deallocate(memory, count);
-        free_large(memory, count * sizeof(T));
-    }
-    template <class U>
-    void construct(U* place) noexcept(std::is_nothrow_default_constructible_v<U>) {
-        ::new (static_cast<void*>(place)) U;
-    }
-    template <class U, class... Arguments>
-    void construct(U* place, Arguments&&... arguments) {
-        std::construct_at(place, std::forward<Arguments>(arguments)...);
-    }
-};
-
-template <class T>
-using Buffer = std::vector<T, UninitializedAllocator<T>>;
+using Buffer = RawArray<T>;
 
 // Returns the pages of a large array up to entry `end`, which are no longer used, to the system; they read as zeros from then on.
 // `gone_bytes` have been returned before; the result is the total returned by now.

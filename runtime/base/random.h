@@ -10,7 +10,7 @@ namespace meld {
 // as 1, 2, 3", SC 2011), from Random123. About 10 ns.
 std::uint64_t random_bits(std::uint64_t seed, std::uint64_t a, std::uint64_t b, std::uint64_t c);
 
-// The same for several counters b. Together they take half the time.
+// The same for several counters b.
 void random_bits(std::uint64_t seed, std::uint64_t a, std::span<const std::uint64_t> b, std::uint64_t c, std::span<std::uint64_t> out);
 
 }  // namespace meld

@@ -230,10 +230,7 @@ CLI::App* add_world(CLI::App& app, WorldOptions& world) {
     w->add_option("--nodes", world.nodes, "The same of its nodes, their places and columns, as nodes = FILE; - for standard output")
         ->type_name("FILE")
         ->excludes(import);
-    w->add_option("--extension", world.extensions, "As for meldsim run; repeatable")
-        ->type_name("FILE")
-        ->take_all()
-        ->allow_extra_args(false);
+    add_list(*w, "--extension", world.extensions, "FILE", "As for meldsim run; repeatable");
     w->add_option("--shot", world.picture.file, "Take a picture of the catoms where they start, as a PNG file; - for standard output")
         ->type_name("FILE")
         ->group("Picture");

@@ -3,7 +3,7 @@ add_test(NAME install COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/in
 set_tests_properties(install PROPERTIES TIMEOUT 300)
 # What is left of meldsim without its optional parts.
 add_test(NAME install_parts COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/parts_test.py --build ${CMAKE_BINARY_DIR} -v)
-set_tests_properties(install_parts PROPERTIES TIMEOUT 900 PROCESSORS 2)
+set_tests_properties(install_parts PROPERTIES TIMEOUT 900)
 # The Debian packages: what is in which, and what each needs.
 add_test(NAME install_packages COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/packages_test.py --build ${CMAKE_BINARY_DIR} -v)
 set_tests_properties(install_packages PROPERTIES TIMEOUT 600)

@@ -22,6 +22,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "view"))
 
 import frame  # noqa: E402
 from frame import FOREVER, FRONT, main, square, words_of  # noqa: E402
+from running import children  # noqa: E402
 from websocket import Page  # noqa: E402
 
 FINE, USAGE, FAILED = 0, 2, 3
@@ -469,11 +470,7 @@ class Memory(Case):
         most, together = 0, 0
         while sweep.poll() is None:
             base = self.own_bytes(sweep.pid)
-            try:
-                children = pathlib.Path(f"/proc/{sweep.pid}/task/{sweep.pid}/children").read_text().split()
-            except OSError:
-                break
-            sizes = [max(0, self.own_bytes(child) - base) for child in children]
+            sizes = [max(0, self.own_bytes(child) - base) for child in children(sweep.pid)]
             most, together = max(most, sum(sizes)), max(together, sum(size > 8_000_000 for size in sizes))
             time.sleep(0.005)
         said = sweep.communicate(timeout=60)[0]

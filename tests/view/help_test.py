@@ -15,9 +15,9 @@ from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
 
 from frame import main  # noqa: E402
-from pages import HEIGHT, PLATE, WIDTH, YELLOW, Pages  # noqa: E402
+from pages import HEIGHT, PLATE, WIDTH, Pages  # noqa: E402
 from png import read_png  # noqa: E402
-from viewing import CORNER  # noqa: E402
+from viewing import CORNER, YELLOW  # noqa: E402
 
 # No other program of the tests, and no example of the docs, has such predicates.
 ROOMS = """type warm(node, max float Degrees).

@@ -16,7 +16,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 
 from frame import main  # noqa: E402
 from judge import judge  # noqa: E402
-from pages import HEIGHT, PLATE, PURPLE, WIDTH, YELLOW, Pages  # noqa: E402
+from pages import HEIGHT, PLATE, WIDTH, Pages  # noqa: E402
 from stairs import COLOURS, PLACES  # noqa: E402
 from viewing import CORNER  # noqa: E402
 

@@ -19,8 +19,6 @@ from viewing import CORNER, Viewing  # noqa: E402
 
 WIDTH, HEIGHT = 6, 4
 PLATE = f'lattice = "square"\n[[body]]\nshape = "box({WIDTH},{HEIGHT},1)"\n[facts]\nsource = "id == 0"\n'
-# The ends of viridis.
-PURPLE, YELLOW = (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)
 FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1100,720", "--hide-scrollbars",
          "--force-color-profile=srgb", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 

@@ -13,12 +13,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import numpy as np  # noqa: E402
 
 from frame import OPEN_MPI, main, square  # noqa: E402
-from viewing import CORNER, Viewing  # noqa: E402
+from viewing import CORNER, PURPLE, YELLOW, Viewing  # noqa: E402
 from websocket import get  # noqa: E402
 
 MAGIC = 0x46444C4D
-# The ends of viridis.
-PURPLE, YELLOW = (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)
 
 
 class Requests(Viewing):

@@ -12,6 +12,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from frame import COUNT, FOREVER, Case, square  # noqa: E402
 from websocket import Page  # noqa: E402
 
+# The ends of viridis.
+PURPLE, YELLOW = (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)
 CORNER = """type source(node).
 type dist(node, min int).
 type linear token(node, int).

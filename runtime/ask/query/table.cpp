@@ -28,7 +28,7 @@ Json json_of(tuple::Type type, Value v) {
         case ValueType::Node:
             return v.catom;
         case ValueType::String:
-            return std::string(reinterpret_cast<const char*>(v.list == nullptr ? nullptr : v.list->items), tuple::length(v.list));
+            return std::string(tuple::bytes_of(v.list));
         default:
             break;
     }

@@ -106,4 +106,9 @@ ResidentMemory resident_memory(const std::string& root) {
     return {number_named(status, "VmRSS:").value_or(0) * 1024, number_named(status, "VmHWM:").value_or(0) * 1024};
 }
 
+std::uint64_t own_memory(pid_t process) {
+    const std::string of = process == 0 ? "self" : std::to_string(process);
+    return number_named(fmt::format("/proc/{}/status", of), "RssAnon:").value_or(0) * 1024;
+}
+
 }  // namespace meld

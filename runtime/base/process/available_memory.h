@@ -1,6 +1,8 @@
 // How much memory this process may still have.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <string>
 
@@ -29,5 +31,7 @@ struct ResidentMemory {
     std::uint64_t now = 0, peak = 0;
 };
 ResidentMemory resident_memory(const std::string& root = "/");
+// What a process has in memory that no other shares; 0: not known, or it has ended. `process` 0 is this one.
+std::uint64_t own_memory(pid_t process);
 
 }  // namespace meld

@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -21,21 +20,13 @@ constexpr int kLookForSignals_ms = 200;
 
 }  // namespace
 
-std::uint64_t own_memory(pid_t process) {
-    std::ifstream status(process == 0 ? std::string("/proc/self/status") : fmt::format("/proc/{}/status", process));
-    for (std::string line; std::getline(status, line);)
-        if (constexpr std::string_view name = "RssAnon:"; line.starts_with(name)) return std::stoull(line.substr(name.size())) * 1024;
-    return 0;
-}
-
 std::string to_line(const RowMemory& memory) {
     return nlohmann::json{{"peak", memory.peak}, {"resident", memory.resident}, {"own", memory.own}, {"start", memory.start}}.dump() + "\n";
 }
 
 std::optional<RowMemory> row_memory(std::string_view line) {
-    const nlohmann::json json = nlohmann::json::parse(line, nullptr, false);
-    if (!json.is_object() || !json.contains("peak")) return std::nullopt;
     try {
+        const nlohmann::json json = nlohmann::json::parse(line);
         return RowMemory{.peak = json.at("peak"), .resident = json.at("resident"), .own = json.at("own"), .start = json.at("start")};
     } catch (const nlohmann::json::exception&) {
         return std::nullopt;

@@ -1,8 +1,6 @@
 // The memory of a row of a study: what it is expected to take, said before it takes it, and the word on which it does.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,9 +9,6 @@
 #include "runtime/base/error.h"
 
 namespace meld::driver {
-
-// What a process has of its own, that nobody shares with it; 0: not known, or it has ended. `process` 0 is this one.
-std::uint64_t own_memory(pid_t process);
 
 // What a run says of itself when its catoms have been counted.
 struct RowMemory {

@@ -59,7 +59,7 @@ class RowPool {
     bool fits(const RowRun& run) const;
     void look_at_others();
     // How many run and have the memory that they asked for.
-    std::size_t goers() const;
+    std::size_t with_memory() const;
     std::string line() const;
 
     const StudyPlan& plan_;
@@ -88,7 +88,8 @@ std::string RowPool::line() const {
         text += fmt::format(", {} a second, {} left", format_count(rate), format_duration(static_cast<double>(left) / rate));
     }
     if (!others_.empty()) text += fmt::format(", {} elsewhere", grouped(others_.size()));
-    if (held_bytes_) text += fmt::format(", {} at a time for want of memory: the next one needs {}", goers(), format_bytes(*held_bytes_));
+    if (held_bytes_)
+        text += fmt::format(", {} at a time for want of memory: the next one needs {}", with_memory(), format_bytes(*held_bytes_));
     return text;
 }
 
@@ -98,7 +99,7 @@ void RowPool::note_peak(std::size_t row, const RowResult& result) {
     peak = std::max(peak, result.memory);
 }
 
-std::size_t RowPool::goers() const {
+std::size_t RowPool::with_memory() const {
     return static_cast<std::size_t>(std::ranges::count_if(running_, [](const RowRun& run) { return run.memory() && !run.waits(); }));
 }
 
@@ -126,7 +127,7 @@ void RowPool::give_memory() {
     held_bytes_.reset();
     for (RowRun& run : running_) {
         if (!run.waits()) continue;
-        if (goers() > 0 && !fits(run)) {
+        if (with_memory() > 0 && !fits(run)) {
             held_bytes_ = expected_own(run);
             held_.insert(run.row());
             outcome_.held = held_.size();
@@ -134,7 +135,7 @@ void RowPool::give_memory() {
             return;
         }
         run.let_go_on();
-        outcome_.most_at_once = std::max(outcome_.most_at_once, goers());
+        outcome_.most_at_once = std::max(outcome_.most_at_once, with_memory());
     }
 }
 

@@ -108,7 +108,7 @@ void Columns::resize(std::size_t catoms, Workers* workers) {
         const std::size_t room = capacity_ == 0 ? catoms : std::max(catoms, capacity_ + capacity_ / 4 + 64);
         for (u32 c = 0; c < module_.column_count; ++c) {
             const std::size_t bytes = std::max<std::size_t>(1, room * module_.columns[c].stride);
-            void* const bigger = pointers_[c] == nullptr ? allocate_large(bytes) : std::realloc(pointers_[c], bytes);
+            void* const bigger = std::realloc(pointers_[c], bytes);
             if (bigger == nullptr) memory_has_run_out();
             ask_for_large_pages(bigger, bytes);
             pointers_[c] = static_cast<u8*>(bigger);

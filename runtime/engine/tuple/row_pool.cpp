@@ -1,8 +1,6 @@
 #include "runtime/engine/tuple/row_pool.h"
 
 #include "runtime/base/assert.h"
-#include "runtime/base/large_array.h"
-#include "runtime/base/process/deep_stack.h"
 
 namespace meld::tuple {
 
@@ -26,11 +24,8 @@ std::uint8_t* RowPool::take(std::size_t bytes) {
 }
 
 std::uint8_t* RowPool::new_slab(std::size_t bytes) {
-    auto* const slab = static_cast<std::uint8_t*>(allocate_large(bytes));
-    if (slab == nullptr) memory_has_run_out();
-    slabs_.emplace_back(slab);
     reserved_ += bytes;
-    return slab;
+    return slabs_.emplace_back(bytes).data();
 }
 
 void RowPool::give(std::uint8_t* block, std::size_t bytes) {

@@ -5,9 +5,9 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <memory>
 #include <vector>
+
+#include "runtime/base/raw_array.h"
 
 namespace meld::tuple {
 
@@ -33,14 +33,11 @@ class RowPool {
         return bytes <= 16 ? kSmallest : static_cast<std::size_t>(std::bit_width(bytes - 1));
     }
 
-    std::array<std::vector<std::uint8_t*>, 48> free_;
-    struct Freed {
-        void operator()(std::uint8_t* slab) const { std::free(slab); }
-    };
     // Adds a slab, which nobody has written to.
     std::uint8_t* new_slab(std::size_t bytes);
 
-    std::vector<std::unique_ptr<std::uint8_t[], Freed>> slabs_;
+    std::array<std::vector<std::uint8_t*>, 48> free_;
+    std::vector<RawArray<std::uint8_t>> slabs_;
     std::uint8_t* next_ = nullptr;
     std::size_t left_ = 0;
     std::size_t reserved_ = 0;

@@ -9,6 +9,7 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/values.h"
 #include "runtime/module/abi/actions.h"
 
 namespace meld::record {
@@ -29,11 +30,6 @@ std::uint32_t mixed_colour(const Value* arguments) {
     std::uint32_t rgb = 0;
     for (u32 i = 0; i < 3; ++i) rgb = rgb << 8 | static_cast<std::uint32_t>(std::clamp<i64>(arguments[i].integer, 0, 255));
     return rgb;
-}
-
-// The bytes of a string value.
-std::string text_of(Value v) {
-    return v.list == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(v.list->items), v.list->count);
 }
 
 }  // namespace
@@ -60,7 +56,7 @@ void Appearance::collect(sim::Subdomain& subdomain) {
                 new_colours_[id] = {now, mixed_colour(a.arguments)};
                 break;
             case ActionKind::SetLabel:
-                new_labels_[id] = {now, text_of(a.arguments[0])};
+                new_labels_[id] = {now, std::string(tuple::bytes_of(a.arguments[0].list))};
                 break;
             case ActionKind::DrawLine:
                 new_lines_.push_back({now, id, a.arguments[0].catom, subdomain.module.predicates[a.predicate].repeats});

@@ -6,6 +6,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/engine/tuple/value_text.h"
+#include "runtime/engine/tuple/values.h"
 
 namespace meld::sim {
 namespace {
@@ -73,8 +74,7 @@ Argument to_argument(tuple::Type type, Value value) {
         case ValueType::Node:
             return CatomId{value.catom};
         case ValueType::String:
-            if (value.list == nullptr) return std::string();
-            return std::string(reinterpret_cast<const char*>(value.list->items), value.list->count);
+            return std::string(tuple::bytes_of(value.list));
         default:
             break;
     }

@@ -20,9 +20,9 @@ using Activating = world::AmoebotOptions::Activation;
 constexpr std::uint64_t kDraw = 0x6163746976617465ull;
 // Amoebots of a class are far apart in memory: what is written for one is asked for while this many before it have their turn.
 constexpr std::size_t kAhead = 12;
-// Whose turn a worker begins and ends at once.
+// Amoebots that a worker activates, or whose activation it ends, in one piece of its work.
 constexpr std::size_t kAtOnce = 1024;
-// Classes that a worker searches at once.
+// Amoebots among which a worker searches for a class in one piece of its work.
 constexpr std::size_t kSearched = 1 << 16;
 
 void ask_for_facts(const Subdomain& subdomain, u32 predicate, Catom catom) {
@@ -54,7 +54,7 @@ void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t 
 
 void Activation::end(Subdomain& subdomain) {
     if (!activated_) return;
-    // Most have used it.
+    // Those that still have the fact: rules of most have used it up.
     std::vector<std::vector<Catom>> left(static_cast<std::size_t>(subdomain.workers.threads()));
     each_now(subdomain, [&](int worker, Catom catom) {
         turn_[catom] &= static_cast<std::uint8_t>(~kNow);

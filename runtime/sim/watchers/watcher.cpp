@@ -12,6 +12,7 @@
 #include "runtime/base/terminal/progress.h"
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/engine/tuple/facts.h"
+#include "runtime/engine/tuple/values.h"
 #include "runtime/module/abi/actions.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -40,10 +41,7 @@ Result<void> Watcher::begin(Subdomain& subdomain) {
             if (watch_ != a.predicate && watch_all_ != a.predicate) continue;
             mine.write(subdomain.ensemble.id(a.catom));
             mine.write(watch_all_ == a.predicate);
-            mine.write_string(
-                watch_all_ == a.predicate || a.arguments[0].list == nullptr
-                    ? std::string_view{}
-                    : std::string_view(reinterpret_cast<const char*>(a.arguments[0].list->items), a.arguments[0].list->count));
+            mine.write_string(watch_all_ == a.predicate ? std::string_view{} : tuple::bytes_of(a.arguments[0].list));
         }
         for (const std::vector<std::byte>& bytes : subdomain.comm.allgather_any(mine.view())) {
             ByteReader in(bytes, "what catoms watch");

@@ -135,8 +135,10 @@ class Viewer {
                 // Bodies that were left out: the frame is there without them.
                 mistakes.push(...words.mistakes || []);
                 side.take(words, frame);
-                if (!this.look.difference) side.stage.sketchInstead(false);
-                if (!this.look.difference) side.draw(frame, words.legend, this.look.moves);
+                if (!this.look.difference) {
+                    side.stage.sketchInstead(false);
+                    side.draw(frame, words.legend, this.look.moves);
+                }
                 if (side === this.active) {
                     const bounds = boundsOf(frame), away = side.stage.drawnAway;
                     this.look.seen({thinned: frame.covers !== null, away, bounds});

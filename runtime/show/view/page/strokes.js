@@ -7,14 +7,15 @@ import {strokeFragment, strokeVertex} from "./shaders.js";
 // Of a line two triangles; of an arrow also its head.
 const LINE_CORNERS = 6, ARROW_CORNERS = 9;
 
+const isDarkGrey = (red, green, blue) => red + green + blue < 240 && Math.max(red, green, blue) - Math.min(red, green, blue) < 30;
+
 function geometryOf({count, ends, colours}, corners, dark) {
     const begin = new Float32Array(3 * count), end = new Float32Array(3 * count), shades = new Uint8Array(colours);
     for (let i = 0; i < count; ++i) {
         begin.set(ends.subarray(6 * i, 6 * i + 3), 3 * i);
         end.set(ends.subarray(6 * i + 3, 6 * i + 6), 3 * i);
         // Dark grey on a dark ground is not seen; other colours mean something.
-        const [red, green, blue] = shades.subarray(4 * i, 4 * i + 3), grey = Math.max(red, green, blue) - Math.min(red, green, blue) < 30;
-        if (dark && grey && red + green + blue < 240) shades.set([215, 215, 220], 4 * i);
+        if (dark && isDarkGrey(shades[4 * i], shades[4 * i + 1], shades[4 * i + 2])) shades.set([215, 215, 220], 4 * i);
     }
     return cornersOf(corners, {position: [begin, 3, false], end: [end, 3, false], colour: [shades, 4, true]});
 }
