@@ -31,21 +31,24 @@ Vec3 light(const Vec3& moments, Quat turn, Vec3 momentum) {
     return rotate(turn, {own.x / moments.x, own.y / moments.y, own.z / moments.z});
 }
 
+Quat unit(Quat q) {
+    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    return {norm * q.w, norm * q.x, norm * q.y, norm * q.z};
+}
+
 // As the pass over bodies turns them: by the tangent of half the angle.
 Quat turned_in_step(Quat turn, Vec3 spin, double step_s) {
     const Vec3 half = (0.5 * step_s) * spin;
-    const Quat q = product({1, half.x, half.y, half.z}, turn);
-    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    return {norm * q.w, norm * q.x, norm * q.y, norm * q.z};
-}
-
-Quat unit(const Orientation& o) {
-    const Quat q{static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
-    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    return {norm * q.w, norm * q.x, norm * q.y, norm * q.z};
+    return unit(product({1, half.x, half.y, half.z}, turn));
 }
 
 }  // namespace
+
+JointPose joint_pose(const Bodies& bodies, std::uint32_t slot) {
+    const Orientation& o = bodies.orientation[slot];
+    return {centre_of(bodies.place[slot]),
+            unit({static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)})};
+}
 
 bool Assembly::lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Bodies& bodies) {
     joints_ = std::move(joints);
@@ -92,14 +95,14 @@ void Assembly::locate(const Bodies& bodies) {
 bool Assembly::rests(const Bodies& bodies) const { return bodies.velocity[members_.front().slot].inverse_mass == 0; }
 
 void Assembly::read_body(const Member& member, const Bodies& bodies, const BodyShapes& shapes, Body& body) const {
-    const Place& at = bodies.place[member.slot];
-    body.pose = {centre_of(at), unit(bodies.orientation[member.slot])};
+    body.pose = joint_pose(bodies, member.slot);
     if (!member.movable) return;
     const BodyProperties& what = bodies.properties[member.slot];
     const BodyVelocity& velocity = bodies.velocity[member.slot];
     body.inverse_mass = static_cast<double>(velocity.inverse_mass);
     if ((what.flags & kShaped) == 0) {
-        const double all = static_cast<double>(velocity.inverse_surface_mass) / (at.radius * at.radius);
+        const double radius = bodies.place[member.slot].radius,
+                     all = static_cast<double>(velocity.inverse_surface_mass) / (radius * radius);
         body.inverse_inertia = {all, 0, 0, all, 0, all};
         return;
     }

@@ -7,6 +7,7 @@
 // long times (the method RATTLE of H. C. Andersen, J. Comput. Phys. 52, 1983).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,6 +20,9 @@
 #include "physics/joints/joint.h"
 
 namespace meld::physics {
+
+// The body in this slot as joints see it.
+JointPose joint_pose(const Bodies& bodies, std::uint32_t slot);
 
 class Assembly {
   public:
@@ -39,7 +43,6 @@ class Assembly {
         bool movable;
     };
     std::span<const Member> members() const { return members_; }
-    std::span<const std::uint32_t> joints() const { return joints_; }
 
     void places_changed() { placed_ = false; }
     void warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes);
@@ -47,7 +50,6 @@ class Assembly {
     std::size_t bytes() const;
 
   private:
-    static constexpr std::uint32_t kNobody = 0xffffffff;
     struct Body {
         JointPose pose;
         Vec3 velocity, spin;
@@ -87,7 +89,6 @@ class Assembly {
     // Places, masses, rows and blocks, if places have changed.
     void place(std::span<Joint> all, const Bodies& bodies, const BodyShapes& shapes);
     void read_body(const Member& member, const Bodies& bodies, const BodyShapes& shapes, Body& body) const;
-    JointBlock block_between(std::uint32_t one, std::uint32_t other) const;
     double speed(const Link& link, std::size_t row) const;
     void push(const Link& link, std::size_t row, double impulse);
     void predict(double step_s);

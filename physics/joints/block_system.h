@@ -19,7 +19,6 @@ class BlockSystem {
     using Pair = std::pair<std::uint32_t, std::uint32_t>;
     // The blocks that are not zero beside the diagonal, each pair once. False: elimination would need more than `most` products of blocks.
     bool lay_out(std::size_t count, std::span<const Pair> pairs, std::size_t most);
-    std::size_t count() const { return diagonal_.size(); }
 
     // Sets all blocks: those of the diagonal, and of each pair as given the block in the row of its first and the column of its second.
     void set(std::span<const JointBlock> diagonal, std::span<const JointBlock> of_pairs);

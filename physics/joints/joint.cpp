@@ -12,8 +12,6 @@ namespace {
 
 constexpr Vec3 kAxes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-double component(Vec3 v, std::size_t i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-
 // At right angles to a unit vector: across the axis of the world that is farthest from it.
 Vec3 any_across(Vec3 axis) {
     const Vec3 size{std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};
@@ -98,11 +96,11 @@ std::array<double, kJointRows> errors_of(const Joint& joint, const JointPose& fi
     const Vec3 axis = rotate(first.turn, joint.first_axis), across = rotate(first.turn, joint.across), along = cross(axis, across);
     if (joint.kind == JointKind::Slider) {
         const Vec3 turned = turned_away(joint, first, second);
-        for (std::size_t i = 0; i < 3; ++i) errors[i] = component(turned, i);
+        errors[0] = turned.x, errors[1] = turned.y, errors[2] = turned.z;
         errors[3] = dot(across, apart), errors[4] = dot(along, apart);
         return errors;
     }
-    for (std::size_t i = 0; i < 3; ++i) errors[i] = component(apart, i);
+    errors[0] = apart.x, errors[1] = apart.y, errors[2] = apart.z;
     if (joint.kind == JointKind::Hinge) {
         const Vec3 tilt = cross(axis, rotate(second.turn, joint.second_axis));
         errors[3] = dot(across, tilt), errors[4] = dot(along, tilt);

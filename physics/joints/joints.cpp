@@ -13,7 +13,8 @@ namespace meld::physics {
 
 namespace {
 
-std::pair<BodyId, BodyId> key_of(const Joint& joint) { return std::minmax(joint.first, joint.second); }
+std::pair<BodyId, BodyId> in_order(BodyId one, BodyId other) { return std::minmax(one, other); }
+std::pair<BodyId, BodyId> key_of(const Joint& joint) { return in_order(joint.first, joint.second); }
 
 bool is_sound(const Joint& joint) {
     for (const Vec3& v : {joint.first_anchor, joint.second_anchor, joint.first_axis, joint.second_axis, joint.across})
@@ -28,19 +29,12 @@ bool is_sound(const Joint& joint) {
 
 }  // namespace
 
-JointPose joint_pose(const Bodies& bodies, std::uint32_t slot) {
-    const Orientation& o = bodies.orientation[slot];
-    const Quat q{static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
-    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    return {centre_of(bodies.place[slot]), {norm * q.w, norm * q.x, norm * q.y, norm * q.z}};
-}
-
 std::vector<Joint>::iterator Joints::place_of_pair(BodyId one, BodyId other) {
-    return std::ranges::lower_bound(joints_, std::pair<BodyId, BodyId>(std::minmax(one, other)), {}, key_of);
+    return std::ranges::lower_bound(joints_, in_order(one, other), {}, key_of);
 }
 
 const Joint* Joints::find(BodyId one, BodyId other) const {
-    const std::pair<BodyId, BodyId> key = std::minmax(one, other);
+    const std::pair<BodyId, BodyId> key = in_order(one, other);
     const auto found = std::ranges::lower_bound(joints_, key, {}, key_of);
     return found == joints_.end() || key_of(*found) != key ? nullptr : &*found;
 }
@@ -57,16 +51,17 @@ void Joints::remove_all(BodyId body) {
 
 void Joints::drive(BodyId one, BodyId other, const JointDrive& drive) {
     const auto found = place_of_pair(one, other);
-    MELD_EXPECT(found != joints_.end() && key_of(*found) == key_of(*find(one, other)), "bodies {} and {}", one, other);
+    MELD_EXPECT(found != joints_.end() && key_of(*found) == in_order(one, other), "bodies {} and {}", one, other);
     found->drive = drive.kind, found->target = drive.target;
 }
 
 Result<void> Joints::settle(const Bodies& bodies) {
-    if (!std::exchange(changed_, false)) {
+    if (!changed_) {
         for (Assembly& assembly : assemblies_) assembly.locate(bodies);
         return {};
     }
-    if (lay_out(bodies)) return {};
+    changed_ = !lay_out(bodies);
+    if (!changed_) return {};
     return fail("joints hold bodies together in too many loops to be solved", "Use fewer joints, or connect bodies rigidly");
 }
 
@@ -129,9 +124,9 @@ bool Joints::read(ByteReader& in) {
     joints_.resize(in.read_count(sizeof(Joint)));
     for (Joint& joint : joints_) joint = in.read<Joint>();
     changed_ = true;
-    const auto in_order = [](const Joint& one, const Joint& other) { return key_of(one) < key_of(other); };
+    const auto sorted = [](const Joint& one, const Joint& other) { return key_of(one) < key_of(other); };
     return !in.failed() && std::ranges::all_of(joints_, is_sound) &&
-           std::ranges::adjacent_find(joints_, std::not_fn(in_order)) == joints_.end();
+           std::ranges::adjacent_find(joints_, std::not_fn(sorted)) == joints_.end();
 }
 
 bool Joints::fits(const Bodies& bodies) const {

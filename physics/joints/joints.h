@@ -4,13 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "physics/bodies/bodies.h"
 #include "physics/bodies/body_shape.h"
-#include "physics/bodies/joined_pairs.h"
 #include "physics/joints/assembly.h"
 #include "physics/joints/joint.h"
 #include "runtime/base/bytes.h"
@@ -54,7 +52,5 @@ class Joints {
     std::vector<Assembly> assemblies_;
     bool changed_ = false;
 };
-
-JointPose joint_pose(const Bodies& bodies, std::uint32_t slot);
 
 }  // namespace meld::physics

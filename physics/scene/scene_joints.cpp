@@ -17,7 +17,7 @@ Result<void> check(const JointSpec& joint) {
     };
     if (!is_finite(joint.anchor_m)) return wrong("has an anchor that is not finite", "Give it a place");
     if (joint.kind == JointKind::Ball) return {};
-    if (!is_finite(joint.axis) || !(length(joint.axis) > 0)) return wrong("has no axis", "Give it a direction");
+    if (const double size = length(joint.axis); !(size > 0) || !std::isfinite(size)) return wrong("has no axis", "Give it a direction");
     if (!(joint.lower <= 0 && joint.upper >= 0)) return wrong("is beyond its limits at the start", "Give it limits around 0");
     for (const double value : {joint.strength, joint.stiffness, joint.damping})
         if (!(value >= 0) || !std::isfinite(value))

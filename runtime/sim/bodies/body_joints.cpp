@@ -91,30 +91,35 @@ Result<void> BodyJoints::join(Subdomain& subdomain, physics::Scene& scene, const
                               double touch_m) const {
     const std::vector<world::JointOptions>& joints = world_.physics.joints;
     std::vector<bool> joins(joints.size());
-    // Backwards, so that the later of two tables about the same catoms goes.
-    for (std::size_t i = joints.size(); i-- > 0;) {
+    struct Joined {
+        physics::BodyId first, second;
+        std::size_t joint;
+    };
+    // By the two, the lower first: the later of two tables about the same catoms overrides the earlier one, and the scene gets its joints
+    // in the order in which it keeps them.
+    std::map<std::pair<physics::BodyId, physics::BodyId>, Joined> all;
+    for (std::size_t i = 0; i < joints.size(); ++i) {
         const world::JointOptions& joint = joints[i];
-        const auto add = [&](physics::BodyId first, physics::BodyId second) -> Result<void> {
+        const auto add = [&](physics::BodyId first, physics::BodyId second) {
             joins[i] = true;
-            if (scene.joined(first, second)) return {};
-            return scene.add_joint(describe(joint, scene, first, second));
-        };
-        const auto wrong = [&](const Error& error) {
-            const Error said = about_catoms(error);
-            return fail(fmt::format("{}: {}", joint.place, said.problem), said.suggestion);
+            all.insert_or_assign(std::minmax(first, second), Joined{first, second, i});
         };
         if (joint.between) {
             for (const std::uint64_t id : *joint.between)
                 if (id >= physics::kMaxBodies || !scene.has(static_cast<physics::BodyId>(id)))
                     return fail(fmt::format("{}: there is no catom @{}", joint.place, id), "Name two catoms of the world");
-            const auto done = add(static_cast<physics::BodyId>((*joint.between)[0]), static_cast<physics::BodyId>((*joint.between)[1]));
-            if (!done) return wrong(done.error());
+            add(static_cast<physics::BodyId>((*joint.between)[0]), static_cast<physics::BodyId>((*joint.between)[1]));
             continue;
         }
         // Of two that are both fixed there is no joint.
-        for (const physics::TouchEvent& e : touches_among(subdomain, bodies.joined_in(i), max_radius_m, touch_m)) {
-            if (scene.fixed(e.touch.body) && scene.fixed(e.touch.other)) continue;
-            if (const auto done = add(e.touch.body, e.touch.other); !done) return wrong(done.error());
+        for (const physics::TouchEvent& e : touches_among(subdomain, bodies.joined_in(i), max_radius_m, touch_m))
+            if (!scene.fixed(e.touch.body) || !scene.fixed(e.touch.other)) add(e.touch.body, e.touch.other);
+    }
+    for (const auto& [pair, joined] : all) {
+        const world::JointOptions& joint = joints[joined.joint];
+        if (const auto done = scene.add_joint(describe(joint, scene, joined.first, joined.second)); !done) {
+            const Error said = about_catoms(done.error());
+            return fail(fmt::format("{}: {}", joint.place, said.problem), said.suggestion);
         }
     }
     Unmatched unmatched(subdomain.comm);

@@ -3,6 +3,7 @@
 // Catoms that a joint holds together are neighbours from the start, although the physics finds no touch between them.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>

@@ -125,7 +125,6 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     return {};
 }
 
-// Also of what the bodies' shapes imply.
 void FreeMotion::tell_looks(Subdomain& subdomain) {
     if (world_.physics.has_forms()) {
         subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); });

@@ -221,9 +221,8 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     const bool at_rest = spec.fixed && spec.linear_velocity_m_s == physics::Vec3{};
     const FixedBody body{spec.id, spec.position_m, r, spec.shape.value_or(physics::BodyShape{{}, r}), spec.orientation};
     if (at_rest || connected_in) unwatched_.push_back(body);
-    for (std::size_t i = 0; i < joined_in_.size(); ++i)
-        if (const world::JointOptions& joint = world_.physics.joints[i]; !joint.between && joint.where.contains(id, cell, position))
-            joined_in_[i].push_back(body);
+    for (auto& [joint, bodies] : joined_in_)
+        if (world_.physics.joints[joint].where.contains(id, cell, position)) bodies.push_back(body);
 }
 
 Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {

@@ -54,10 +54,10 @@ class BodyMaker {
   public:
     // `catoms`: of all processes; the last of them are those at listed positions.
     BodyMaker(const world::World& world, std::uint64_t catoms)
-        : world_(world),
-          first_placed_(catoms - world.placed.size()),
-          groups_met_(world.physics.groups.size()),
-          joined_in_(world.physics.joints.size()) {}
+        : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {
+        for (std::size_t i = 0; i < world.physics.joints.size(); ++i)
+            if (!world.physics.joints[i].between) joined_in_[i];
+    }
     // `cell` is the one in which the catom starts, for the regions of [[motion.catoms]].
     void look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position);
     const std::set<Surface>& surfaces() const { return surfaces_; }
@@ -74,7 +74,7 @@ class BodyMaker {
         return found == connected_in_.end() ? std::nullopt : std::optional(found->second);
     }
     // By joint of the world that is of a region: the examined catoms in it.
-    const std::vector<FixedBody>& joined_in(std::size_t joint) const { return joined_in_[joint]; }
+    const std::vector<FixedBody>& joined_in(std::size_t joint) const { return joined_in_.at(joint); }
     // `surfaces`: of all processes.
     Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
     Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
@@ -98,7 +98,7 @@ class BodyMaker {
     HeightRange heights_;
     std::vector<FixedBody> unwatched_;
     std::unordered_map<std::uint64_t, std::size_t> connected_in_;
-    std::vector<std::vector<FixedBody>> joined_in_;
+    std::map<std::size_t, std::vector<FixedBody>> joined_in_;  // Joints of regions only: those between two catoms may be many.
 };
 
 // An error of the physics in the words of worlds and programs: bodies are catoms, and settings have their names in the world file.
