@@ -45,6 +45,9 @@ inline Vec3 centre_of(const Place& place) { return {place.x, place.y, place.z}; 
 struct alignas(16) Orientation {
     float w, x, y, z;
 };
+inline Quat widened(const Orientation& o) {
+    return {static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
+}
 
 // The number of still ticks of a body: kStays if its block stays where it is, otherwise counted up to kStillAtMost.
 inline constexpr std::uint16_t kStays = 0xffff, kStillAtMost = 0xfffe;

@@ -2,7 +2,6 @@
 #include "physics/bodies/composites.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <map>
 
@@ -14,9 +13,6 @@ namespace {
 
 constexpr std::uint32_t kMembersPerJob = 1024;
 
-Quat quat_of(const Orientation& o) {
-    return {static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
-}
 Vec3 spin_of(const BodyVelocity& velocity, double radius) {
     const float(&u)[3] = velocity.surface;
     return (1 / radius) * Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
@@ -118,9 +114,7 @@ Symmetric Composites::own_inertia(const Member& member, const Bodies& bodies, co
     const Symmetric own{about.x, 0, 0, about.y, 0, about.z};
     if (kind.turns_alike) return own;
     // Orientations have single precision.
-    const Quat q = member.turn;
-    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    return turned(own, {norm * q.w, norm * q.x, norm * q.y, norm * q.z});
+    return turned(own, unit(member.turn));
 }
 
 void Composites::make(const Bodies& bodies, const BodyShapes& shapes, const std::vector<BodyId>& group, Composite& made,
@@ -150,7 +144,7 @@ void Composites::make(const Bodies& bodies, const BodyShapes& shapes, const std:
         const Place& place = bodies.place[member.slot];
         const double mass = mass_of(member.slot);
         member.offset_m = centre_of(place) - motion.centre_m;
-        member.turn = quat_of(bodies.orientation[member.slot]);
+        member.turn = widened(bodies.orientation[member.slot]);
         const Symmetric own = own_inertia(member, bodies, shapes);
         made.inertia += inertia_about(mass, own, member.offset_m);
         angular = angular + (mass * cross(member.offset_m, velocity_of(bodies.velocity[member.slot]) - motion.velocity_m_s) +

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "physics/bodies/simd.h"
+#include "physics/bodies/types.h"
 
 #define MELD_INLINE inline __attribute__((always_inline))
 // The same for a lambda, after its arguments.
@@ -31,6 +32,11 @@ MELD_INLINE Lanes keep(LaneMask mask, Lanes value) { return reinterpret_cast<Lan
 // Like std::max and std::min: the first argument if either is not a number.
 MELD_INLINE Lanes max_lanes(Lanes a, Lanes b) { return a < b ? b : a; }
 MELD_INLINE Lanes min_lanes(Lanes a, Lanes b) { return b < a ? b : a; }
+
+// The vector in one lane.
+inline Vec3 vector_of_lane(const Lanes& x, const Lanes& y, const Lanes& z, int i) {
+    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
+}
 
 MELD_INLINE bool any(LaneMask mask) {
     using Long = long long __attribute__((vector_size(32)));

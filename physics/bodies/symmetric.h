@@ -60,6 +60,11 @@ constexpr Quat product(Quat a, Quat b) {
             a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z, a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x};
 }
 
+inline Quat unit(Quat q) {
+    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    return {norm * q.w, norm * q.x, norm * q.y, norm * q.z};
+}
+
 // q turned on by a rotation vector (axis times angle), and made a unit quaternion again. Sines and cosines by their series: the same bits
 // with every library. Angles are those of a substep, mostly well below one; larger ones are halved until they are small.
 inline Quat turned_by(Quat q, Vec3 angle) {
@@ -72,9 +77,7 @@ inline Quat turned_by(Quat q, Vec3 angle) {
     const double cosine = 1 + t * (-1.0 / 2 + t * (1.0 / 24 + t * (-1.0 / 720 + t * (1.0 / 40320 - t / 3628800))));
     Quat r{cosine, sine * v.x, sine * v.y, sine * v.z};
     for (; halvings > 0; --halvings) r = product(r, r);
-    const Quat p = product(r, q);
-    const double norm = 1 / std::sqrt(p.w * p.w + p.x * p.x + p.y * p.y + p.z * p.z);
-    return {norm * p.w, norm * p.x, norm * p.y, norm * p.z};
+    return unit(product(r, q));
 }
 
 }  // namespace meld::physics

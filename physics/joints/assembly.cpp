@@ -31,11 +31,6 @@ Vec3 light(const Vec3& moments, Quat turn, Vec3 momentum) {
     return rotate(turn, {own.x / moments.x, own.y / moments.y, own.z / moments.z});
 }
 
-Quat unit(Quat q) {
-    const double norm = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    return {norm * q.w, norm * q.x, norm * q.y, norm * q.z};
-}
-
 // As the pass over bodies turns them: by the tangent of half the angle.
 Quat turned_in_step(Quat turn, Vec3 spin, double step_s) {
     const Vec3 half = (0.5 * step_s) * spin;
@@ -45,9 +40,7 @@ Quat turned_in_step(Quat turn, Vec3 spin, double step_s) {
 }  // namespace
 
 JointPose joint_pose(const Bodies& bodies, std::uint32_t slot) {
-    const Orientation& o = bodies.orientation[slot];
-    return {centre_of(bodies.place[slot]),
-            unit({static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)})};
+    return {centre_of(bodies.place[slot]), unit(widened(bodies.orientation[slot]))};
 }
 
 bool Assembly::lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Bodies& bodies) {

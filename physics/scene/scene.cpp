@@ -233,6 +233,7 @@ Result<void> Scene::known(BodyId body) const {
 Result<void> Scene::remove_body(BodyId body) {
     if (auto fine = known(body); !fine) return fine;
     world_->composites.release_all(body);
+    wake_joined(body);
     world_->joints.remove_all(body);
     world_->composites.joined().remove_all(body);
     world_->loads.remove_body(body);
@@ -258,6 +259,7 @@ Result<void> Scene::set_state(BodyId body, const BodyState& state) {
     world_->composites.body_moved(body);
     world_->joints.places_changed();
     engine_->body_changed(slot, moved);
+    wake_joined(body);
     contacts_known_ = false;
     return {};
 }

@@ -152,7 +152,7 @@ class Scene {
     std::span<const BodyId> joined_to(BodyId body) const;
     std::size_t joint_count() const;
     std::optional<JointKind> joint_kind(BodyId body, BodyId other) const;
-    // Whether they have a joint that can be driven.
+    // Whether they have a joint whose motor has any strength.
     bool has_motor(BodyId body, BodyId other) const;
     // None if the two have no joint; zeros for a ball.
     std::optional<JointState> joint(BodyId body, BodyId other) const;
@@ -254,6 +254,8 @@ class Scene {
   private:
     explicit Scene(const Settings& settings);
     Result<void> known(BodyId body) const;
+    // Bodies that joints hold to this one may be far away and asleep.
+    void wake_joined(BodyId body);
     // Of the body in a slot, and its angular momentum about its centre per kg.
     Vec3 spin_of(std::uint32_t slot) const;
     Vec3 spin_momentum(std::uint32_t slot) const;

@@ -71,6 +71,10 @@ Result<void> Scene::drive_joint(BodyId body, BodyId other, const JointDrive& dri
     return {};
 }
 
+void Scene::wake_joined(BodyId body) {
+    for (const BodyId other : joined_to(body)) engine_->body_changed(world_->bodies.slot(other), false);
+}
+
 bool Scene::joined(BodyId body, BodyId other) const { return world_->composites.joined().has(body, other); }
 
 std::span<const BodyId> Scene::joined_to(BodyId body) const { return world_->composites.joined().of(body); }
@@ -86,8 +90,6 @@ bool Scene::has_motor(BodyId body, BodyId other) const {
     const Joint* joint = world_->joints.find(body, other);
     return joint != nullptr && joint->strength > 0;
 }
-
-bool Scene::fixed(BodyId body) const { return (world_->bodies.properties[world_->bodies.slot(body)].flags & kFixed) != 0; }
 
 std::optional<JointState> Scene::joint(BodyId body, BodyId other) const {
     const Joint* joint = world_->joints.find(body, other);

@@ -97,6 +97,7 @@ double Scene::energy_drawn_j(BodyId body) const {
     return bodies.energy.empty() ? 0 : bodies.energy[bodies.slot(body)];
 }
 
+bool Scene::fixed(BodyId body) const { return (world_->bodies.properties[world_->bodies.slot(body)].flags & kFixed) != 0; }
 bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
 std::size_t Scene::awake_bodies() const { return engine_->awake_bodies(); }
 std::span<const TouchEvent> Scene::events() const { return world_->events; }
@@ -153,8 +154,7 @@ Vec3 Scene::spin_momentum(std::uint32_t slot) const {
     const Vec3 spin = spin_of(slot);
     const BodyShapes::Index index = world_->shapes.of(what.id);
     if (index == 0) return (static_cast<double>(what.inertia_factor) * radius * radius) * spin;
-    const Orientation& o = world_->bodies.orientation[slot];
-    const Quat turn{static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
+    const Quat turn = widened(world_->bodies.orientation[slot]);
     const Vec3 own = rotate(conjugate(turn), spin), inertia = world_->shapes.kind(index).inertia_per_kg_m2;
     return rotate(turn, {inertia.x * own.x, inertia.y * own.y, inertia.z * own.z});
 }

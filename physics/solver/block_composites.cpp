@@ -164,18 +164,16 @@ void each_collision(World& world, Contacts& contacts, const CompositeRows& rows,
             if (wrenches) side.acceleration = side.acceleration + static_cast<double>(sphere.inverse_mass) * widened(wrenches[slot].force);
         return side;
     };
-    const auto at = [](const Lanes& x, const Lanes& y, const Lanes& z, int i) {
-        return Vec3{static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
-    };
     const auto visit = [&](std::span<Batch> batches, std::span<Bounce> bounces, bool is_joint) {
         for (std::size_t n = 0; n < batches.size(); ++n, ++row)
             for (int i = 0; i < kLanes; ++i) {
                 Batch& batch = batches[n];
                 if (batch.a[i] >= world.bodies.count()) continue;
-                const Vec3 normal = at(batch.nx, batch.ny, batch.nz, i);
+                const Vec3 normal = vector_of_lane(batch.nx, batch.ny, batch.nz, i);
                 f(batch, bounces[n], i,
-                  Collision{.a = composite_side(row->a[i], at(row->ax, row->ay, row->az, i)),
-                            .b = is_joint ? composite_side(row->b[i], at(row->bx, row->by, row->bz, i)) : sphere_side(batch.b[i], normal),
+                  Collision{.a = composite_side(row->a[i], vector_of_lane(row->ax, row->ay, row->az, i)),
+                            .b = is_joint ? composite_side(row->b[i], vector_of_lane(row->bx, row->by, row->bz, i))
+                                          : sphere_side(batch.b[i], normal),
                             .normal = normal,
                             .gap_m = static_cast<double>(batch.gap[i]),
                             .restitution = static_cast<double>(bounces[n].restitution[i]),

@@ -162,6 +162,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             const StageClock clock(world_.times.solve);
             if (loads_wanted()) load_contacts_.before_bounces(contacts_);
             find_bounces(rules.bounce, workers);
+            if (bouncing_colours_ != 0 && loads_wanted()) load_contacts_.before_points(shape_contacts_, bodies);
             return {};
         }
         case Stage::Kind::Bounce: {

@@ -21,10 +21,6 @@ std::size_t bytes_of(const T& array) {
 
 Lanes impulse_of(std::span<const Bounce> bounces, std::size_t batch) { return bounces.empty() ? lanes(0) : bounces[batch].impulse; }
 
-Vec3 vector_of(Lanes x, Lanes y, Lanes z, int i) {
-    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
-}
-
 }  // namespace
 
 void BlockEngine::find_events(Workers& workers) {
@@ -101,8 +97,8 @@ void BlockEngine::each_contact(const ContactVisitor& visit) const {
     const Bodies& bodies = world_.bodies;
     const double per_second = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0;
     const auto report = [&](const Batch& batch, int i, double force_n, Touch touch, double sign) {
-        visit({touch, sign * vector_of(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]), force_n,
-               (sign * per_second) * vector_of(batch.tx, batch.ty, batch.tz, i)});
+        visit({touch, sign * vector_of_lane(batch.nx, batch.ny, batch.nz, i), static_cast<double>(batch.gap[i]), force_n,
+               (sign * per_second) * vector_of_lane(batch.tx, batch.ty, batch.tz, i)});
     };
     for (std::size_t block = 0; block < states_.size(); ++block) {
         report_shape_contacts(block, visit);

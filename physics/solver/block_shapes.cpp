@@ -14,10 +14,6 @@ namespace {
 // Lanes whose surfaces are nearer than this share of the skin when a list is made may well touch before the next one.
 constexpr double kNearShare = 0.5;
 
-Quat turn_of(const Orientation& o) {
-    return {static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
-}
-
 // Multiplies the components of v along the axes of a body turned by q.
 Vec3 scaled_in_frame(Quat q, Vec3 factors, Vec3 v) {
     const Vec3 own = rotate(conjugate(q), v);
@@ -49,7 +45,7 @@ void BlockEngine::turn_shapes_by_torques(std::uint32_t block, const Wrench* firs
         BodyVelocity& velocity = bodies.velocity[slot];
         const double share = step_s * static_cast<double>(velocity.inverse_mass) / kind.radius_m;
         set_single(velocity.surface,
-                   widened(velocity.surface) + share * scaled_in_frame(turn_of(bodies.orientation[slot]), kind.turning, torque));
+                   widened(velocity.surface) + share * scaled_in_frame(widened(bodies.orientation[slot]), kind.turning, torque));
     }
 }
 
@@ -72,7 +68,7 @@ Moved BlockEngine::move_shaped(std::uint32_t index, float step_s) {
         if (kind.turns_alike) continue;
         const Vec3 t = kind.turning, heavy{1 / t.x, 1 / t.y, 1 / t.z}, surface = widened(bodies.velocity[slot].surface);
         if (surface == Vec3{}) continue;
-        const Quat turn = turn_of(bodies.orientation[slot]);
+        const Quat turn = widened(bodies.orientation[slot]);
         turned.push_back({slot, &kind, scaled_in_frame(turn, heavy, surface)});
         const Quat middle = turned_by(turn, (0.5 * static_cast<double>(step_s) / kind.radius_m) * surface);
         set_single(bodies.velocity[slot].surface, scaled_in_frame(middle, t, turned.back().momentum));
@@ -80,7 +76,7 @@ Moved BlockEngine::move_shaped(std::uint32_t index, float step_s) {
     const Moved moved = move_bodies(bodies, block.first, block.count, step_s);
     for (const Turned& one : turned)
         set_single(bodies.velocity[one.slot].surface,
-                   scaled_in_frame(turn_of(bodies.orientation[one.slot]), one.kind->turning, one.momentum));
+                   scaled_in_frame(widened(bodies.orientation[one.slot]), one.kind->turning, one.momentum));
     // Members of composites are not in their places yet.
     if (world_.composites.all().empty()) shape_contacts_.turn(shape_setup(), block.first, block.count);
     return moved;
@@ -156,15 +152,14 @@ void BlockEngine::report_shape_contacts(std::size_t block, const ContactVisitor&
         double gap = std::numeric_limits<double>::infinity();
         for (std::size_t p = 0; p < lane.points; ++p) {
             const ShapePoint& point = batch.points[p];
-            friction =
-                friction + Vec3{static_cast<double>(point.tx[i]), static_cast<double>(point.ty[i]), static_cast<double>(point.tz[i])};
+            friction = friction + vector_of_lane(point.tx, point.ty, point.tz, i);
             gap = std::min(gap, static_cast<double>(point.gap[i]));
         }
         if (lane.points == 0) gap = world_.settings.separation_share * 2 * smallest_radius_m_;
         const Touch touch = touch_of_lane(batch, i, lane);
         const bool swapped = lane.obstacle == kNoSlot && world_.bodies.properties[batch.a[i]].id != touch.body;
         const double sign = swapped ? -1 : 1;
-        const Vec3 normal{static_cast<double>(batch.nx[i]), static_cast<double>(batch.ny[i]), static_cast<double>(batch.nz[i])};
+        const Vec3 normal = vector_of_lane(batch.nx, batch.ny, batch.nz, i);
         visit({touch, sign * normal, gap, force_n, (sign * per_second) * friction});
     });
 }

@@ -172,7 +172,7 @@ void CompositeRows::collect(const Bodies& bodies, Composites& composites, Worker
         Composite& composite = composites.all()[c];
         if (!composite.moves_freely()) return;
         CompositeMotion& motion = composite.motion;
-        // g++ 12 with -O3 would leave out the rounding to single precision, and with it all that this is about.
+        // g++ 12 with -O3 would leave out the rounding to single precision, and the motion would lose the digits below it.
         const auto rounded = [](double value) {
             const volatile float single = static_cast<float>(value);
             return static_cast<double>(single);

@@ -6,13 +6,10 @@ namespace meld::physics {
 
 namespace {
 
-Vec3 contact_normal(const Batch& batch, int i) {
-    return {static_cast<double>(batch.nx[i]), static_cast<double>(batch.ny[i]), static_cast<double>(batch.nz[i])};
-}
+Vec3 contact_normal(const Batch& batch, int i) { return vector_of_lane(batch.nx, batch.ny, batch.nz, i); }
 
 Vec3 whole_impulse(const Batch& batch, int i) {
-    const Vec3 friction{static_cast<double>(batch.tx[i]), static_cast<double>(batch.ty[i]), static_cast<double>(batch.tz[i])};
-    return static_cast<double>(batch.normal_impulse[i]) * contact_normal(batch, i) + friction;
+    return static_cast<double>(batch.normal_impulse[i]) * contact_normal(batch, i) + vector_of_lane(batch.tx, batch.ty, batch.tz, i);
 }
 
 }  // namespace

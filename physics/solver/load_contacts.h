@@ -1,6 +1,6 @@
 // What contacts do to the members of composites in a step, for their loads: the impulses of each substep, as they have been applied at its
-// end, and those of bounces along the normal. Contacts of shapes find their points anew within a substep (load_shape_contacts.cpp): what
-// they have done before, and what the relaxation changes after it, are added up.
+// end, and those of bounces along the normal. Contacts of shapes may bounce or find their points anew within a substep
+// (load_shape_contacts.cpp): what they have done before, and what the relaxation changes after it, are added up.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ class LoadContacts {
     void begin_step();
     // Before bodies bounce within a substep: a contact that bounces forgets what it has done until then.
     void before_bounces(const Contacts& contacts);
-    // Within a substep: before the points of shapes are found anew, and before a relaxation goes over them.
+    // Within a substep: before the points of shapes are found anew or bounce, and before a relaxation goes over them.
     void before_points(const ShapeContacts& shapes, const Bodies& bodies);
     void before_relaxation(const ShapeContacts& shapes, const Bodies& bodies);
     // At the beginning of a substep, whose contacts will press; and at its end.
@@ -58,14 +58,14 @@ class LoadContacts {
     };
     static Side side_of(std::uint32_t slot, const Bodies& bodies, const Composites& composites);
     static Both by_points(const ShapeContacts& shapes, const ShapeLoadLane& lane, const Bodies& bodies);
-    Both by_bounces(const ShapeContacts& shapes, ShapeLoadLane& lane, const Bodies& bodies) const;
+    static Both by_bounces(const ShapeContacts& shapes, ShapeLoadLane& lane, const Bodies& bodies);
     void find_shapes(const ShapeContacts& shapes, std::size_t blocks, const Bodies& bodies, const Composites& composites);
     void end_shapes(const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites, Loads& loads);
 
     std::vector<Lane> lanes_;
     std::vector<ShapeLoadLane> shape_lanes_;
     bool pressing_ = false, noted_ = false;
-    // The points of shapes are no longer those that were swept; a relaxation has gone over them.
+    // The points of shapes are no longer those that were swept, or some have bounced; a relaxation has gone over them.
     bool renewed_ = false, relaxed_ = false;
 };
 

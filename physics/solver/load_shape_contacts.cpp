@@ -5,9 +5,6 @@ namespace meld::physics {
 
 namespace {
 
-Vec3 vector_of_lane(const Lanes& x, const Lanes& y, const Lanes& z, int i) {
-    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
-}
 void add_pull(Pull& sum, const Pull& more, double factor) { sum = {sum.force + factor * more.force, sum.torque + factor * more.torque}; }
 // A contact without an impulse; most of those of a list.
 bool presses_nothing(const ShapeBatch& batch, int i) {
@@ -47,7 +44,7 @@ LoadContacts::Both LoadContacts::by_points(const ShapeContacts& shapes, const Sh
 }
 
 // Those since the last substep.
-LoadContacts::Both LoadContacts::by_bounces(const ShapeContacts& shapes, ShapeLoadLane& lane, const Bodies& bodies) const {
+LoadContacts::Both LoadContacts::by_bounces(const ShapeContacts& shapes, ShapeLoadLane& lane, const Bodies& bodies) {
     const ShapeBatch& batch = shapes.batches(lane.block)[lane.batch];
     const int i = lane.lane;
     const Vec3 normal = vector_of_lane(batch.nx, batch.ny, batch.nz, i);

@@ -13,10 +13,6 @@ namespace {
 
 constexpr int kBounceRounds = 12;
 
-Vec3 lane_of(const Lanes& x, const Lanes& y, const Lanes& z, int i) {
-    return {static_cast<double>(x[i]), static_cast<double>(y[i]), static_cast<double>(z[i])};
-}
-
 // A body of a contact that collides, or the composite that it is a member of. Arms of points are turned into those that count here: in
 // metres from the centre of a composite.
 struct PointCollider {
@@ -87,7 +83,7 @@ struct FaceCollision {
                   Composites* composites)
         : a(collider_in(contacts, bodies, of.a[i], rule, composites)),
           b(collider_in(contacts, bodies, of.b[i], rule, composites)),
-          normal(lane_of(of.nx, of.ny, of.nz, i)),
+          normal(vector_of_lane(of.nx, of.ny, of.nz, i)),
           restitution(static_cast<double>(of.restitution[i])),
           friction(static_cast<double>(of.friction[i])),
           batch(of),
@@ -95,8 +91,8 @@ struct FaceCollision {
           points(count) {}
 
     const ShapePoint& point(int p) const { return batch.points[static_cast<std::size_t>(p)]; }
-    Vec3 a_arm(int p) const { return a.arm_of(lane_of(point(p).ax, point(p).ay, point(p).az, lane)); }
-    Vec3 b_arm(int p) const { return b.arm_of(lane_of(point(p).bx, point(p).by, point(p).bz, lane)); }
+    Vec3 a_arm(int p) const { return a.arm_of(vector_of_lane(point(p).ax, point(p).ay, point(p).az, lane)); }
+    Vec3 b_arm(int p) const { return b.arm_of(vector_of_lane(point(p).bx, point(p).by, point(p).bz, lane)); }
     Vec3 apart(int p) const { return b.velocity_at(b_arm(p)) - a.velocity_at(a_arm(p)); }
     double gap(int p) const { return static_cast<double>(point(p).gap[lane]); }
     double lightness(int p, Vec3 direction) const { return a.lightness(a_arm(p), direction) + b.lightness(b_arm(p), direction); }

@@ -20,10 +20,6 @@ constexpr std::size_t kShapeBlocksPerJob = 2, kTurnedPerJob = 4096;
 constexpr std::size_t kShapeSegment = 384;
 constexpr int kShapeColours = 64;
 
-Quat quat_of(const Orientation& o) {
-    return {static_cast<double>(o.w), static_cast<double>(o.x), static_cast<double>(o.y), static_cast<double>(o.z)};
-}
-
 Core core_of(const ShapeContacts::Setup& setup, std::uint32_t slot) {
     const BodyShapes::Index index = setup.shapes.of(setup.bodies.properties[slot].id);
     if (index == 0) return {{}, setup.bodies.place[slot].radius};
@@ -144,7 +140,7 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
     const Chosen none{{nobody, nobody}, {0, kNoSlot}, kNoSlot};
     arena.lanes.clear(), arena.key_of_composite.clear();
     arena.keys = slots.size();
-    const bool composed = !setup.composites.empty();
+    const bool composed = !setup.composites.empty(), selective = composed || !setup.composites.joined().empty();
     const auto sort = [&](const Chosen& chosen) {
         ShapeBatch pair;
         pair.a[0] = chosen.slots.first, pair.b[0] = chosen.slots.second;
@@ -163,10 +159,10 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const std::uint32_t a = slots[pair.first], b = slots[pair.second];
         const BodyProperties &first = bodies.properties[a], &second = bodies.properties[b];
         if (((first.flags | second.flags) & kShaped) == 0) continue;
-        if (setup.composites.joined().has(first.id, second.id)) continue;
+        if (selective && setup.composites.indifferent(first, second)) continue;
         if (!composed)
             sort({{a, b}, pair, kNoSlot});
-        else if (!setup.composites.indifferent(first, second))
+        else
             sort({{a, b},
                   {arena.key(setup.composites, first.id, pair.first), arena.key(setup.composites, second.id, pair.second)},
                   kNoSlot});
@@ -269,7 +265,7 @@ void ShapeContacts::turn(const Setup& setup, std::uint32_t first, std::uint32_t 
     for (std::uint32_t slot = first; slot < first + count; ++slot) {
         const BodyProperties& what = bodies.properties[slot];
         Turning& turning = turnings_[slot];
-        const Quat turn = quat_of(bodies.orientation[slot]);
+        const Quat turn = widened(bodies.orientation[slot]);
         poses_[slot] = pose_of(centre_of(bodies.place[slot]), turn);
         const BodyShapes::Index index = (what.flags & kShaped) == 0 ? BodyShapes::Index{0} : setup.shapes.of(what.id);
         Vec3 t{1, 1, 1};

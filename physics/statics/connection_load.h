@@ -8,9 +8,9 @@
 
 namespace meld::physics {
 
-// At the place between two bodies where their surfaces meet, if they touch.
+// At the place between two bodies where their surfaces meet, if they touch; with a shape, in the middle of what touches (seat.h).
 struct ConnectionLoad {
-    // Along the line between the centres, negative if the two are pressed together; and across it.
+    // Along the line between the centres, with a shape along the normal there, negative if the two are pressed together; and across it.
     double tension_n = 0, shear_n = 0;
     // About axes across that line, and about it.
     double bending_nm = 0, twist_nm = 0;

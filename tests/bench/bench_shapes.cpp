@@ -38,8 +38,6 @@ void give_shape(BodySpec& spec, Form form) {
     if (form == Form::Capsule) spec.shape = capsule_shape(0.3, 1);
 }
 
-double least_radius_m(Form form) { return form == Form::Capsule ? 0.3 : 0.5; }
-
 std::unique_ptr<Scene> empty_scene(Form form) {
     Settings settings;
     // All ticks are alike.
@@ -47,7 +45,7 @@ std::unique_ptr<Scene> empty_scene(Form form) {
     BodySpec spec;
     give_shape(spec, form);
     settings.min_radius_m = settings.max_radius_m = spec.shape ? spec.shape->radius_m() : spec.radius_m;
-    settings.least_radius_m = least_radius_m(form);
+    settings.least_radius_m = spec.shape ? spec.shape->least_m() : spec.radius_m;
     auto scene = need(Scene::make(settings));
     need(scene->add_obstacle(Plane{}, 0));
     return scene;

@@ -24,22 +24,20 @@ Vec3 carried(const Scene& scene, BodyId body, Vec3 own) {
     return state.position_m + rotate(state.orientation, own);
 }
 
-// A ball on a hinge beside a fixed one, level with it.
-std::unique_ptr<Scene> pendulum(double arm_m, const Settings& settings = wakeful()) {
-    auto scene = make_scene(settings);
+// A ball on a hinge in a fixed one, this far from it.
+std::unique_ptr<Scene> pendulum(Vec3 arm_m, JointSpec joint = {}) {
+    auto scene = make_scene(wakeful());
     need(scene->add_body({.id = 0, .position_m = {0, 0, 5}, .radius_m = 0.1, .fixed = true}));
-    need(scene->add_body({.id = 1, .position_m = {arm_m, 0, 5}, .radius_m = 0.1}));
-    need(scene->add_joint({.first = 0, .second = 1, .anchor_m = {0, 0, 5}, .axis = {0, 1, 0}}));
+    need(scene->add_body({.id = 1, .position_m = Vec3{0, 0, 5} + arm_m, .radius_m = 0.1}));
+    joint.first = 0, joint.second = 1, joint.anchor_m = {0, 0, 5}, joint.axis = {0, 1, 0};
+    need(scene->add_joint(joint));
     return scene;
 }
 
 TEST(Joints, APendulumSwingsInItsTimeAndKeepsItsEnergy) {
     // Let go at 5 degrees from below.
     const double arm = 1, tilt = 5 * kPi / 180;
-    auto scene = make_scene(wakeful());
-    need(scene->add_body({.id = 0, .position_m = {0, 0, 5}, .radius_m = 0.1, .fixed = true}));
-    need(scene->add_body({.id = 1, .position_m = {arm * std::sin(tilt), 0, 5 - arm * std::cos(tilt)}, .radius_m = 0.1}));
-    need(scene->add_joint({.first = 0, .second = 1, .anchor_m = {0, 0, 5}, .axis = {0, 1, 0}}));
+    auto scene = pendulum({arm * std::sin(tilt), 0, -arm * std::cos(tilt)});
     Workers workers(1);
     std::vector<double> crossings;
     double before = scene->state(1).position_m.x;
@@ -57,7 +55,7 @@ TEST(Joints, APendulumSwingsInItsTimeAndKeepsItsEnergy) {
 
 TEST(Joints, APendulumThatFallsFromLevelComesBackAsHigh) {
     for (const double arm : {0.5, 1.0, 3.0}) {
-        auto scene = pendulum(arm);
+        auto scene = pendulum({arm, 0, 0});
         Workers workers(1);
         const double start = energy(*scene);
         double highest = 0, worst = 0, longest = 0;
@@ -141,14 +139,10 @@ TEST(Joints, AMotorTurnsBothSidesByItsTorque) {
 }
 
 TEST(Joints, AMotorThatIsStrongEnoughRunsAtItsSpeed) {
-    auto scene = pendulum(1, wakeful());
+    auto scene = pendulum({1, 0, 0});
     need(scene->drive_joint(0, 1, {JointDrive::Kind::Motor, 2}));
     EXPECT_EQ(scene->joint_count(), 1u);
-    auto strong = make_scene(wakeful());
-    need(strong->add_body({.id = 0, .position_m = {0, 0, 5}, .radius_m = 0.1, .fixed = true}));
-    need(strong->add_body({.id = 1, .position_m = {1, 0, 5}, .radius_m = 0.1}));
-    need(strong->add_joint(
-        {.first = 0, .second = 1, .anchor_m = {0, 0, 5}, .axis = {0, 1, 0}, .strength = 50, .drive = {JointDrive::Kind::Motor, 2}}));
+    auto strong = pendulum({1, 0, 0}, {.strength = 50, .drive = {JointDrive::Kind::Motor, 2}});
     Workers workers(1);
     run(*strong, 1200, 2, workers);
     // At full torque it would be slower by its give in its response time.
@@ -180,16 +174,7 @@ TEST(Joints, AMotorThatIsToRunFasterThanAnythingCanGivesAllItHas) {
 }
 
 TEST(Joints, AServoHoldsItsAngleAndABrakeHoldsWhereItIs) {
-    auto scene = make_scene(wakeful());
-    need(scene->add_body({.id = 0, .position_m = {0, 0, 5}, .radius_m = 0.1, .fixed = true}));
-    need(scene->add_body({.id = 1, .position_m = {1, 0, 5}, .radius_m = 0.1}));
-    need(scene->add_joint({.first = 0,
-                           .second = 1,
-                           .anchor_m = {0, 0, 5},
-                           .axis = {0, 1, 0},
-                           .strength = 40,
-                           .servo_speed = 3,
-                           .drive = {JointDrive::Kind::Servo, -1}}));
+    auto scene = pendulum({1, 0, 0}, {.strength = 40, .servo_speed = 3, .drive = {JointDrive::Kind::Servo, -1}});
     Workers workers(1);
     run(*scene, 480, 2, workers);
     EXPECT_NEAR(scene->joint(0, 1)->place, -1, 1e-3);
@@ -203,10 +188,7 @@ TEST(Joints, AServoHoldsItsAngleAndABrakeHoldsWhereItIs) {
 }
 
 TEST(Joints, ALimitStopsWhatFallsAgainstIt) {
-    auto scene = make_scene(wakeful());
-    need(scene->add_body({.id = 0, .position_m = {0, 0, 5}, .radius_m = 0.1, .fixed = true}));
-    need(scene->add_body({.id = 1, .position_m = {1, 0, 5}, .radius_m = 0.1}));
-    need(scene->add_joint({.first = 0, .second = 1, .anchor_m = {0, 0, 5}, .axis = {0, 1, 0}, .lower = -0.2, .upper = 0.5}));
+    auto scene = pendulum({1, 0, 0}, {.lower = -0.2, .upper = 0.5});
     Workers workers(1);
     double farthest = 0;
     for (int tick = 0; tick < 480; ++tick) {
@@ -372,6 +354,19 @@ TEST(Joints, LoopsOfLockedAndOfDrivenHingesLandInOnePiece) {
         EXPECT_LT(fastest, 20) << loop.count;
         EXPECT_LT(widest, 1.001) << loop.count;
     }
+}
+
+TEST(Joints, WhatTheyHeldWakesWhenItsPartnerIsRemoved) {
+    auto scene = make_scene();
+    need(scene->add_body({.id = 0, .position_m = {0, 0, 0}, .fixed = true}));
+    need(scene->add_body({.id = 1, .position_m = {0, 0, -60}}));
+    need(scene->add_joint({.first = 0, .second = 1, .anchor_m = {0, 0, -30}, .axis = {0, 1, 0}}));
+    Workers workers(1);
+    run(*scene, 480, 2, workers);
+    EXPECT_TRUE(scene->asleep(1));
+    need(scene->remove_body(0));
+    run(*scene, 120, 2, workers);
+    EXPECT_LT(scene->state(1).position_m.z, -61);
 }
 
 TEST(Joints, TheStateDoesNotDependOnTheNumberOfWorkers) {

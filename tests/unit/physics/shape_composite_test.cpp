@@ -150,6 +150,35 @@ TEST(ShapeComposites, ABeamOnTwoSupportsCarriesAWeight) {
     }
 }
 
+TEST(ShapeComposites, WhatHitsAWeightOnACantileverGoesThroughItsRoot) {
+    // Contacts that press and then bounce in one substep carry both.
+    for (const double restitution : {0.0, 0.5})
+        for (const int substeps : {2, 4}) {
+            auto scene = make_scene(settings_with({0, 0, -kGravity}, 0));
+            const auto material = need(scene->add_material({.friction = 0, .restitution = float(restitution)}));
+            need(scene->add_body({.id = 1000, .position_m = {-1, 0, 0}, .fixed = true, .shape = kCube}));
+            add_cubes(*scene, 0, 5, {0, 0, 0});
+            need(scene->connect(1000, 0));
+            for (const BodyId i : {0u, 1u})
+                need(scene->add_body({.id = 10 + i,
+                                      .position_m = {4, 0, 1 + 1.3 * i},
+                                      .linear_velocity_m_s = {0, 0, -3.0 * i},
+                                      .mass_kg = 20,
+                                      .material = material,
+                                      .shape = kCube}));
+            scene->want_loads();
+            Workers workers(1);
+            double momentum = 0;
+            for (int tick = 0; tick < 60; ++tick) {
+                run(*scene, 1, substeps, workers);
+                need(scene->solve_loads(workers));
+                momentum += load(*scene, 1000, 0).shear_n * kTick;
+            }
+            const double after = 20 * (scene->state(10).linear_velocity_m_s.z + scene->state(11).linear_velocity_m_s.z);
+            EXPECT_NEAR(momentum, (5 + 40) * kGravity * 60 * kTick + after + 20 * 3, 0.01) << restitution << ", " << substeps;
+        }
+}
+
 TEST(ShapeComposites, ABeamOnTwoEdgesHasExactTorques) {
     // Capsules across it are the supports, so their places are known; without friction they do not push along it.
     auto scene = make_scene();
