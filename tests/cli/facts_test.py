@@ -75,8 +75,8 @@ class Tables(Case):
             self.runs("all.meld", "--facts-out", path)
             frames = claymeld.facts(self.folder / path)
             self.assertEqual(set(frames), set(expected), path)
-            for name, frame in frames.items():
-                self.assertEqual([tuple(row) for row in frame.itertuples(index=False, name=None)], expected[name], (path, name))
+            for name, table in frames.items():
+                self.assertEqual([tuple(row) for row in table.itertuples(index=False, name=None)], expected[name], (path, name))
             self.assertEqual(list(frames["dist"].columns), ["catom", "Hops", "Via"])
             self.assertEqual(list(frames["many"].columns), ["catom", "arg1", "arg2"])
             columns = {name: str(dtype) for name, dtype in frames["all"].dtypes.items()}
@@ -154,8 +154,8 @@ class Recorded(Case):
         frames = {name: first.facts(name, "all") for name in first.predicates}
         for arguments in (("-n", 2), ("-n", 3, "--threads", 2)):
             other, _ = self.record(*arguments)
-            for name, frame in frames.items():
-                pandas.testing.assert_frame_equal(other.facts(name, "all"), frame)
+            for name, table in frames.items():
+                pandas.testing.assert_frame_equal(other.facts(name, "all"), table)
 
     def test_first_arguments_are_where_they_were(self):
         """The layout for predicates with one argument, as older readers know it."""

@@ -6,7 +6,6 @@ by an agent in the place of ssh.
 import os
 import pathlib
 import subprocess
-import time
 
 NETWORK = "10.77.7.0/24"
 ADDRESSES = ("10.77.7.1", "10.77.7.2")

@@ -10,7 +10,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from frame import TOOLS, Case, main, square  # noqa: E402
+from frame import Case, main, square  # noqa: E402
 from png import read_png  # noqa: E402
 
 CORNER = """

@@ -6,7 +6,6 @@ Its outcome is judged by distributed.py; digests and facts are the same bytes on
 import itertools
 import pathlib
 import random
-import re
 import sys
 import tempfile
 

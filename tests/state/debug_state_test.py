@@ -11,7 +11,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from debug_test import EXAMPLES, GRADIENT, OWN, ROOT, DebugTest  # noqa: E402
+from debug_test import EXAMPLES, OWN, ROOT, DebugTest  # noqa: E402
 from frame import COUNT, main, square  # noqa: E402
 
 # Views while catoms move, linear facts that wait, bodies, and a component with a state.

@@ -5,7 +5,6 @@ import csv
 import json
 import pathlib
 import re
-import shlex
 import shutil
 import subprocess
 import sys

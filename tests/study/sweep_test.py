@@ -366,7 +366,7 @@ class Going(Case):
     def long_study(self):
         """Rows of some 50 ms each."""
         self.write("forever.meld", FOREVER)
-        self.write("study.toml", f'program = "forever.meld"\nseeds = 40\nticks = 3000\nworlds = ["square.toml"]\n')
+        self.write("study.toml", 'program = "forever.meld"\nseeds = 40\nticks = 3000\nworlds = ["square.toml"]\n')
 
     def start(self, *options):
         child = subprocess.Popen(words_of("meldsim", "sweep", "study.toml", *options), cwd=self.folder, stdout=subprocess.PIPE,

@@ -18,7 +18,7 @@ from frame import main  # noqa: E402
 from judge import judge  # noqa: E402
 from pages import HEIGHT, PLATE, WIDTH, Pages  # noqa: E402
 from stairs import COLOURS, PLACES  # noqa: E402
-from viewing import CORNER  # noqa: E402
+from viewing import CORNER, PURPLE, YELLOW  # noqa: E402
 
 
 class Seen(Pages):

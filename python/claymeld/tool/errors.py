@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from typing import Any, Optional, Sequence
+from typing import Any, Sequence
 
 from .programs import own, packages
 

@@ -400,7 +400,6 @@ void Network::save_mailboxes(i64 now, ByteWriter& out) const {
 }
 
 void Network::load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
-    if (versions_) members_.ensemble.links().begin_arrivals(now);
     if (in.done()) {
         if (versions_) return versions_->tell_all(now);
         std::vector<Link> all;

@@ -233,6 +233,8 @@ Result<void> Loader::load_rest(CodeModules& codes, Block& counters) {
         ByteReader in = reader(*block, "the end of a snapshot");
         read_head(in);
         subdomain_.abi_.now = in.read<std::int64_t>();
+        // Once: each share says what is under way to some of the links.
+        if (share == 0 && subdomain_.network_) subdomain_.members_.ensemble.links().begin_arrivals(subdomain_.tick());
         subdomain_.abi_.world_catoms = in.read<std::int64_t>();
         subdomain_.abi_.first_unborn = in.read<std::uint64_t>();
         subdomain_.members_.next_id = in.read<std::uint64_t>();

@@ -480,7 +480,7 @@ def check_reopened_every_write(writer, folder, stride=83, cases=((6, 9, True), (
     for saved, written, closed in cases:
         os.path.exists(path) and os.unlink(path)
         assert write_some(writer, f"{prefix}{written}", path, state, saved, *["closed"] * closed) == (0, "")
-        killed, again = os.path.join(folder, "killed.vtkhdf"), os.path.join(folder, "again.vtkhdf")
+        killed = os.path.join(folder, "killed.vtkhdf")
         shutil.copyfile(path, killed)
         assert write_some(writer, f"{prefix}{steps}", path, state, WRITE_LOG=log) == (0, "")
         inode, said = os.stat(path).st_ino, saved
