@@ -16,8 +16,6 @@ from .tool.errors import Interrupted, MeldWarning, PropertyFailed, error
 from .tool.packages import needed_for
 
 if TYPE_CHECKING:
-    import pandas
-
     from .live import Live
     from .pictures import Page
     from .recording import Recording
