@@ -173,7 +173,11 @@ function(meld_layer folder)
   endif()
   set(library ${name})
   # A layer with an optional part stays by itself, so that no other library differs without it.
-  if(CLAYMELD_UNITY AND meld_neighbourhood AND sources AND NOT ARG_OUTSIDE_TICKS AND NOT ARG_VIEWER AND NOT ARG_MODELS)
+  if(meld_neighbourhood_outside_ticks)
+    set(ARG_OUTSIDE_TICKS ON)
+  endif()
+  if(CLAYMELD_UNITY AND meld_neighbourhood AND sources AND NOT ARG_VIEWER AND NOT ARG_MODELS
+      AND (meld_neighbourhood_outside_ticks OR NOT ARG_OUTSIDE_TICKS))
     set(library ${meld_neighbourhood}_together)
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE ${library})
@@ -208,10 +212,12 @@ function(meld_layer folder)
   endforeach()
 endfunction()
 
-# meld_neighbourhood(NAME): the layers from here to the next call are one library where sources are compiled together, but for those
-# outside of ticks and those with optional parts. NAME may be empty.
+# meld_neighbourhood(NAME [OUTSIDE_TICKS]): the layers from here to the next call are one library where sources are compiled together, but
+# for those with optional parts and, unless all are, those outside of ticks. NAME may be empty.
 function(meld_neighbourhood name)
+  cmake_parse_arguments(ARG "OUTSIDE_TICKS" "" "" ${ARGN})
   set(meld_neighbourhood "${name}" PARENT_SCOPE)
+  set(meld_neighbourhood_outside_ticks ${ARG_OUTSIDE_TICKS} PARENT_SCOPE)
 endfunction()
 
 # meld_plugin(NAME FOLDER DEPENDS targets ...): the shared library lib/claymeld/libNAME.so from FOLDER, opened at run time and never
