@@ -32,10 +32,11 @@ std::string read(const fs::path& path) {
 
 void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary | std::ios::trunc) << text; }
 
-// What there is of a checkpoint after any accident to one of its files: it ends early, has other bits, or more bytes.
+// What there is of a checkpoint after any accident to one of its files: it ends early, has other bits, or more bytes. `step` is how many
+// bytes lie between those that are hit.
 template <class Visit>
-void each_damage(const std::string& whole, const Visit& visit) {
-    for (std::size_t at = 0; at < whole.size(); ++at) {
+void each_damage(const std::string& whole, std::size_t step, const Visit& visit) {
+    for (std::size_t at = 0; at < whole.size(); at += step) {
         SCOPED_TRACE("byte " + std::to_string(at) + " of " + std::to_string(whole.size()));
         visit(whole.substr(0, at));
         for (const int flip : {0x01, 0x10, 0x80, 0xff}) {
@@ -133,6 +134,24 @@ class Chains : public testing::Test {
         }
         EXPECT_TRUE(std::ranges::equal(shares.rest(0, room).value(), block(17, static_cast<int>(tick))));
     }
+    // Two checkpoints, and three of a run that goes on from them, which begin with a whole one.
+    void go_on() {
+        open(CheckpointFolder::Run::Begins);
+        for (const std::int64_t tick : {10, 20}) keep(tick, 2);
+        open(CheckpointFolder::Run::GoesOn);
+        ASSERT_TRUE(checkpoints_->newest(*comm_).has_value());
+        for (const std::int64_t tick : {30, 40, 50}) keep(tick, 2);
+    }
+    // Each accident to the last of these leaves the one before.
+    void expect_fallbacks(std::size_t step) {
+        const std::string last = read(share(50));
+        each_damage(last, step, [&](const std::string& data) {
+            write(share(50), data);
+            expect_newest(40, share(50).string());
+        });
+        write(share(50), last);
+        expect_newest(50, "");
+    }
     std::vector<std::int64_t> ticks() const { return checkpoint_ticks(folder_.string()); }
     fs::path share(std::int64_t tick) const { return folder_ / (std::to_string(tick) + ".0-of-1.share"); }
 
@@ -177,21 +196,21 @@ TEST_F(Chains, BeginAnewByBytesAndGoInWhole) {
     EXPECT_GT(fs::file_size(share(320)), 4000U);
 }
 
-TEST_F(Chains, OfWhichAFileIsDamagedFallBackToTheOneBefore) {
-    open(CheckpointFolder::Run::Begins);
-    for (const std::int64_t tick : {10, 20}) keep(tick, 2);
-    open(CheckpointFolder::Run::GoesOn);
-    ASSERT_TRUE(checkpoints_->newest(*comm_).has_value());
-    // A run that goes on begins with a whole one.
-    for (const std::int64_t tick : {30, 40, 50}) keep(tick, 2);
+TEST_F(Chains, OfWhichTheLastFileIsDamagedFallBackToTheOneBefore) {
+    go_on();
+    expect_fallbacks(31);
+}
+
+TEST_F(Chains, OfWhichAnyByteOfTheLastFileIsDamagedFallBackToTheOneBefore) {
+    go_on();
+    expect_fallbacks(1);
+}
+
+TEST_F(Chains, OfWhichAFileIsGoneOrDamagedFallBackToTheOneBefore) {
+    go_on();
     EXPECT_EQ(ticks(), (std::vector<std::int64_t>{10, 20, 30, 40, 50}));
     EXPECT_GT(fs::file_size(share(30)), 4000U);
-    const std::string last = read(share(50)), middle = read(share(40)), base = read(share(30));
-    each_damage(last, [&](const std::string& data) {
-        write(share(50), data);
-        expect_newest(40, share(50).string());
-    });
-    write(share(50), last);
+    const std::string middle = read(share(40)), base = read(share(30));
     for (const std::string& data : {base.substr(0, base.size() / 2), std::string(base.size(), '\0'), std::string()}) {
         write(share(30), data);
         expect_newest(20, share(30).string());
@@ -212,7 +231,7 @@ TEST_F(Damage, OfAnyByteOfAShareIsNoticed) {
     const fs::path share = folder_ / "20.0-of-1.share";
     const std::string whole = read(share);
     ASSERT_GT(whole.size(), 250U);
-    each_damage(whole, [&](const std::string& data) {
+    each_damage(whole, 1, [&](const std::string& data) {
         write(share, data);
         expect_newest(10, share.string());
     });
@@ -224,7 +243,7 @@ TEST_F(Damage, OfAnyByteOfAManifestIsNoticed) {
     const fs::path manifest = folder_ / "20.checkpoint.json";
     const std::string whole = read(manifest);
     ASSERT_GT(whole.size(), 250U);
-    each_damage(whole, [&](const std::string& data) {
+    each_damage(whole, 1, [&](const std::string& data) {
         write(manifest, data);
         expect_newest(10, manifest.string());
     });
