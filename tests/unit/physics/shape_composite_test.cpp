@@ -256,11 +256,15 @@ TEST(ShapeComposites, MergeAndSplitKeepMomentumAndAngularMomentum) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> some(-1, 1);
     const auto vector = [&] { return Vec3{some(random), some(random), some(random)}; };
+    const auto turn = [&] {
+        const double angle = some(random);
+        return turn_of(angle, vector());
+    };
     const BodyShape shapes[] = {kCube, box_shape({0.5, 1, 0.7}, 0.02), capsule_shape(0.3, 1)};
     for (BodyId id = 0; id < 30; ++id) {
         BodySpec spec{.id = id,
                       .position_m = {1.8 * (id % 3), 1.8 * (id / 3 % 3), 1.8 * (id / 9)},
-                      .orientation = turn_of(some(random), vector()),
+                      .orientation = turn(),
                       .linear_velocity_m_s = 0.3 * vector(),
                       .angular_velocity_rad_s = 2 * vector(),
                       .mass_kg = 1 + 0.5 * some(random)};
@@ -416,20 +420,24 @@ Crowd run_crowd(int threads, int save_at = -1, SolverMode mode = SolverMode::Sof
     const auto build = [&] {
         auto scene = scene_on_plane(settings);
         const auto bouncy = need(scene->add_material({.friction = 0.3f, .restitution = 0.4f}));
-        need(scene->add_obstacle(Box{.centre = {4, 4, 0.8}, .size_m = {3, 2, 2}, .orientation = turn_of(0.4, {0, 0, 1})}, bouncy));
+        need(scene->add_obstacle(Box{.centre = {4, 4, -0.1}, .size_m = {3, 2, 1}, .orientation = turn_of(0.4, {0, 0, 1})}, bouncy));
         scene->want_loads();
         return scene;
     };
     auto scene = build();
     std::mt19937 random(17);
     std::uniform_real_distribution<double> some(-1, 1);
+    const auto turn = [&] {
+        const double angle = some(random);
+        return turn_of(angle, {some(random), some(random), 1});
+    };
     const BodyShape shapes[] = {kCube, box_shape({0.6, 1, 0.7}, 0.02), capsule_shape(0.3, 1.1), box_shape({0.8, 0.8, 0.8}, 0.1)};
     const BodyId bodies = 400;
     for (BodyId id = 0; id < bodies; ++id) {
         BodySpec spec{.id = id,
                       .position_m = Vec3{1.3 * (id % 8), 1.3 * (id / 8 % 8), 1 + 1.3 * (id / 64)} +
                                     0.1 * Vec3{some(random), some(random), some(random)},
-                      .orientation = turn_of(some(random), {some(random), some(random), 1}),
+                      .orientation = turn(),
                       .linear_velocity_m_s = {some(random), some(random), some(random)},
                       .material = std::uint8_t(id % 3 == 0 ? 1 : 0),
                       .fixed = id % 97 == 96};
