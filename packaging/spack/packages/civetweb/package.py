@@ -11,6 +11,7 @@ class Civetweb(CMakePackage):
     version("1.15", sha256="90a533422944ab327a4fbb9969f0845d0dba05354f9cacce3a5005fa59f593b9")
 
     depends_on("c", type="build")
+    depends_on("cxx", type="build")
 
     def cmake_args(self):
         return [self.define("BUILD_SHARED_LIBS", True), self.define("BUILD_TESTING", False),

@@ -1,7 +1,7 @@
 # The recipe of Claymeld for Spack. The MPI is the one that the site has declared in packages.yaml: an external Open MPI.
 #     spack repo add packaging/spack
-#     spack install claymeld ^openmpi@4.1        in the folder of claymeld-0.1.0.tar.gz
-# From a copy of the repository instead of an archive: spack develop --path $PWD claymeld@0.1.0
+#     spack install claymeld@main ^openmpi@4.1     from the repository that this recipe is in, its branch main
+#     spack install claymeld@0.1.0 ^openmpi@4.1    in the folder of claymeld-0.1.0.tar.gz
 import os
 
 from spack.package import *
@@ -16,9 +16,16 @@ class Claymeld(CMakePackage):
     manual_download = True
     url = f"file://{os.getcwd()}/claymeld-0.1.0.tar.gz"
     version("0.1.0")
+    # Five folders above this file.
+    git = f"file://{os.path.abspath(os.path.join(os.path.dirname(__file__), *[os.pardir] * 4))}"
+    version("main", branch="main")
 
-    variant("view", default=True, description="Build pictures, films, plots and the viewer")
-    variant("models", default=True, description="Read meshes and configurations of VisibleSim")
+    # Sticky: Spack leaves out neither to build less.
+    variant("view", default=True, sticky=True, description="Build pictures, films, plots and the viewer")
+    variant("models", default=True, sticky=True, description="Read meshes and configurations of VisibleSim")
+    # As `scripts/build` does.
+    variant("build_type", default="RelWithDebInfo", values=("RelWithDebInfo", "Release", "Debug"), description="CMake build type")
+    generator("ninja")
 
     depends_on("c", type="build")
     depends_on("cxx", type="build")
