@@ -14,6 +14,6 @@ class Civetweb(CMakePackage):
     depends_on("cxx", type="build")
 
     def cmake_args(self):
-        return [self.define("BUILD_SHARED_LIBS", True), self.define("BUILD_TESTING", False),
+        return [self.define("BUILD_SHARED_LIBS", True), self.define("CIVETWEB_BUILD_TESTING", False),
                 self.define("CIVETWEB_ENABLE_WEBSOCKETS", True), self.define("CIVETWEB_ENABLE_SSL", False),
                 self.define("CIVETWEB_ENABLE_SERVER_EXECUTABLE", False)]
