@@ -1,10 +1,15 @@
 #!/usr/bin/env bash
-# Builds Claymeld into the environment that is active, or into the one of conda-build. ODE 0.16.2, civetweb 1.15 and three.js 0.111 are not on
-# conda-forge: their unpacked sources are expected in the folders that ODE_SOURCE, CIVETWEB_SOURCE and THREE_SOURCE name.
+# Builds Claymeld into the environment that is active, or into the one of rattler-build. ODE 0.16.2, civetweb 1.15 and three.js 0.111 are
+# not on conda-forge: their unpacked sources are expected in the folders that ODE_SOURCE, CIVETWEB_SOURCE and THREE_SOURCE name, or where
+# recipe.yaml puts them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 prefix=${PREFIX:-${CONDA_PREFIX:?activate the environment first: conda activate claymeld}}
-: "${ODE_SOURCE:?}" "${CIVETWEB_SOURCE:?}" "${THREE_SOURCE:?}"
+for library in ODE CIVETWEB THREE; do
+    folder=${library}_SOURCE
+    [ -n "${!folder:-}" ] || printf -v "$folder" %s "$PWD/third_party/${library,,}"
+    [ -d "${!folder}" ] || { echo "packaging/conda/build.sh: say in $folder where the unpacked source of $library is" >&2; exit 2; }
+done
 
 build() {
     local source=$1
