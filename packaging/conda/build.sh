@@ -18,7 +18,7 @@ build() {
     folder=$(mktemp -d)
     cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_INSTALL_PREFIX="$prefix" \
         -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_INSTALL_LIBDIR=lib "$@"
-    cmake --build "$folder"
+    cmake --build "$folder" -j "${CPU_COUNT:-$(nproc)}"
     cmake --install "$folder"
     rm -rf "$folder"
 }

@@ -12,6 +12,9 @@ add_test(NAME install_wheel COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_D
 set_tests_properties(install_wheel PROPERTIES TIMEOUT 300)
 # The recipes for other systems, as far as they can be read without them.
 add_test(NAME install_recipes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/recipes_test.py)
+# The same in the hands of Spack, EasyBuild and rattler-build, where these are.
+add_test(NAME install_recipes_read COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/built_test.py --build ${CMAKE_BINARY_DIR})
+set_tests_properties(install_recipes_read PROPERTIES TIMEOUT 7200)
 find_program(DEBOOTSTRAP debootstrap PATHS /usr/sbin)
 execute_process(COMMAND id -u OUTPUT_VARIABLE user_id OUTPUT_STRIP_TRAILING_WHITESPACE)
 if(DEBOOTSTRAP AND user_id STREQUAL "0")
