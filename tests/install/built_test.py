@@ -48,8 +48,8 @@ class InEmptyHome(unittest.TestCase):
                            "CLAYMELD_CACHE": str(cls.folder / "cache")}
 
     @classmethod
-    def call(cls, *words, cwd=None):
-        done = subprocess.run(list(map(str, words)), env=cls.environment, cwd=cwd or cls.folder, capture_output=True, text=True, check=False)
+    def call(cls, *words):
+        done = subprocess.run(list(map(str, words)), env=cls.environment, cwd=cls.folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise AssertionError(f"{words} ended with {done.returncode}\n{done.stdout[-8000:]}{done.stderr[-8000:]}")
         return done.stdout
@@ -86,7 +86,8 @@ class Spack(InEmptyHome):
         self.assertIn("PKG-DIRECTIVES: passed", self.call("spack", "audit", "packages", "claymeld", "ode", "civetweb"))
 
     def test_on_debian_it_builds_claymeld_and_what_debian_lacks(self):
-        for spec, parts, built in (("claymeld@main", "+models+view", OF_SPACK), ("claymeld@0.1.0~view", "+models~view", OF_SPACK - {"civetweb"})):
+        for spec, parts, built in (("claymeld@main", "+models+view", OF_SPACK),
+                                   ("claymeld@0.1.0~view", "+models~view", OF_SPACK - {"civetweb"})):
             out = self.call("spack", "spec", "-I", spec)
             missing = {re.match(r"[\w-]+", line.split("-", 1)[1].strip().lstrip("^"))[0] for line in out.splitlines()
                        if re.match(r"( - |\[\+\])", line)}
@@ -118,8 +119,8 @@ class EasyBuild(InEmptyHome):
         asked = re.findall(r"^    \('(\w+)', '", EASYCONFIG.read_text(), re.MULTILINE)
         cls.here.write_text(f"[override]\nfilter-deps = {','.join(name for name in asked if name not in ('ODE', 'civetweb'))}\n")
 
-    def eb(self, words, modules=""):
-        return self.call("bash", "-c", f". {LMOD} && module use {self.folder}/modules {modules} && {words}")
+    def eb(self, words):
+        return self.call("bash", "-c", f". {LMOD} && module use {self.folder}/modules && {words}")
 
     def test_its_style_is_easybuilds(self):
         try:
@@ -143,8 +144,8 @@ class EasyBuild(InEmptyHome):
         folder.mkdir(parents=True)
         self.call("git", "-C", ROOT, "archive", f"--prefix=claymeld-{version}/", "-o", folder / f"claymeld-{version}.tar.gz", "HEAD")
         self.eb(f"eb --configfiles={self.here} --robot={PACKAGING}/easybuild: {'--ignore-checksums' if SOURCES else ''} {EASYCONFIG}")
-        self.same_facts(lambda command: ["bash", "-c", f". {LMOD} && module use {self.folder}/modules {self.folder}/easybuild/modules/all && "
-                                         f"module load Claymeld && {command}"])
+        modules = f"{self.folder}/modules {self.folder}/easybuild/modules/all"
+        self.same_facts(lambda command: ["bash", "-c", f". {LMOD} && module use {modules} && module load Claymeld && {command}"])
 
 
 @unittest.skipIf(rattler_build is None, "there is no rattler-build (pip install py-rattler-build)")
