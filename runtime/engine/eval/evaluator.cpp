@@ -35,6 +35,19 @@ void mark_around(const Geometry& g, u32 catom, u64 bits, Agenda& agenda) {
     agenda.mark_all({others.data(), count}, bits);
 }
 
+// What a great tick has taken is given back while ticks are small: memory for so many stays in any case.
+constexpr std::size_t kKept = 4096, kMuchMore = 8;
+
+template <class T>
+void empty(std::vector<T>& list) {
+    if (list.capacity() > kKept && list.size() < list.capacity() / kMuchMore) {
+        std::vector<T> less;
+        less.reserve(list.capacity() / 4);
+        list.swap(less);
+    }
+    list.clear();
+}
+
 template <class Word>
 void swap_words(u8* a, u8* b) {
     Word x, y;
@@ -137,9 +150,9 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         t->release_owned();
         t->values.clear();
         t->outbox.clear();
-        t->records.clear();
-        t->rows.clear();
-        t->row_changes.clear();
+        empty(t->records);
+        empty(t->rows);
+        empty(t->row_changes);
         t->firings.clear();
     }
     MELD_EXPECT(subdomain.columns == columns_.pointers() && (groups_.empty() || subdomain.geometry.catom_state != nullptr),

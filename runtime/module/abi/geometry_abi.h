@@ -56,7 +56,9 @@ struct Geometry {
     const u32* link_ports = nullptr;  // [catom]
     const i32* link_catom = nullptr;  // [entry]: the neighbour, or -1.
     const i32* link_read = nullptr;   // [entry]: where its exports are read: the neighbour itself, or a mailbox; or -1.
-    const u32* link_there = nullptr;  // [entry]: the port at which the neighbour sees the catom.
+    // [entry]: the port at which the neighbour sees the catom. In the second, and the first is null, where a port needs more than 16 bits.
+    const u16* link_there = nullptr;
+    const u32* link_there_wide = nullptr;
     u32 most_ports = 0;               // No catom has more.
 
     // Amoebots, which occupy one or two cells and have compasses of their own; null elsewhere.
@@ -103,7 +105,10 @@ inline i32 neighbour_at(const Geometry& g, u32 catom, i32 port) {
 }
 // The port at which the neighbour of a catom at a port sees it.
 inline i32 port_there(const Geometry& g, u32 catom, i32 port) {
-    if (g.link_first != nullptr) return static_cast<i32>(g.link_there[g.link_first[catom] + static_cast<u32>(port)]);
+    if (g.link_first != nullptr) {
+        const u32 entry = g.link_first[catom] + static_cast<u32>(port);
+        return g.link_there != nullptr ? i32{g.link_there[entry]} : static_cast<i32>(g.link_there_wide[entry]);
+    }
     return g.link_back != nullptr ? g.link_back[g.catom_site[catom] + static_cast<u32>(port)] : g.opposite[port];
 }
 // Calls visit(port, neighbour) for each link of a catom, in the order of its ports.

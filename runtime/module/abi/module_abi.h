@@ -45,7 +45,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 29;
+inline constexpr u32 kAbiVersion = 30;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -12,9 +13,16 @@ Links::Links(bool apart) : apart_(apart) { reserve(1, 1); }
 
 void Links::reserve(std::size_t catoms, std::size_t ports) {
     first_.reserve(catoms), ports_.reserve(catoms);
-    catom_.reserve(ports), there_.reserve(ports);
+    catom_.reserve(ports);
+    change_there([&](auto& there) { there.reserve(ports); });
     if (apart_) read_.reserve(ports);
     if (keeps_last_) last_.reserve(ports);
+}
+
+void Links::widen() {
+    there_wide_.reserve(there_.capacity());
+    there_wide_.assign(there_.begin(), there_.end());
+    there_ = {};
 }
 
 void Links::room(Catom catom, Port ports) {
@@ -24,20 +32,24 @@ void Links::room(Catom catom, Port ports) {
     }
     const Port had = ports_[catom];
     if (had >= ports) return;
+    const bool narrow = !wide();
     most_ = std::max(most_, ports);
+    if (narrow && wide()) widen();
     const bool last = first_[catom] + std::size_t{had} == catom_.size();
     if (!last && left_behind_ > catom_.size() / 2) compact();
     const std::size_t from = first_[catom], to = last ? from : catom_.size();
     MELD_CHECK(to + ports <= std::numeric_limits<std::uint32_t>::max(), "{} entries of links", to + ports);
     catom_.resize(to + ports, kNobody);
     if (apart_) read_.resize(to + ports, kNobody);
-    there_.resize(to + ports, 0);
+    change_there([&](auto& there) { there.resize(to + ports, 0); });
     if (keeps_last_) last_.resize(to + ports, passed_);
     if (!last) {
         const auto carry = [&](auto& column, auto empty) {
-            for (Port port = 0; port < had; ++port) column[to + port] = std::exchange(column[from + port], empty);
+            using Entry = std::remove_reference_t<decltype(column[0])>;
+            for (Port port = 0; port < had; ++port) column[to + port] = std::exchange(column[from + port], static_cast<Entry>(empty));
         };
-        carry(catom_, kNobody), carry(there_, 0u);
+        carry(catom_, kNobody);
+        change_there([&](auto& there) { carry(there, 0); });
         if (apart_) carry(read_, kNobody);
         if (keeps_last_) carry(last_, passed_);
         left_behind_ += had;
@@ -48,23 +60,22 @@ void Links::room(Catom catom, Port ports) {
 
 // Writes the rows anew, one after the other.
 void Links::compact() {
-    LargeArray<std::int32_t> catom, read;
-    LargeArray<std::uint32_t> there, last;
     const std::size_t kept = catom_.size() - left_behind_;
-    catom.reserve(kept), there.reserve(kept);
-    if (apart_) read.reserve(kept);
-    if (keeps_last_) last.reserve(kept);
-    for (std::size_t c = 0; c < first_.size(); ++c) {
-        const std::size_t from = first_[c], to = from + ports_[c];
-        first_[c] = static_cast<std::uint32_t>(catom.size());
-        const auto copy = [&](auto& out, const auto& in) {
-            out.insert(out.end(), in.begin() + static_cast<std::ptrdiff_t>(from), in.begin() + static_cast<std::ptrdiff_t>(to));
-        };
-        copy(catom, catom_), copy(there, there_);
-        if (apart_) copy(read, read_);
-        if (keeps_last_) copy(last, last_);
-    }
-    catom_ = std::move(catom), read_ = std::move(read), there_ = std::move(there), last_ = std::move(last);
+    const auto rewrite = [&](auto& column) {
+        std::remove_reference_t<decltype(column)> made;
+        made.reserve(kept);
+        for (std::size_t c = 0; c < first_.size(); ++c) {
+            const auto from = column.begin() + static_cast<std::ptrdiff_t>(first_[c]);
+            made.insert(made.end(), from, from + static_cast<std::ptrdiff_t>(ports_[c]));
+        }
+        column = std::move(made);
+    };
+    rewrite(catom_);
+    change_there(rewrite);
+    if (apart_) rewrite(read_);
+    if (keeps_last_) rewrite(last_);
+    std::uint32_t next = 0;
+    for (std::size_t c = 0; c < first_.size(); ++c) first_[c] = std::exchange(next, next + ports_[c]);
     left_behind_ = 0;
 }
 
@@ -73,7 +84,7 @@ void Links::set(Catom catom, Port port, Catom other, Port there) {
     const std::size_t here = entry(catom, port);
     ++version_;
     catom_[here] = static_cast<std::int32_t>(other);
-    there_[here] = there;
+    change_there([&](auto& column) { column[here] = static_cast<std::remove_reference_t<decltype(column[here])>>(there); });
     if (keeps_last_) last_[here] = passed_;
     if (!apart_) return;
     read_[here] = at_start_ ? static_cast<std::int32_t>(other) : kNobody;
@@ -151,13 +162,14 @@ void Links::add_to(Geometry& g) const {
     g.link_ports = ports_.data();
     g.link_catom = catom_.data();
     g.link_read = (apart_ ? read_ : catom_).data();
-    g.link_there = there_.data();
+    g.link_there = wide() ? nullptr : there_.data();
+    g.link_there_wide = wide() ? there_wide_.data() : nullptr;
     g.most_ports = most_;
 }
 
 std::size_t Links::bytes() const {
     const auto size = [](const auto& column) { return column.capacity() * sizeof(column[0]); };
-    return size(first_) + size(ports_) + size(catom_) + size(read_) + size(there_) + size(last_) + size(changes_);
+    return size(first_) + size(ports_) + size(catom_) + size(read_) + size(there_) + size(there_wide_) + size(last_) + size(changes_);
 }
 
 }  // namespace meld::world

@@ -41,7 +41,7 @@ class Links {
         const std::int32_t other = catom_[entry(catom, port)];
         return other < 0 ? std::nullopt : std::optional<Catom>(static_cast<Catom>(other));
     }
-    Port port_there(Catom catom, Port port) const { return there_[entry(catom, port)]; }
+    Port port_there(Catom catom, Port port) const { return wide() ? there_wide_[entry(catom, port)] : there_[entry(catom, port)]; }
     // The lowest port without a link, or none.
     std::optional<Port> vacant(Catom catom) const;
     std::optional<Port> towards(Catom catom, Catom other) const;
@@ -87,7 +87,10 @@ class Links {
     // For what will be read of a catom's links from a port on.
     void ask_ahead(Catom catom, Port port) const {
         __builtin_prefetch(&catom_[entry(catom, port)]);
-        __builtin_prefetch(&there_[entry(catom, port)]);
+        if (wide())
+            __builtin_prefetch(&there_wide_[entry(catom, port)]);
+        else
+            __builtin_prefetch(&there_[entry(catom, port)]);
     }
 
     // For where its row is, and then for where it reads over a link.
@@ -103,6 +106,17 @@ class Links {
 
   private:
     std::size_t entry(Catom catom, Port port) const { return std::size_t{first_[catom]} + port; }
+    static constexpr Port kNarrowPorts = Port{1} << 16;
+    bool wide() const { return most_ > kNarrowPorts; }
+    // Calls change(column) for the one of the two that is in use.
+    template <class Change>
+    void change_there(const Change& change) {
+        if (wide())
+            change(there_wide_);
+        else
+            change(there_);
+    }
+    void widen();
     void set(Catom catom, Port port, Catom other, Port there);
     void unset(Catom catom, Port port);
     void compact();
@@ -112,7 +126,9 @@ class Links {
     // By entry; rows that have grown leave theirs behind.
     LargeArray<std::int32_t> catom_;
     LargeArray<std::int32_t> read_;  // Only if apart: otherwise it would be the same as catom_.
-    LargeArray<std::uint32_t> there_;
+    // One of the two: the first until some catom has more ports than its numbers can say.
+    LargeArray<std::uint16_t> there_;
+    LargeArray<std::uint32_t> there_wide_;
     LargeArray<std::uint32_t> last_;  // Ticks modulo 2^32; empty if nobody keeps them.
     std::uint32_t passed_ = 0;        // The tick of the last forget_arrivals(): nothing was sent over a link that is made after it.
     bool keeps_last_ = false;

@@ -97,6 +97,29 @@ TEST(Links, TellWhoeverReadsApartWhatHasChanged) {
     EXPECT_TRUE(links.take_changes().empty());
 }
 
+TEST(Links, SayPortsThatNeedMoreThanSixteenBits) {
+    constexpr Port kMany = 70'000;
+    Links links(false);
+    links.reserve(2, 3);
+    for (Catom c = 0; c < 3; ++c) links.room(c, 2);
+    links.connect(0, 1, 1, 0);
+    links.connect(2, 1, 1, 1);
+    Geometry g;
+    links.add_to(g);
+    EXPECT_EQ(port_there(g, 1, 0), 1);
+    links.room(0, kMany);
+    links.connect(0, kMany - 1, 2, 0);
+    links.add_to(g);
+    EXPECT_EQ(links.port_there(2, 0), kMany - 1);
+    EXPECT_EQ(port_there(g, 2, 0), i32{kMany - 1});
+    // What was there before is there as it was.
+    EXPECT_EQ(port_there(g, 1, 0), 1);
+    EXPECT_EQ(port_there(g, 0, 1), 0);
+    EXPECT_EQ(port_there(g, 2, 1), 1);
+    links.disconnect(2, 0);
+    EXPECT_EQ(links.at(0, kMany - 1), std::nullopt);
+}
+
 TEST(Links, KeepUntilWhenSomethingIsUnderWay) {
     Links links(true);
     links.keep_last_arrivals();
