@@ -121,15 +121,26 @@ void emit_lists(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
+// Whether the program is one of amoebots that are activated: by the linear fact of the prelude.
+bool activates(const plan::Plan& plan) {
+    return plan.program.by_links && std::ranges::any_of(plan.program.predicates.ids(), [&](PredicateId id) {
+               const Predicate& p = plan.program.predicates[id];
+               return p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == plan::Storage::Rows;
+           });
+}
+
 void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.raw("// One catom to its local fixpoint: views by strata, then linear rules in order, each firing followed by the views.");
     w.open("static void evaluate_catom(Self& s, u64 todo) {");
     w.raw("Eval& e = *s.e;");
-    w.raw("s.site = s.g->catom_site[s.catom];");
     if (plan.program.by_links) {
         w.raw("s.neighbour = s.g->link_read + s.g->link_first[s.catom];");
-        w.raw("s.ports = static_cast<i32>(s.g->link_ports[s.catom]);");
+        // Amoebots have no links at ports that lead nowhere, and their compasses are in the cache.
+        w.line("s.ports = {}static_cast<i32>(s.g->link_ports[s.catom]);",
+               activates(plan) ? "s.g->catom_tail != nullptr ? places_of(*s.g, s.catom) : " : "");
+    } else {
+        w.raw("s.site = s.g->catom_site[s.catom];");
     }
     w.raw("for (bool& loaded : s.loaded) loaded = false;");
     each_index_member(plan, [&](const std::string&, const std::string& name) { w.line("s.{}.reset();", name); });
@@ -172,20 +183,25 @@ void emit_arrived_ahead(const plan::Plan& plan, const std::string& catom, const 
     }
 }
 
-// In the links form, what is read of a catom and then of its neighbours is asked for some catoms ahead.
-void emit_links_ahead(const plan::Plan& plan, Writer& w) {
+// In the links form, what is read of a catom and then of its neighbours is asked for some catoms ahead. far: its links have been asked for
+// already.
+void emit_links_ahead(const plan::Plan& plan, bool far, Writer& w) {
     w.raw("");
     w.raw("// Asks the processor for the links of a catom that is evaluated soon, and for what has changed at their ends.");
     w.open("inline void look_ahead(const Self& s, const u32* catoms, const u64* dirty, u32 left) {");
     w.raw("const Geometry& g = *s.g;");
-    w.open("if (left > 8) {");
-    w.raw("__builtin_prefetch(g.link_first + catoms[8]);");
-    w.raw("__builtin_prefetch(g.link_ports + catoms[8]);");
-    w.close();
-    w.raw("if (left > 4) __builtin_prefetch(g.link_read + g.link_first[catoms[4]]);");
+    if (!far) {
+        w.open("if (left > 8) {");
+        w.raw("__builtin_prefetch(g.link_first + catoms[8]);");
+        w.raw("__builtin_prefetch(g.link_ports + catoms[8]);");
+        w.close();
+        w.raw("if (left > 4) __builtin_prefetch(g.link_read + g.link_first[catoms[4]]);");
+    }
     w.raw("if (left <= 2) return;");
     w.raw("[[maybe_unused]] const i32* const ends = g.link_read + g.link_first[catoms[2]];");
-    w.raw("[[maybe_unused]] const u32 ports = g.link_ports[catoms[2]];");
+    if (std::ranges::any_of(plan.columns.ids(), [&](plan::ColumnId c) { return plan.columns[c].exported; }))
+        w.line("const u32 ports = {}g.link_ports[catoms[2]];",
+               far ? "g.catom_tail != nullptr ? static_cast<u32>(places_of(g, catoms[2])) : " : "");
     std::size_t fetched = 0;
     for (const plan::ColumnId column : plan.columns.ids()) {
         const plan::Column& c = plan.columns[column];
@@ -198,14 +214,6 @@ void emit_links_ahead(const plan::Plan& plan, Writer& w) {
     }
     emit_arrived_ahead(plan, "catoms[2]", "dirty[2]", w);
     w.close();
-}
-
-// Whether the program is one of amoebots that are activated: by the linear fact of the prelude.
-bool activates(const plan::Plan& plan) {
-    return plan.program.by_links && std::ranges::any_of(plan.program.predicates.ids(), [&](PredicateId id) {
-               const Predicate& p = plan.program.predicates[id];
-               return p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == plan::Storage::Rows;
-           });
 }
 
 // The heads of rows of linear facts that are given to the catom, or that its rules make of one that is.
@@ -223,6 +231,7 @@ void emit_heads_ahead(const plan::Plan& plan, Writer& w) {
         if (!in_rows(id)) continue;
         std::uint64_t when = own_dirty(id);
         for (const RulePlan& r : plan.linear_rules) {
+            if (used_up(plan, id)) break;
             const std::uint64_t of = r.inputs & linear;
             if (std::has_single_bit(of) && makes(r, id)) when |= of;
         }
@@ -271,14 +280,13 @@ LooksAround looks_around(const plan::Plan& plan) {
 void emit_amoebots_ahead(const plan::Plan& plan, Writer& w) {
     const LooksAround looks = looks_around(plan);
     w.raw("");
-    w.raw("// Asks for where an amoebot is that is evaluated after some others, then for the cells around it, and then for who is there.");
+    w.raw("// Asks for where the links of an amoebot are that comes after some others, then for the links, and then for who is there.");
     w.open("inline void look_far_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo) {");
     w.raw("const Geometry& g = *s.g;");
     w.raw("__builtin_prefetch(g.link_first + catom);");
-    w.raw("__builtin_prefetch(g.link_ports + catom);");
-    w.raw("__builtin_prefetch(g.catom_site + catom);");
     w.raw("if (g.catom_tail == nullptr) return;");
     w.raw("__builtin_prefetch(g.catom_compass + catom);");
+    if (looks.all) w.raw("__builtin_prefetch(g.catom_site + catom);");
     emit_heads_ahead(plan, w);
     w.close();
     w.raw("");
@@ -287,25 +295,30 @@ void emit_amoebots_ahead(const plan::Plan& plan, Writer& w) {
     w.raw("const i32* const ends = g.link_read + g.link_first[catom];");
     w.raw("__builtin_prefetch(ends);");
     w.raw("__builtin_prefetch(ends + kDirections - 1);");
-    if (looks.all || looks.expanded) {
-        if (!looks.all) w.raw("if (!is_expanded(g, catom)) return;");
-        w.raw("if (g.catom_tail == nullptr) return;");
-        w.raw("__builtin_prefetch(g.catom_tail + catom);");
-        w.raw("const u64 site = g.catom_site[catom], row = u64{1} << g.cell_bits[0];");
-        w.raw("for (u64 line = 0; line < 3; ++line) __builtin_prefetch(g.cell_catom + (site + line * row - row));");
-        w.raw("__builtin_prefetch(g.brick_neighbours + (site >> kBrickCellBits) * kBrickNeighbours + kBrickCentre);");
-    }
+    w.raw("if (!is_expanded(g, catom)) return;");
+    w.raw("__builtin_prefetch(ends + 2 * kDirections - 1);");
+    w.raw("__builtin_prefetch(g.catom_tail + catom);");
+    w.raw("__builtin_prefetch(g.catom_site + catom);");
     w.close();
     w.raw("");
     w.open("inline void look_at_neighbours(const Self& s, u32 catom) {");
     w.raw("const Geometry& g = *s.g;");
     w.raw("if (g.catom_tail == nullptr) return;");
     w.raw("const i32* const ends = g.link_read + g.link_first[catom];");
-    w.raw("const u32 ports = g.link_ports[catom];");
-    w.raw("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(g.catom_compass + ends[port]);");
+    w.raw("const i32 ports = places_of(g, catom);");
+    w.raw("i32 least = 0;");
+    w.open("for (i32 port = 0; port < ports; ++port) {");
+    w.raw("least |= ends[port];");
+    w.raw("__builtin_prefetch(g.catom_compass + ends[port]);");
+    w.close();
+    w.raw("// Whether a cell is empty is asked only where there is no link.");
+    w.raw("if (least < 0) __builtin_prefetch(g.catom_site + catom);");
     if (looks.all || looks.expanded) {
         if (!looks.all) w.raw("if (!is_expanded(g, catom)) return;");
-        w.raw("for (u32 port = 0; port < ports; ++port) __builtin_prefetch(g.catom_site + ends[port]);");
+        w.raw("for (i32 port = 0; port < ports; ++port) __builtin_prefetch(g.catom_site + ends[port]);");
+        w.raw("const u64 site = g.catom_site[catom], row = u64{1} << g.cell_bits[0];");
+        w.raw("for (u64 line = 0; line < 3; ++line) __builtin_prefetch(g.cell_catom + (site + line * row - row));");
+        w.raw("__builtin_prefetch(g.brick_neighbours + (site >> kBrickCellBits) * kBrickNeighbours + kBrickCentre);");
     }
     w.close();
 }
@@ -403,11 +416,11 @@ void emit_evaluate(const plan::Plan& plan, Writer& w) {
     emit_catom(plan, w);
     const bool ahead = !plan.program.by_links;
     const bool closer = ahead && follows_rows(plan);
+    const bool far = activates(plan);
     if (ahead)
         emit_look_ahead(plan, w);
     else
-        emit_links_ahead(plan, w);
-    const bool far = activates(plan);
+        emit_links_ahead(plan, far, w);
     if (far) emit_amoebots_ahead(plan, w);
     if (closer) (plan.in_pieces() ? emit_look_closer_by_table : emit_look_closer)(plan, w);
     w.raw("");

@@ -14,7 +14,23 @@ std::string first_rule(const plan::Plan& plan, PredicateId id) {
     return "0";
 }
 
+bool used_up(const plan::Plan& plan, PredicateId id) {
+    if (!plan.program.predicates[id].linear() || plan.of(id).storage != Storage::Rows) return false;
+    return std::ranges::any_of(plan.linear_rules, [&](const RulePlan& r) {
+        const Rule& rule = plan.program.rules[r.rule];
+        if (!r.heads.empty() || !r.branches.empty() || r.steps.size() != 1 || rule.select != Select::None) return false;
+        const auto* m = plan::as<plan::Match>(r.steps[0]);
+        if (m == nullptr || m->predicate != id || !m->at_site || m->read_only || rule.body.size() != 1) return false;
+        return std::ranges::all_of(m->uses, [](plan::ArgumentUse use) { return use == plan::ArgumentUse::Skip; });
+    });
+}
+
 namespace {
+
+// For what a catom is evaluated, if it may hold facts of a predicate that is used up.
+std::string may_hold(const plan::Plan& plan, plan::ColumnId column) {
+    return fmt::format("(s.e->dirty & (kDirtyBorn | {})) != 0", hex(plan.columns[column].own_dirty));
+}
 
 std::string presence(const Stored& s, const std::string& record, const std::string& name) {
     if (s.ranked) return fmt::format("{}.{}_rank != kAbsent", record, name);
@@ -43,6 +59,10 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.line("s.loaded[{}] = true;", id.index());
     if (plan.in_pieces() && !plan.program.predicates[id].linear()) w.line("set_number({}.predicate, {});", view, id.index());
     if (s.storage == Storage::Rows) {
+        if (used_up(plan, id)) {
+            w.line("// There are none but new ones.");
+            w.line("if (!({})) return {}.open(nullptr, 0, {});", may_hold(plan, s.column), view, rule);
+        }
         w.line("const RowsHead& head = rows_of(s, {}, s.catom);", s.column.index());
         w.line("{}.open(reinterpret_cast<const {}_t::Row*>(head.data), head.count, {});", view, name, rule);
     } else {
@@ -156,7 +176,9 @@ void emit_load_and_save(const plan::Plan& plan, Writer& w) {
             const std::string name = predicate_name(plan.program, c.predicates[0]);
             const bool linear = plan.program.predicates[c.predicates[0]].linear();
             const std::string list = linear ? "s." + name + ".list" : "s." + name;
-            const std::string changed = fmt::format("if (s.loaded[{}] && s.{}.changed)", c.predicates[0].index(), name);
+            std::string changed = fmt::format("if (s.loaded[{}] && s.{}.changed)", c.predicates[0].index(), name);
+            if (used_up(plan, c.predicates[0]))
+                changed.insert(changed.size() - 1, fmt::format(" && (s.{}.list.count > 0 || {})", name, may_hold(plan, column)));
             if (!linear) emit_count(plan, c.predicates[0], changed, w);
             if (linear) w.line("{} s.{}.arrange(*s.e);", changed, name);
             if (c.follows_rows && c.exported)

@@ -256,13 +256,13 @@ void RuleEmitter::match_world(const Match& s, WorldSource source) {
             });
         }
         case WorldSource::Target:
-            return w_.open("if (in_target(*s.g, s.site)) {");
+            return w_.open(fmt::format("if (in_target(*s.g, {})) {{", own_cell()));
         case WorldSource::Id:
             return value("static_cast<i64>(id_of(*s.g, s.catom))");
         case WorldSource::Tick:
             return value("s.e->subdomain->now");
         case WorldSource::Cell:
-            return use(s, [&](std::size_t k) { return fmt::format("i64{{cell_coordinate(*s.g, s.site, {})}}", k - 1); });
+            return use(s, [&](std::size_t k) { return fmt::format("i64{{cell_coordinate(*s.g, {}, {})}}", own_cell(), k - 1); });
         case WorldSource::Position: {
             const std::string centre = fresh("centre");
             w_.line("double {}[3];", centre);

@@ -162,6 +162,8 @@ class RuleEmitter {
     // The indexes of bags that a linear rule looks into.
     void declare_indexes();
     std::string each_place(const Match& s);
+    // The site of the catom's cell. In the links form most catoms never ask for it.
+    std::string own_cell() const { return plan_.program.by_links ? "s.g->catom_site[s.catom]" : "s.site"; }
     void match_world(const Match& s, WorldSource source);
 
     // ---- aggregates of matches, in bodies and heads

@@ -185,6 +185,9 @@ void each_rounds_index(const plan::Plan& plan, const plan::StratumPlan& stratum,
 inline std::size_t words_of_rules(const plan::Plan& plan) { return (plan.linear_rules.size() + 63) / 64; }
 // The first rule that derives the predicate, which a trap names.
 std::string first_rule(const plan::Plan& plan, PredicateId id);
+// Whether a linear rule uses up all facts of the predicate, whatever else there is: `p(A, _) -o 1.` Then none is left when a catom has been
+// evaluated, and there are some before only if they are what it is evaluated for: its row need not be read.
+bool used_up(const plan::Plan& plan, PredicateId id);
 
 // A call of a function of the program.
 std::string call(const Scope& scope, check::FunctionId id, const std::vector<check::Term>& operands);

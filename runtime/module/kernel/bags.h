@@ -331,7 +331,8 @@ void store_rows(Eval& e, u16 column, const RowList<Row>& list) {
         for (u32 i = 0; i < list.count; ++i) rows[i] = list.rows[i];
         head.count = list.count;
     } else if (list.count == 0 && head.capacity == 0) {
-        head = {0, 0, nullptr};
+        // Most often nothing was there before: then the memory stays as it is.
+        if (head.count != 0) head = {0, 0, nullptr};
     } else {
         e.host->assign_rows(&e, column, list.rows, list.count);
     }

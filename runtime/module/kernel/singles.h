@@ -46,7 +46,7 @@ struct Single {
             *reinterpret_cast<typename T::Row*>(head.data) = row;
             head.count = 1;
         } else if (!Lists && !holds && head.capacity == 0) {
-            head = {0, 0, nullptr};
+            if (head.count != 0) head = {0, 0, nullptr};
         } else {
             const typename T::Row fact = row;
             e.host->assign_rows(&e, column, &fact, holds);

@@ -151,6 +151,10 @@ class Subdomain {
     }
     // Marks catoms to which it has given the predicate, or from which it has taken it.
     void mark_given(u32 predicate, std::span<const Catom> catoms) { facts_.mark_given(predicate, catoms); }
+    // Evaluator::around_blocks.
+    void around_evaluation(eval::Evaluator::AroundBlock before, eval::Evaluator::AroundBlock after) {
+        facts_.evaluator.around_blocks(std::move(before), std::move(after));
+    }
     void give_numbers(u32 predicate, Catom catom, const tuple::Numbers& numbers, int worker) {
         tuple::give_numbers(module, facts_.columns, predicate, catom, numbers, worker);
         facts_.touch_shared(catom);

@@ -43,7 +43,41 @@ void Activation::resume(Subdomain& subdomain) {
     // A predicate of the program's own with the same name has another kind.
     if (!found || subdomain.module.predicates[*found].kind != PredicateKind::Linear) return;
     const u32 base = subdomain.module.predicates[*found].base;
-    if (base != kNone16 && subdomain.module.predicates[base].column != kNone16) activated_ = base;
+    if (base == kNone16 || subdomain.module.predicates[base].column == kNone16) return;
+    activated_ = base;
+    dirty_ = subdomain.module.columns[subdomain.module.predicates[base].column].own_dirty;
+    given_.resize(static_cast<std::size_t>(subdomain.workers.threads()));
+    subdomain.around_evaluation(
+        [this, &subdomain](int worker, std::span<const Catom> catoms, std::span<const u64> dirty) {
+            if (in_blocks_) give_to_block(subdomain, worker, catoms, dirty);
+        },
+        [this, &subdomain](int worker, std::span<const Catom>, std::span<const u64>) {
+            if (in_blocks_) look_at_block(subdomain, worker);
+        });
+}
+
+void Activation::give_to_block(Subdomain& subdomain, int worker, std::span<const Catom> catoms, std::span<const u64> dirty) {
+    Given& given = given_[static_cast<std::size_t>(worker)];
+    given.now.clear();
+    for (std::size_t i = 0; i < catoms.size(); ++i) {
+        if (!waits_for_fact(catoms[i], dirty[i])) continue;
+        given.now.push_back(catoms[i]);
+        ask_for_facts(subdomain, *activated_, catoms[i]);
+    }
+    for (const Catom catom : given.now) subdomain.give_shared(*activated_, catom, nullptr, worker);
+    given.count += given.now.size();
+}
+
+void Activation::look_at_block(const Subdomain& subdomain, int worker) {
+    Given& given = given_[static_cast<std::size_t>(worker)];
+    for (const Catom catom : given.now)
+        if (holds(subdomain, *activated_, catom)) given.left.push_back(catom);
+}
+
+bool Activation::all_were_given() const {
+    std::size_t count = 0;
+    for (const Given& given : given_) count += given.count;
+    return in_blocks_ && count == now_.size();
 }
 
 void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t turn) {
@@ -54,14 +88,21 @@ void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t 
 
 void Activation::end(Subdomain& subdomain) {
     if (!activated_) return;
+    const bool known = all_were_given();
+    for (const Catom catom : now_) turn_[catom] &= static_cast<std::uint8_t>(~kNow);
     // Those that still have the fact: rules of most have used it up.
     std::vector<std::vector<Catom>> left(static_cast<std::size_t>(subdomain.workers.threads()));
-    each_now(subdomain, [&](int worker, Catom catom) {
-        turn_[catom] &= static_cast<std::uint8_t>(~kNow);
+    const auto take = [&](int worker, Catom catom) {
         // It may have been killed since.
         if (subdomain.owned(catom) && holds(subdomain, *activated_, catom) && subdomain.take_shared(*activated_, catom, nullptr, worker))
             left[static_cast<std::size_t>(worker)].push_back(catom);
-    });
+    };
+    if (known) {
+        for (const Given& given : given_)
+            for (const Catom catom : given.left) take(0, catom);
+    } else {
+        each_now(subdomain, take);
+    }
     for (const std::vector<Catom>& catoms : left) subdomain.mark_given(*activated_, catoms);
     now_.clear();
 }
@@ -91,10 +132,12 @@ void Activation::begin(Subdomain& subdomain) {
 }
 
 void Activation::activate_chosen(Subdomain& subdomain) {
-    each_now(subdomain, [&](int worker, Catom catom) {
-        subdomain.give_shared(*activated_, catom, nullptr, worker);
-        turn_[catom] = kNow | kInRound;
-    });
+    // Modules that users have added may read the fact before it is evaluated.
+    in_blocks_ = world_.components.empty();
+    for (Given& given : given_) given.left.clear(), given.count = 0;
+    for (const Catom catom : now_) turn_[catom] = kNow | kInRound;
+    if (!in_blocks_)
+        each_now(subdomain, [&](int worker, Catom catom) { subdomain.give_shared(*activated_, catom, nullptr, worker); });
     subdomain.mark_given(*activated_, now_);
     activations_ += now_.size();
 }

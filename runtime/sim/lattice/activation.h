@@ -3,10 +3,14 @@
 // In the model one amoebot acts at a time. A tick may hold many activations all the same: those of amoebots whose heads lie in cells of one
 // of the 36 classes, by their coordinates modulo 6. Two of them have no neighbour in common and no empty cell that both touch, so none
 // notices what another does in that tick, and the outcome is that of any order. Cost: a byte of each amoebot is read.
+//
+// The fact lasts for one evaluation. Workers give it just before they evaluate an amoebot, and look just afterwards whether it is left, so
+// that its row comes from memory once.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "runtime/base/bytes.h"
@@ -42,9 +46,24 @@ class Activation {
   private:
     static constexpr std::int32_t kClasses = world::Ensemble::kApart * world::Ensemble::kApart;
 
+    // What a worker has done in the last evaluation; in a line of memory of its own.
+    struct alignas(64) Given {
+        std::vector<Catom> now;   // Amoebots of the last block that were given the fact.
+        std::vector<Catom> left;  // Of all blocks those that still have it.
+        std::size_t count = 0;
+    };
+
     // Notes whose turn it is; then all of those are activated.
     void choose(Catom catom) { now_.push_back(catom); }
     void activate_chosen(Subdomain& subdomain);
+    // Whether it is this amoebot's turn, by what it is evaluated for: whatever has become of it since then has taken that away.
+    bool waits_for_fact(Catom catom, u64 dirty) const {
+        return (dirty & dirty_) != 0 && catom < turn_.size() && (turn_[catom] & kNow) != 0;
+    }
+    void give_to_block(Subdomain& subdomain, int worker, std::span<const Catom> catoms, std::span<const u64> dirty);
+    void look_at_block(const Subdomain& subdomain, int worker);
+    // Whether all whose turn it was had the fact in the last evaluation.
+    bool all_were_given() const;
     // Calls visit(worker, catom) for those whose turn it is, from all workers at once.
     template <class Visit>
     void each_now(Subdomain& subdomain, const Visit& visit) const;
@@ -56,6 +75,9 @@ class Activation {
 
     const world::World& world_;
     std::optional<u32> activated_;
+    u64 dirty_ = 0;                           // Of the fact.
+    bool in_blocks_ = false;                  // Workers give the fact, in this tick.
+    std::vector<Given> given_;                // By worker.
     std::vector<Catom> now_;                  // Who has been activated in the last tick.
     std::vector<std::vector<Catom>> chosen_;  // By each part of a search; memory for it.
     std::vector<std::uint8_t> turn_;          // By catom.
