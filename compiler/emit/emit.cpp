@@ -44,6 +44,7 @@ std::vector<PartBegin> emit_all(const plan::Plan& plan, std::string& text) {
     if (plan.program.by_links) w.raw("#define MELD_BY_LINKS");
     w.line("#include \"runtime/module/kernel/{}.h\"", has_deltas(plan) ? "deltas" : "views");
     if (plan.singles.apply()) w.raw("#include \"runtime/module/kernel/singles.h\"");
+    if (!plan.pulled.empty() && !plan.in_pieces()) w.raw("#include \"runtime/module/kernel/broadcasts.h\"");
     if (has_lookups(plan)) w.raw("#include \"runtime/module/kernel/index.h\"");
     if (std::ranges::any_of(plan.strata, [](const plan::StratumPlan& s) { return !s.semi_naive.empty(); }))
         w.raw("#include \"runtime/module/kernel/rounds.h\"");

@@ -98,6 +98,25 @@ void emit_firings(const plan::Plan& plan, bool fixed, Writer& w) {
     w.close();
 }
 
+// What has been told where it is not in a column is stored with the rest, if it is not consumed.
+void emit_load_heard(const plan::Plan& plan, Writer& w) {
+    for (const PredicateId p : plan.pulled)
+        if (const std::string name = predicate_name(plan.program, p); plan.pulls(p)) w.line("if (s.{0}_heard.come) load_{0}(s);", name);
+}
+
+// The facts of such predicates that the catom begins with.
+void emit_hear(const plan::Plan& plan, Writer& w) {
+    for (const PredicateId p : plan.pulled) {
+        if (!plan.pulls(p)) continue;
+        const std::string name = predicate_name(plan.program, p);
+        const plan::ColumnId column = plan.of(p).column;
+        w.line(
+            "hear<{0}_t, {1}>(e, s.{0}_heard, rows_of(s, {2}, s.catom), (todo & {3}) != 0 ? e.subdomain->broadcasts[{2}].heard : nullptr,",
+            name, plan.columns[column].row_bytes <= kShortRow, column.index(), hex(plan.columns[column].own_dirty));
+        w.raw("    s.neighbour, s.ports);");
+    }
+}
+
 void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     const bool fixed = fixed_marks(plan);
     w.line("u64 active[{}] = {{}};", words_of_rules(plan));
@@ -107,8 +126,10 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
         // Initial facts are in lists.
         w.line("if ({}e.tells_firings || !evaluate_singles(s, active)) evaluate_lists(s, active);",
                plan.initial_facts.empty() ? "" : "(todo & kDirtyBorn) != 0 || ");
-    else
+    else {
+        emit_load_heard(plan, w);
         emit_firings(plan, fixed, w);
+    }
 }
 
 // Where facts may be variables, the code for lists of them is out of the way.
@@ -117,6 +138,7 @@ void emit_lists(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.open(fmt::format("[[gnu::noinline]] static void evaluate_lists(Self& s, u64 (&active)[{}]) {{", words_of_rules(plan)));
     w.raw("Eval& e = *s.e;");
+    emit_load_heard(plan, w);
     emit_firings(plan, true, w);
     w.close();
 }
@@ -146,6 +168,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     each_index_member(plan, [&](const std::string&, const std::string& name) { w.line("s.{}.reset();", name); });
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
+    emit_hear(plan, w);
     if (!plan.initial_facts.empty()) {
         w.open("if (todo & kDirtyBorn && id_of(*s.g, s.catom) >= e.subdomain->first_unborn) {");
         for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(plan, r), rule_function(plan, r.rule));

@@ -338,26 +338,19 @@ void RuleEmitter::open_letters(const std::vector<HeadPlan>& heads) {
             [&](const plan::With& with) { open_letters(with.heads); });
 }
 
-// The one fact of a comprehension that goes to all neighbours alike, or null.
-const MakeFact* RuleEmitter::to_all_neighbours(const plan::ForAll& h) const {
-    if (h.steps.size() != 1 || h.heads.size() != 1 || plan_.counts) return nullptr;
-    const auto* each = as<plan::EachNeighbour>(h.steps[0]);
-    const MakeFact* fact = as<MakeFact>(h.heads[0]);
-    const bool all = each != nullptr && each->place.valid() && !each->port.bind.valid() && each->port.equals.op == Op::Anonymous;
-    return all && fact != nullptr && fact->alike && fact->place == each->place ? fact : nullptr;
-}
-
 void RuleEmitter::comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made) {
     const Scope before = scope_;
     // Its body may match what the rule's body has kept, and even consume it.
     const std::vector<Matched> consumed = std::exchange(consumed_, {}), kept = std::exchange(kept_, {});
     keep_invariants(h.heads);
-    if (const MakeFact* fact = aggregates.empty() ? to_all_neighbours(h) : nullptr) {
+    if (const MakeFact* fact = aggregates.empty() && !plan_.counts ? plan::to_all_neighbours(h) : nullptr) {
         // What may fail is not computed for nobody.
         const bool may_fail = plan::may_fail(plan_.program, fact->arguments);
         if (may_fail) w_.open("if (any_neighbour(s.neighbour, ports_of(s))) {");
         make_row(*fact);
-        w_.line("send_to_neighbours<{}>(*s.e, s.neighbour, ports_of(s), {}, {}, row);", !plan_.program.by_links, fact->predicate.index(),
+        const std::string send =
+            plan_.pulls(fact->predicate) ? "tell_neighbours" : fmt::format("send_to_neighbours<{}>", !plan_.program.by_links);
+        w_.line("{}(*s.e, s.neighbour, ports_of(s), {}, {}, row);", send, fact->predicate.index(),
                 plan_.of(fact->predicate).column.index());
         if (may_fail) w_.close();
         restore(before);

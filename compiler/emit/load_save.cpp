@@ -58,7 +58,10 @@ void emit_load(const plan::Plan& plan, PredicateId id, Writer& w) {
     w.open(open + " {");
     w.line("s.loaded[{}] = true;", id.index());
     if (plan.in_pieces() && !plan.program.predicates[id].linear()) w.line("set_number({}.predicate, {});", view, id.index());
-    if (s.storage == Storage::Rows) {
+    if (plan.pulls(id)) {
+        w.line("{0}.open({0}_heard.rows, {0}_heard.count, {1});", view, rule);
+        w.line("{0}.changed = {0}_heard.come;", view);
+    } else if (s.storage == Storage::Rows) {
         if (used_up(plan, id)) {
             w.line("// There are none but new ones.");
             w.line("if (!({})) return {}.open(nullptr, 0, {});", may_hold(plan, s.column), view, rule);

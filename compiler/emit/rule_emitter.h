@@ -224,7 +224,6 @@ class RuleEmitter {
     bool is_invariant(const Term& term) const;
     // The same for facts that go to many alike, each written once.
     void open_letters(const std::vector<HeadPlan>& heads);
-    const MakeFact* to_all_neighbours(const plan::ForAll& h) const;
     // The heads of every match, which also feed the aggregates; `made` has an accumulator for each.
     void comprehension(const plan::ForAll& h, const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);
     void accumulate_match(const std::vector<HeadAggregate>& aggregates, const std::vector<Accumulator>& made);

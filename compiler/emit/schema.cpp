@@ -129,9 +129,6 @@ Lists lists_of(const plan::Plan& plan, plan::ColumnId id, const TypeTable& types
     return out;
 }
 
-// Rows of at most so many bytes are copied in a few instructions.
-constexpr std::uint32_t kShortRow = 32;
-
 // The linear predicates of which some rule sends facts.
 std::set<PredicateId> sent_facts(const plan::Plan& plan) {
     std::set<PredicateId> sent;
@@ -393,6 +390,14 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     std::string includes;
     for (const std::optional<std::uint32_t>& source : p.includes) includes += source ? std::to_string(*source) + ", " : "kNone32, ";
     w.line("static constexpr u32 kIncludes[] = {{{}kNone32}};", includes);
+    std::string broadcasts;
+    std::size_t broadcast_count = 0;
+    for (const PredicateId id : plan.pulled) {
+        if (!plan.pulls(id)) continue;
+        broadcasts += fmt::format("{}, ", plan.of(id).column.index());
+        ++broadcast_count;
+    }
+    if (broadcast_count > 0) w.line("static constexpr u16 kBroadcasts[] = {{{}}};", broadcasts);
     const std::set<std::uint64_t> named = named_nodes(p);
     w.line("static constexpr u64 kNamedNodes[] = {{{}0}};", named.empty() ? "" : fmt::format("{}, ", fmt::join(named, ", ")));
     w.raw("");
@@ -401,10 +406,10 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
            p.includes.size());
     w.line(
         "{}, kTypes, {}, kPredicates, {}, kColumns, {}, kParameters, {}, kRules, kLinkCount, kLinks, {}, kNamedNodes, {}, "
-        "evaluate, {}, {}, {}, {}, {}, {}, {}, {}, {}, {},",
+        "evaluate, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}",
         types.count(), p.predicates.count(), plan.columns.count(), p.constants.count(), p.rules.count(), named.size(), plan.reads_tick,
         plan.counts, plan.places, sends(plan), p.by_links, waits(plan), p.worlds == check::Worlds::Graphs, finds_ways(plan),
-        makes_nodes(plan), plan.idle_births, p.own_graph);
+        makes_nodes(plan), plan.idle_births, p.own_graph, broadcast_count == 0 ? "" : fmt::format("{}, kBroadcasts,", broadcast_count));
     w.close("};");
 }
 

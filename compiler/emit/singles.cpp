@@ -32,7 +32,10 @@ void emit_evaluate_singles(const plan::Plan& plan, Writer& w) {
     w.raw("Singles one;");
     w.raw("one.full = false;");
     each_predicate(plan, [&](PredicateId p, const std::string& name) {
-        w.line("if (!one.{}.open(rows_of(s, {}, s.catom))) return false;", name, plan.of(p).column.index());
+        if (plan.pulls(p))
+            w.line("one.{0}.open(s.{0}_heard.rows, s.{0}_heard.count, s.{0}_heard.come);", name);
+        else
+            w.line("if (!one.{}.open(rows_of(s, {}, s.catom))) return false;", name, plan.of(p).column.index());
     });
     w.open("for (;;) {");
     w.raw("bool fired = false;");

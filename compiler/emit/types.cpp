@@ -266,6 +266,7 @@ void emit_self(const plan::Plan& plan, Writer& w) {
         if (!has_view(plan, id)) continue;
         const std::string name = predicate_name(plan.program, id);
         w.line("{}<{}_t> {};", plan.program.predicates[id].linear() ? "Bag" : "Relation", name, name);
+        if (plan.pulls(id)) w.line("Heard<{0}_t> {0}_heard;", name);
     }
     for (const plan::StratumPlan& s : plan.strata)
         for (const PredicateId id : s.predicates)

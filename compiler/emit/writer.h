@@ -242,6 +242,8 @@ bool keeps_fronts(const plan::Plan& plan);
 bool combines_at_catom(const check::Predicate& p);
 // Whether the predicate has a working view (a Relation or a Bag) in Self.
 bool has_view(const plan::Plan& plan, PredicateId id);
+// Rows of at most so many bytes are copied in a few instructions.
+inline constexpr std::uint32_t kShortRow = 32;
 // Whether some argument of its facts points to a list.
 bool has_lists(const plan::Stored& stored);
 

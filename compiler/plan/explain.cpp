@@ -1,5 +1,6 @@
 // The output of --explain-rules: how each predicate is stored; where each rule runs, in which order it reads and why, and what it sends.
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -300,12 +301,15 @@ class Explainer {
         });
     }
     void sent(const std::vector<HeadPlan>& heads, const check::Rule& rule, std::string& out) const {
+        std::set<const MakeFact*> told;
         each_head_plan(heads, [&](const HeadPlan& h) {
+            if (const ForAll* all = as<ForAll>(h)) told.insert(to_all_neighbours(*all));
             const MakeFact* fact = as<MakeFact>(h);
             if (fact == nullptr || fact->place == rule.site || !rule.linear) return;
             out += fmt::format("{}{} to {}", out.empty() ? "" : ", ", program_.predicates[fact->predicate].name,
                                rule.variables[fact->place].name);
             if (fact->alike) out += ", written once for all";
+            if (told.contains(fact) && plan_.pulls(fact->predicate)) out += ", who read it there while nobody looks on";
             if (!fact->difference.empty()) out += fmt::format(", written for each ({})", fact->difference);
         });
     }

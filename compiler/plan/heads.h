@@ -96,6 +96,15 @@ void each_head_plan(const std::vector<HeadPlan>& heads, const Visit& visit) {
     }
 }
 
+// The one fact of a comprehension that goes to all neighbours alike, or null. Known after the letters.
+inline const MakeFact* to_all_neighbours(const ForAll& h) {
+    if (h.steps.size() != 1 || h.heads.size() != 1) return nullptr;
+    const EachNeighbour* each = as<EachNeighbour>(h.steps[0]);
+    const MakeFact* fact = as<MakeFact>(h.heads[0]);
+    const bool all = each != nullptr && each->place.valid() && !each->port.bind.valid() && each->port.equals.op == check::Op::Anonymous;
+    return all && fact != nullptr && fact->alike && fact->place == each->place ? fact : nullptr;
+}
+
 // The steps for which a head repeats its inner heads; null for all other heads.
 inline const std::vector<Step>* steps_of(const HeadPlan& head) {
     if (const ForAll* all = as<ForAll>(head)) return &all->steps;

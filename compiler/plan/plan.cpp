@@ -47,6 +47,7 @@ constexpr Pass kPasses[] = {
     {.name = "sweep", .kind = kOptional, .on_plan = plan_sweeps, .plan_promise = verify_sweeps},
     {.name = "singles", .kind = kOptional, .on_plan = find_singles},
     {.name = "letters", .kind = kOptional, .on_plan = find_letters},
+    {.name = "pull", .kind = kOptional, .on_plan = find_pulled},
     {.name = "births", .kind = kOptional, .on_plan = find_idle_births},
     {.name = "share", .kind = kOptional, .on_plan = share_prefixes},
     {.name = "indexes", .kind = kOptional, .on_plan = choose_indexes},

@@ -152,6 +152,7 @@ struct Plan {
     std::vector<RulePlan> linear_rules;   // In order of priority.
     std::vector<RulePlan> initial_facts;  // Linear axioms, given once to every new catom.
     Singles singles;
+    std::vector<PredicateId> pulled;  // Linear predicates that catoms tell all their neighbours alike, who may read them there (pull.cpp).
     bool reads_tick = false;
     bool idle_births = false;  // As in ModuleInfo.
     bool counts = false;       // The module is to count what its rules do.
@@ -162,6 +163,8 @@ struct Plan {
     bool checked = false;  // Its code is to check what it takes for granted (runtime/module/kernel/check.h).
 
     bool in_pieces() const { return !stable_names.empty(); }
+    // A long module in pieces keeps to rows.
+    bool pulls(PredicateId p) const { return !in_pieces() && std::find(pulled.begin(), pulled.end(), p) != pulled.end(); }
     const Stored& of(PredicateId p) const {
         MELD_EXPECT(p.valid() && p.index() < stored.size(), "predicate {} of {}", p.index(), stored.size());
         return stored[p.index()];
@@ -225,6 +228,8 @@ void plan_searches(Plan& plan);
 // Finds whether linear facts may be variables while a catom holds one of each.
 void find_singles(Plan& plan);
 void find_letters(Plan& plan);
+// Finds the linear facts that receivers may read where their senders have written them.
+void find_pulled(Plan& plan);
 // Finds whether a catom without facts has nothing to do when it is born.
 void find_idle_births(Plan& plan);
 // Lets rules of one predicate that begin with the same steps share them.

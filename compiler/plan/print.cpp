@@ -76,6 +76,9 @@ class Printer {
                 messages += (messages.empty() ? ", beside any number of " : ", ") + program_.predicates[p].name;
             out_ += fmt::format("  in variables, while there is at most one of each: {}{}\n", facts, messages);
         }
+        std::string pulled;
+        for (const PredicateId p : plan_.pulled) pulled += (pulled.empty() ? "" : ", ") + program_.predicates[p].name;
+        if (!pulled.empty()) out_ += fmt::format("  told to all neighbours, who read it there while nobody looks on: {}\n", pulled);
         for (const RulePlan& r : plan_.linear_rules) rule(r);
         return out_;
     }

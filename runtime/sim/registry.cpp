@@ -28,6 +28,7 @@ class NoMotion : public SimModule {
         return {};
     }
     Result<void> saveable() const override { return {}; }
+    bool leaves_facts_alone(const Subdomain&) const override { return true; }
     bool divides_anew() const override { return true; }
 };
 

@@ -334,6 +334,14 @@ std::int64_t Simulation::last_tick(const RunLimits& limits) const {
 // A hand-written module may sense anything at any time: with one, only the number of ticks ends the run.
 bool Simulation::may_be_quiet(const RunLimits& limits) const { return codes_.empty() || limits.ticks < 0; }
 
+bool Simulation::runs_unseen(const RunLimits& limits) const {
+    const world::World& world = subdomain_.world;
+    if (limits.looks || subdomain_.tick() + 1 >= last_tick(limits) || subdomain_.totals.actions > 0) return false;
+    if (!world.events.empty() || !world.faults.empty() || world.apart() || !codes_.empty() || unsettled_) return false;
+    const auto alone = [&](const auto& m) { return m->leaves_facts_alone(subdomain_); };
+    return std::ranges::all_of(modules_, alone) && std::ranges::all_of(extra_, alone);
+}
+
 Result<void> Simulation::step(const RunLimits& limits) {
     subdomain_.set_strict(limits.strict);
     if (auto done = run_tick(); !done) return done;
@@ -359,14 +367,18 @@ Result<void> Simulation::run(const RunLimits& limits, const std::function<void()
     std::optional<Ending> ended = may_be_over ? ended_with_this_tick(may_end) : std::nullopt;
     while (!ended && subdomain_.tick() < most) {
         if (limits.ticks < 0 && !unsettled_ && subdomain_.tick() >= most - Unsettled::kTicks) unsettled_.emplace(subdomain_.module);
+        subdomain_.leave_broadcasts(runs_unseen(limits));
         if (auto done = run_tick(); !done) {
             result = done;
             break;
         }
+        if (next_partition_ || subdomain_.totals.actions > 0) subdomain_.deliver_broadcasts();
         each();
         if (result = check_tick(); !result) break;
         ended = ended_with_this_tick(may_end);
     }
+    subdomain_.leave_broadcasts(false);
+    subdomain_.deliver_broadcasts();
     if (ended) summary_.ending = *ended;
     soon.reset();
     if (result && at_end) at_end();

@@ -29,6 +29,8 @@ struct RunLimits {
     // A derivation of a view that has no value ends the run at once, not only if it is still there at quiescence or an action or a linear
     // rule would read what depends on it.
     bool strict = false;
+    // Whether the function that is called after every tick looks at facts or changes any.
+    bool looks = true;
 };
 
 // Why a run ended.
@@ -136,6 +138,8 @@ class Simulation {
     // Whether the last tick was the last of the run.
     std::optional<Ending> ended_with_this_tick(bool may_be_quiet) const;
     std::int64_t last_tick(const RunLimits& limits) const;
+    // Whether nobody looks at facts between the next tick and the one after it, as far as is known, and no links change.
+    bool runs_unseen(const RunLimits& limits) const;
     bool may_be_quiet(const RunLimits& limits) const;
     // The error that remains at quiescence, if quiescence is reached and there is one.
     Result<void> check_defined();

@@ -53,7 +53,7 @@ struct Run {
     // Runs to quiet; returns CPU seconds.
     double settle() {
         const double before = cpu_now();
-        need(simulation->run({}, [] {}));
+        need(simulation->run({.looks = false}, [] {}));
         return cpu_now() - before;
     }
 };

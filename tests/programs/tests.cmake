@@ -26,6 +26,9 @@ foreach(program leader flood_election pagerank pagerank_async)
   meld_sizes_test(conditions_${program} ${CMAKE_CURRENT_LIST_DIR}/conditions_test.py $<TARGET_FILE:meldsim>
     ${CMAKE_SOURCE_DIR}/examples/meld ${program})
 endforeach()
+# What is read where it was written, beside what is delivered.
+add_test(NAME broadcasts COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/broadcasts_test.py --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(broadcasts PROPERTIES TIMEOUT 300 PROCESSORS 2)
 # The set-up, on all threads.
 meld_sizes_test(program_setup ${CMAKE_CURRENT_LIST_DIR}/setup_test.py $<TARGET_FILE:meldsim>)
 # Catoms that die while others go on.

@@ -41,7 +41,17 @@ struct Options {
 };
 
 // All settings a trial is run in besides the plain one; each trial of a seed takes another few of them.
-const std::vector<Setting> kSettings = {{1, 2}, {2, 1}, {3, 1}, {4, 1}, {2, 2}, {3, 2}, {4, 2}};
+const std::vector<Setting> kSettings = {{1, 2},
+                                        {2, 1},
+                                        {3, 1},
+                                        {.unseen = true},
+                                        {.processes = 3, .unseen = true},
+                                        {.threads = 2, .unseen = true},
+                                        {4, 1},
+                                        {2, 2},
+                                        {3, 2},
+                                        {4, 2},
+                                        {.processes = 2, .threads = 2, .unseen = true}};
 
 // The same, and some runs that are killed and stopped, for a trial whose failure is looked for.
 std::vector<Setting> all_settings() {

@@ -311,7 +311,8 @@ Result<void> Run::tick_to_the_end() {
     const auto at_end = [&] {
         if (checkpoints_) checkpoints_->at_end();
     };
-    return simulation_->run({options_.ticks, options_.strict}, each, at_end);
+    const bool looks = checkpoints_ || watches_ != nullptr;
+    return simulation_->run({options_.ticks, options_.strict, looks}, each, at_end);
 }
 
 Result<void> Run::write_facts() {

@@ -17,6 +17,7 @@ class RoomToGrow : public sim::SimModule {
     Result<void> start(sim::Subdomain& subdomain) override;
     // Errors: there is no room.
     Result<void> after(sim::Subdomain& subdomain) override;
+    bool leaves_facts_alone(const sim::Subdomain&) const override { return true; }
     // Nothing of a result depends on what it keeps.
     Result<void> saveable() const override { return {}; }
 

@@ -53,6 +53,16 @@ class Agenda {
             }
         }
     }
+    // The same for the catoms of a group, one bit for each.
+    void mark_group(u32 group, u64 catoms, u64 bits) {
+        MELD_EXPECT(group < active_.size() && catoms != 0, "group {}", group);
+        for (u64 left = stored(bits); left != 0; left &= left - 1) {
+            const u32 bit = static_cast<u32>(std::countr_zero(left));
+            plane(bit)[group] |= catoms;
+            active_[group] |= u32{1} << bit;
+        }
+        summary_[group / 64] |= u64{1} << (group % 64);
+    }
     // The same from several threads at once; the result does not depend on their order.
     void mark_shared(u32 catom, u64 bits) {
         check(catom, bits);

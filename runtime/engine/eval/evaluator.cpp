@@ -21,6 +21,8 @@ constexpr std::size_t kMinGroups = 4, kMaxGroups = 16, kSharesOfThread = 4;
 // Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
 // one matter again, and then all processes must agree on whether it still exists.
 constexpr i64 kSweepTicks = 64;
+// Broadcasts are left where one catom in so many lies in a group that is evaluated.
+constexpr std::size_t kDense = 8;
 
 // Marks the neighbours of a catom, several at a time.
 void mark_around(const Geometry& g, u32 catom, u64 bits, Agenda& agenda) {
@@ -66,7 +68,12 @@ void swap_records(u8* a, u8* b, u32 bytes) {
 }  // namespace
 
 Evaluator::Evaluator(const ModuleInfo& module, tuple::Columns& columns, Workers& workers, Positions positions)
-    : module_(module), columns_(columns), workers_(workers), positions_(std::move(positions)), requests_(module, columns) {
+    : module_(module),
+      columns_(columns),
+      workers_(workers),
+      positions_(std::move(positions)),
+      requests_(module, columns),
+      broadcasts_(module) {
     Thread::connect_memory(host_);
     Thread::connect_writes(host_);
     Thread::connect_messages(host_);
@@ -158,6 +165,9 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     MELD_EXPECT(subdomain.columns == columns_.pointers() && (groups_.empty() || subdomain.geometry.catom_state != nullptr),
                 "the arrays of the subdomain are not up to date");
     MELD_ASSERT(std::is_sorted(groups_.begin(), groups_.end()), "the agenda is not in the order of memory");
+    // An agenda with few groups is that of a wave, whose few rows are not worth looking for at all catoms.
+    const bool dense = groups_.size() * Agenda::kGroup * kDense >= columns_.count();
+    broadcasts_.begin(subdomain, leave_broadcasts_ && dense, columns_.count());
     if (counts_) counts_->room_for_ports(std::max<std::size_t>(kMaxPorts, subdomain.geometry.most_ports));
     columns_.changes().begin_evaluation();
     const std::size_t share = groups_.size() / (threads_.size() * kSharesOfThread);
@@ -169,6 +179,7 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
         const std::size_t from = block * at_once, to = std::min(groups_.size(), from + at_once);
         if (!t.cut) evaluate_groups(subdomain, t, worker, std::span(groups_).subspan(from, to - from));
     });
+    broadcasts_.end(agenda());
     columns_.changes().end_evaluation(!acts_ ? acts_ : [&](u32 catom) { return waits(subdomain.geometry, catom); });
     enter(log_, TickLog::Stage::Commit);
     if (before_commit_) before_commit_();
@@ -286,7 +297,7 @@ void Evaluator::gather(const SubdomainView& subdomain) {
         statistics_.cut = statistics_.cut || t->cut;
         passed_over_ = passed_over_ || t->passed_over;
         statistics_.changes += t->records.size() + t->rows.size() + t->row_changes.size();
-        statistics_.messages += t->messages.size() + t->outbox.count() + t->far_messages.size();
+        statistics_.messages += t->messages.size() + t->outbox.count() + t->outbox.said() + t->far_messages.size();
         far_messages_.insert(far_messages_.end(), t->far_messages.begin(), t->far_messages.end());
         t->far_messages.clear();
         births_.insert(births_.end(), t->births.begin(), t->births.end());

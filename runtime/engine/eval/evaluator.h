@@ -14,6 +14,7 @@
 #include "runtime/base/process/tick_log.h"
 #include "runtime/base/radix_sort.h"
 #include "runtime/engine/eval/agenda.h"
+#include "runtime/engine/eval/broadcasts.h"
 #include "runtime/engine/eval/counts.h"
 #include "runtime/engine/eval/failure.h"
 #include "runtime/engine/eval/firing.h"
@@ -57,7 +58,7 @@ class Evaluator {
     const Agenda& agenda() const { return agendas_[next_agenda_]; }
     // Makes room for this many catoms.
     void resize(std::size_t catoms);
-    std::size_t bytes() const { return agendas_[0].bytes() + agendas_[1].bytes(); }
+    std::size_t bytes() const { return agendas_[0].bytes() + agendas_[1].bytes() + broadcasts_.bytes(); }
     Tombstones& tombstones() { return tombstones_; }
     const Tombstones& tombstones() const { return tombstones_; }
     Undefined& undefined() { return undefined_; }
@@ -112,6 +113,11 @@ class Evaluator {
     // Some record has changed in the last tick, and a neighbour is not looked at again because of it, as it is not concerned. The change
     // has been on its way to that neighbour all the same, and so the run takes another tick.
     bool passed_over() const { return passed_over_; }
+
+    // What catoms tell all their neighbours alike may stay where they write it, for their neighbours to read in the next evaluation, if
+    // many are evaluated. Until then, or until it is delivered, nobody looks at facts, and no links change.
+    void leave_broadcasts(bool leave) { leave_broadcasts_ = leave; }
+    Broadcasts& broadcasts() { return broadcasts_; }
 
     // Called for every exported change while it is committed, from several threads; `thread` says which. May be empty.
     using OnExport = std::function<void(int thread, u32 catom, u16 column)>;
@@ -216,6 +222,8 @@ class Evaluator {
     Undefined undefined_;
     Timers timers_;
     Requests requests_;
+    Broadcasts broadcasts_;
+    bool leave_broadcasts_ = false;
     bool apart_ = false;
     std::function<bool(u32)> acts_, left_out_;
     std::function<u32(u32)> reader_;

@@ -68,6 +68,13 @@ class Outbox {
         return all;
     }
 
+    // Facts that are in Broadcast::said.
+    std::size_t said() const {
+        std::size_t all = 0;
+        for (const Outgoing& place : places_) all += place.said;
+        return all;
+    }
+
     // The chunks stay, so that a steady tick allocates nothing.
     void clear() {
         for (std::size_t c = 0; c < columns_.size(); ++c) {

@@ -33,6 +33,7 @@
 //   6. When all blocks are done: the exported records, rows and changes become visible, each marking the neighbours with the
 //      column's reader_dirty; or only those that ColumnInfo::concerned names, once all records are visible. Then losses are stored,
 //      timers set, and messages sorted by receiver, sender and number.
+//      Where nobody looks on, facts for all neighbours alike are not among them: the neighbours read them in the next tick (Broadcast).
 //   7. Rows that were sent are put in order with arrange and compare_rows, and messages are delivered as given facts; messages for
 //      other processes and changed exports are exchanged; receivers are marked and see these facts in the next tick. Actions are
 //      carried out at the start of the next tick, in order of catom id.
@@ -155,7 +156,20 @@ struct Outgoing {
     u8* next = nullptr;  // Where the next entry goes, if it ends before `end`.
     u8* end = nullptr;
     u64 sent = 0;  // Rows, one for each receiver.
+    u64 said = 0;  // The same of facts that are in Broadcast::said instead.
 };
+
+// For a linear predicate that catoms tell all their neighbours alike (ModuleInfo::broadcasts): where each of them writes what it says, for
+// its neighbours to read in the next tick, so that no rows are delivered. A catom has at most one entry a tick; what else it sends is rows.
+// An entry is the round as a u64, which says whether it is of this tick or older, and the row. There is also one at -1, for a neighbour
+// that is not there; nothing is said there.
+struct Broadcast {
+    const u8* heard = nullptr;  // [catom]: entries of the last tick, whose round is one less than that of this tick; null: there are none.
+    u8* said = nullptr;         // [catom]: of this tick; null: everything goes as rows.
+    u8* woken = nullptr;        // [catom]: set to 1 for each receiver, by several threads.
+};
+// How long an entry is.
+constexpr u64 broadcast_bytes(u64 row_bytes) { return sizeof(u64) + ((row_bytes + 7) & ~u64{7}); }
 
 // Rows that a column of one catom has lost and gained, each sorted by group; a row whose value changed is in both.
 struct RowChanges {
@@ -205,6 +219,9 @@ struct SubdomainView {
     // [column][catom]: the rows that changed since the catom's readers were last evaluated, or null. Null if the column does not record its
     // changes by row.
     const RowChanges* const* const* changes = nullptr;
+    const Broadcast* broadcasts = nullptr;  // [column]; null: the module has none.
+    u64 broadcast_round = 0;                // Of this tick.
+    bool alone = true;                      // No other process has catoms.
     const Value* parameters = nullptr;
     i64 now = 0;  // The tick.
     u64 seed = 0;
@@ -402,16 +419,18 @@ struct ModuleInfo {
     bool reads_tick;         // Some rule reads `tick`: every catom is evaluated in every tick.
     // Evaluates catoms[0..count) to their local fixpoints, each with its dirty word.
     void (*evaluate)(Eval*, const u32* catoms, const u64* dirty, u32 count);
-    bool counts;       // It counts what its rules do,
-    bool places;       // or at least says where it is, as Eval::place (counts_abi.h).
-    bool sends;        // Some rule sends linear facts.
-    bool by_links;     // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
-    bool waits;        // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
-    bool for_graphs;   // It was compiled for graphs only,
-    bool finds_ways;   // and some rule sends facts to nodes that no link need lead to,
-    bool makes_nodes;  // or makes nodes.
-    bool idle_births;  // No rule does anything at a catom where no fact holds, while nothing is read at its neighbours.
-    bool own_graph;    // Without a world it runs in the graph of the nodes and links that its text names.
+    bool counts;              // It counts what its rules do,
+    bool places;              // or at least says where it is, as Eval::place (counts_abi.h).
+    bool sends;               // Some rule sends linear facts.
+    bool by_links;            // It finds neighbours in the tables of links, not by geometry (Geometry::link_first).
+    bool waits;               // Some aggregate waits for its neighbours, in masks of ports: of 32 at most.
+    bool for_graphs;          // It was compiled for graphs only,
+    bool finds_ways;          // and some rule sends facts to nodes that no link need lead to,
+    bool makes_nodes;         // or makes nodes.
+    bool idle_births;         // No rule does anything at a catom where no fact holds, while nothing is read at its neighbours.
+    bool own_graph;           // Without a world it runs in the graph of the nodes and links that its text names.
+    u32 broadcast_count = 0;  // Of columns with a Broadcast.
+    const u16* broadcasts = nullptr;
 };
 
 }  // namespace meld

@@ -62,10 +62,14 @@ struct Messages {
     bool changed;
 
     [[gnu::always_inline]] bool open(const RowsHead& head) {
-        rows = reinterpret_cast<const typename T::Row*>(head.data);
-        count = head.count;
-        changed = false;
+        open(reinterpret_cast<const typename T::Row*>(head.data), head.count, false);
         return true;
+    }
+    // elsewhere: not all of them are in the column.
+    [[gnu::always_inline]] void open(const typename T::Row* from, u32 n, bool elsewhere) {
+        rows = from;
+        count = n;
+        changed = elsewhere;
     }
     [[gnu::always_inline]] void take(u32 first) {
         rows += first;
@@ -81,10 +85,10 @@ struct Messages {
     [[gnu::always_inline]] void store(Eval& e, u16 column) const {
         if (!changed) return;
         RowsHead& head = reinterpret_cast<RowsHead*>(e.subdomain->columns[column])[e.catom];
-        if (!Lists && count == 0 && head.capacity == 0)
-            head = {0, 0, nullptr};
-        else
+        if (Lists || count != 0 || head.capacity != 0)
             e.host->assign_rows(&e, column, rows, count);
+        else if (head.count != 0)
+            head = {0, 0, nullptr};
     }
 };
 

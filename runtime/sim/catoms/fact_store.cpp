@@ -111,9 +111,34 @@ void FactStore::deliver_rows(u16 column, Here here) {
     }
     if (info.list_count > 0) evaluator.hand_over_lists(column, arrived.lists());
     arrived.end(workers_);
-    evaluator.agenda().mark_all(arrived.receivers(), info.own_dirty);
+    mark_arrived(column);
+}
+
+void FactStore::mark_arrived(u16 column) {
+    const tuple::ArrivedRows& arrived = columns.arrived();
+    evaluator.agenda().mark_all(arrived.receivers(), module_.columns[column].own_dirty);
     if (followers_.empty()) return;
     for (const u32 catom : arrived.receivers()) touch(catom);
+}
+
+void FactStore::deliver_broadcasts(const Geometry& geometry) {
+    eval::Broadcasts& left = evaluator.broadcasts();
+    if (!left.waiting()) return;
+    tuple::ArrivedRows& arrived = columns.arrived();
+    const auto everyone = [](u32) { return true; };
+    for (u32 i = 0; i < module_.broadcast_count; ++i) {
+        const u16 column = module_.broadcasts[i];
+        const auto each_copy = [&](const auto& visit) {
+            left.each(column, [&](u32 from, const u8* row) { each_link(geometry, from, [&](i32, u32 to) { visit(to, row); }); });
+        };
+        arrived.open(column, false);
+        each_copy([count = arrived.counter(everyone)](u32 to, const u8*) { count(&to, 1); });
+        arrived.make_room();
+        each_copy([place = arrived.placer<0>(everyone)](u32 to, const u8* row) { place(&to, 1, row); });
+        arrived.end(workers_);
+        mark_arrived(column);
+    }
+    left.delivered();
 }
 
 bool FactStore::take(u32 predicate, u32 catom, const Value* arguments, int worker) {

@@ -37,6 +37,8 @@ class FactStore {
     // Gives the rows that catoms of this process have sent in the last evaluation to their receivers here, which are marked. everyone: all
     // catoms are here.
     void deliver_sent(const Geometry& geometry, bool everyone);
+    // The same of what catoms have told all their neighbours, if it has been left where they wrote it (Evaluator::leave_broadcasts).
+    void deliver_broadcasts(const Geometry& geometry);
     bool take(u32 predicate, u32 catom, const Value* arguments, int worker = 0);
     // The same from all workers at once, for different catoms; the caller marks them.
     bool give_shared(u32 predicate, u32 catom, const Value* arguments, int worker);
@@ -96,6 +98,7 @@ class FactStore {
     // here(catom): whether it is owned.
     template <class Here>
     void deliver_rows(u16 column, Here here);
+    void mark_arrived(u16 column);
     u64 own_dirty(u32 predicate) const { return module_.columns[module_.predicates[predicate].column].own_dirty; }
     // A given fact is private to its catom; the planner derives from it what neighbours may read.
     void check_given(u32 predicate) const;

@@ -45,6 +45,9 @@ class SimModule {
     virtual void struck(Subdomain&) {}
     // After evaluation, before the tick is counted.
     virtual Result<void> after(Subdomain&) { return {}; }
+    // Whether it neither reads nor changes facts, catoms or links in step() and after() of ticks in which no action is carried out or
+    // asked for. Where all modules say so, linear facts need not be delivered before rules read them.
+    virtual bool leaves_facts_alone(const Subdomain&) const { return false; }
     // Whether a snapshot can hold what it keeps between two ticks: yes for a module that keeps nothing, and for one that saves all of it
     // below. Whoever does not say so makes a checkpoint an error rather than wrong.
     virtual Result<void> saveable() const {

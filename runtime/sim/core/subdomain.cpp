@@ -21,6 +21,7 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
           const world::Vec3 at = members_.sensed_position(catom);
           for (std::size_t i = 0; i < 3; ++i) out[i] = at[i];
       }) {
+    abi_.alone = alone();
     if (module.finds_ways && world.is_graph()) {
         const bool anywhere =
             world.network.reach.value_or(module.makes_nodes ? world::Reach::Any : world::Reach::Links) == world::Reach::Any;

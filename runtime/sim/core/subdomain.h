@@ -135,6 +135,10 @@ class Subdomain {
     // All processes learn which nodes and links there are now, if facts find their ways by them. Every process calls it, when all catoms
     // are there and at the end of each tick.
     void share_routes();
+    // While the run goes on from tick to tick and nobody looks at facts in between, what catoms tell all their neighbours need not be
+    // delivered before it is read; and it is delivered, before somebody looks after all.
+    void leave_broadcasts(bool leave) { facts_.evaluator.leave_broadcasts(leave); }
+    void deliver_broadcasts() { facts_.deliver_broadcasts(geometry()); }
     // Updates the arrays that the compiled module reads, after catoms or bricks have been added or removed.
     void refresh();
 

@@ -31,6 +31,8 @@ class LatticeMotion : public SimModule {
     void struck(Subdomain& subdomain) override;
     Result<void> resume(Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
+    // Amoebots are activated in every tick.
+    bool leaves_facts_alone(const Subdomain& subdomain) const override { return !subdomain.world.has_amoebots(); }
     bool divides_anew() const override { return true; }
     void leave(Subdomain& subdomain, std::span<const Catom> catoms) override;
     // The units that catoms hold; in which tick anything moved last.

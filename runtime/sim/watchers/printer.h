@@ -14,6 +14,7 @@ class Printer : public SimModule {
     explicit Printer(std::FILE* to) : to_(to) {}
     Result<void> start(Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
+    bool leaves_facts_alone(const Subdomain&) const override { return true; }
     // After each tick, ordered by the numbers of the catoms and then by text.
     Result<void> after(Subdomain& subdomain) override;
 

@@ -25,6 +25,7 @@ class Watcher : public SimModule {
     // names no predicate. Cost: reads the watched facts in every tick.
     Result<void> after(Subdomain& subdomain) override;
 
+    bool leaves_facts_alone(const Subdomain&) const override { return !watch_ && !watch_all_ && !watching_; }
     Result<void> saveable() const override { return {}; }
     // What is watched and what was reported of it, which process 0 knows of all.
     void save_rest(const Subdomain& subdomain, ByteWriter& out) const override;

@@ -257,6 +257,10 @@ void divide_anew(sim::Subdomain& subdomain, std::uint64_t seed) {
     sim::HandOver(subdomain, {}, none).run(random_division(subdomain.lattice, subdomain.comm.processes(), division));
 }
 
+bool is_unseen(std::uint64_t seed, std::int64_t tick) {
+    return random_bits(seed, 0x756e7365, static_cast<std::uint64_t>(tick), 0) % 4 != 0;
+}
+
 enum class End { Quiet, Restless, Failed, Stopped };
 
 // One burst, from its begin or from where it was stopped.
@@ -274,13 +278,15 @@ End settle(sim::Subdomain& subdomain, sim::Tick& tick, Place& place, Shared& s, 
     for (; place.patience > 0; place.patience -= changes.done()) {
         if (s.disturbance && s.disturbance->before_tick(subdomain, place)) return End::Stopped;
         tick.begin();
-        divide_anew(subdomain, s.trial.world.seed);
+        if (!s.setting.unseen) divide_anew(subdomain, s.trial.world.seed);
         static_cast<void>(changes.step(subdomain));
         if (s.watcher) s.watcher->change(subdomain.tick());
+        const bool unseen = s.setting.unseen && changes.done() && is_unseen(s.trial.world.seed, subdomain.tick());
+        subdomain.leave_broadcasts(unseen);
         const sim::Totals& totals = tick.end();
         const bool trapped = totals.failure.trap != Trap::None;
-        State state{digest.of(subdomain), totals.tick.derivations};
-        if (const Result<void> same = digest.check(subdomain); !same) {
+        State state{unseen ? Digest{} : digest.of(subdomain), totals.tick.derivations, {}, !unseen};
+        if (const Result<void> same = unseen ? Result<void>{} : digest.check(subdomain); !same) {
             if (speaks) s.outcome.trouble = same.error().message();
             return End::Failed;
         }
@@ -335,6 +341,7 @@ void run_process(comm::Communicator& comm, Shared& s) {
     if (s.question) watched.emplace(s.module, *s.question, s.watcher != nullptr);
     for (; place.burst < s.trial.world.bursts.size(); ++place.burst, place.patience = 0) {
         const End end = settle(subdomain, tick, place, s, watched, digest);
+        subdomain.deliver_broadcasts();
         if (watched && comm.process() == 0) {
             s.outcome.told = watched->told();
             if (s.watcher) s.watcher->tally.told = watched->lines();
@@ -424,17 +431,18 @@ Outcome run(const Trial& trial, const check::Program& program, const ModuleInfo&
     const Result<world::Target> target = world::Target::make(world, world::Lattice(world.lattice));
     if (!target) throw std::runtime_error(target.error().message());
     Watcher watcher(trial, program);
-    Shared shared{.trial = trial,
-                  .module = module,
-                  .setting = setting,
-                  .world = world,
-                  .target = *target,
-                  .watcher = watch == Watch::Reference ? &watcher : nullptr,
-                  .linear = watcher.linear(),
-                  .beyond = world.apart() || retraction::has_catom_failures(trial.world),
-                  .question = setting.conditions == 0 && !retraction::has_catom_failures(trial.world) && setting.disturbance == 0
-                                  ? question_of(trial, program)
-                                  : std::nullopt};
+    Shared shared{
+        .trial = trial,
+        .module = module,
+        .setting = setting,
+        .world = world,
+        .target = *target,
+        .watcher = watch == Watch::Reference ? &watcher : nullptr,
+        .linear = watcher.linear(),
+        .beyond = world.apart() || retraction::has_catom_failures(trial.world),
+        .question = setting.conditions == 0 && !retraction::has_catom_failures(trial.world) && setting.disturbance == 0 && !setting.unseen
+                        ? question_of(trial, program)
+                        : std::nullopt};
     if (watch == Watch::Views) shared.viewed = &program;
     if (setting.disturbance != 0) {
         Disturbance disturbance(setting.disturbance);
@@ -461,17 +469,20 @@ std::string trouble_of_setting(const Outcome& alone, const Trial& trial, const c
                                const Setting& setting, Tally& tally) {
     Outcome other = run(trial, program, module, setting, Watch::States);
     tally.stopped += other.tally.stopped;
-    if (setting.disturbance != 0) {
+    if (setting.disturbance != 0 || setting.unseen) {
         other.told = alone.told;
         other.answers = alone.answers;
+    }
+    if (setting.disturbance != 0) {
         // A catom that has not acted for a while is evaluated as a whole after it was restored, instead of row by row.
         const bool waits = setting.conditions != 0 || retraction::has_catom_failures(trial.world);
         for (std::size_t i = 0; waits && i < std::min(alone.states.size(), other.states.size()); ++i)
             other.states[i].derivations = alone.states[i].derivations;
     }
     return compare(alone, other,
-                   setting.disturbance != 0 ? fmt::format("disturbance {}", setting.disturbance)
-                                            : fmt::format("{} processes, {} threads", setting.processes, setting.threads));
+                   setting.disturbance != 0
+                       ? fmt::format("disturbance {}", setting.disturbance)
+                       : fmt::format("{} processes, {} threads{}", setting.processes, setting.threads, setting.unseen ? ", unseen" : ""));
 }
 
 std::string trouble_of(const Trial& trial, Workshop& workshop, const std::vector<Setting>& settings, std::uint64_t conditions) {

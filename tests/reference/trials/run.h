@@ -18,6 +18,8 @@ struct Setting {
     // The run is killed and stopped some times, and goes on from its last snapshot on another number of processes, as this number says; 0:
     // nothing disturbs it. Then `processes` means nothing.
     std::uint64_t disturbance = 0;
+    // After most ticks nobody looks at facts, so that what catoms tell all their neighbours need not be delivered.
+    bool unseen = false;
 };
 
 struct Tally {
@@ -43,7 +45,10 @@ struct State {
     Digest digest;
     std::uint64_t derivations = 0;
     std::string error = {};  // Of what has no value: at quiescence.
-    bool operator==(const State&) const = default;
+    bool seen = true;        // Else there is no digest.
+    bool operator==(const State& other) const {
+        return derivations == other.derivations && error == other.error && (!seen || !other.seen || digest == other.digest);
+    }
 };
 
 struct Outcome {
