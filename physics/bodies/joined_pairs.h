@@ -26,6 +26,11 @@ class JoinedPairs {
         insert(one, other), insert(other, one);
         ++count_;
     }
+    // The two are joined.
+    void remove(BodyId one, BodyId other) {
+        std::erase(of_[one], other), std::erase(of_[other], one);
+        --count_;
+    }
     void remove_all(BodyId body) {
         if (body >= of_.size()) return;
         for (const BodyId other : of_[body]) std::erase(of_[other], body);

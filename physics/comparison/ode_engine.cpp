@@ -21,7 +21,7 @@ namespace meld::physics {
 
 namespace {
 
-constexpr std::size_t kMaxContactsOfPair = 4;
+constexpr std::size_t kMaxContactsOfPair = 4, kMaxContactsOfShapes = 8;
 
 // A body as ODE has it, which has more digits than the world's copy.
 struct SavedOdeBody {
@@ -32,9 +32,14 @@ struct SavedOdeBody {
 struct Mirror {
     dWorldID world = dWorldCreate();
     dSpaceID space = dHashSpaceCreate(nullptr);
+    // Of contacts.
     dJointGroupID joints = dJointGroupCreate(0);
     std::vector<dBodyID> bodies;
-    std::vector<dGeomID> spheres;
+    // The shapes of the bodies.
+    std::vector<dGeomID> forms;
+    // In the order of the world's joints; ODE keeps pointers to the forces.
+    std::vector<dJointID> held;
+    std::vector<dJointFeedback> held_forces;
     OdeShapes obstacles;
     double damped_for_s = 0;
 
@@ -44,7 +49,7 @@ struct Mirror {
     ~Mirror() {
         dJointGroupDestroy(joints);
         for (std::size_t i = 0; i < obstacles.count(); ++i) dSpaceRemove(space, obstacles[i]);
-        for (const dGeomID sphere : spheres) dGeomDestroy(sphere);
+        for (const dGeomID form : forms) dGeomDestroy(form);
         dSpaceDestroy(space);
         dWorldDestroy(world);
     }
@@ -58,6 +63,7 @@ class OdeEngine final : public Engine {
         world_.events.clear();
         drop_removed(workers);
         Bodies& bodies = world_.bodies;
+        if (auto settled = world_.joints.settle(bodies); !settled) return world_.wrong(settled.error().problem, settled.error().suggestion);
         if (bodies.count() + world_.obstacles.count() > kMaxOdeBodies)
             return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMaxOdeBodies, bodies.count()),
                         "Use the engine 'blocks'");
@@ -91,6 +97,7 @@ class OdeEngine final : public Engine {
                                 "Check bodies that overlap or fly, or use the engine 'blocks'");
         }
         seed_ = dRandGetSeed();
+        break_joints(times.dt_s, workers);
         if (world_.has_features()) account_charges(world_, workers);
         features_.discount(reports_);
         log_.update(world_, std::move(reports_));
@@ -99,7 +106,10 @@ class OdeEngine final : public Engine {
 
     void structure_changed() override { mirror_.reset(), changed_ = true; }
     void body_changed(std::uint32_t, bool) override { stale_ = true; }
-    void state_restored() override { stale_ = true; }
+    void state_restored() override {
+        stale_ = true;
+        world_.joints.forget_step();
+    }
     void each_contact(const ContactVisitor& visit) const override {
         std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit));
     }
@@ -128,6 +138,8 @@ class OdeEngine final : public Engine {
     }
 
     Result<void> load_home(Home, std::uint32_t, Holds, ByteReader&, ByteReader& contacts) override {
+        if (!joints_fine_ || !world_.joints.fits(world_.bodies)) return damaged_snapshot("has invalid joints");
+        for (const Joint& joint : world_.joints.all()) world_.composites.joined().add(joint.first, joint.second);
         if (auto loaded = log_.load(world_, contacts); !loaded) return loaded;
         changed_ = true;
         seed_ = static_cast<unsigned long>(contacts.read<std::uint64_t>());
@@ -139,6 +151,9 @@ class OdeEngine final : public Engine {
         for (const dBodyID body : mirror_->bodies) put_back(body, contacts.read<SavedOdeBody>());
         return sort_space(contacts, stale);
     }
+
+    void save_rest(ByteWriter& out) const override { world_.joints.write(out); }
+    void load_rest(ByteReader& in) override { joints_fine_ = world_.joints.read(in); }
 
   private:
     // Bodies by their slots, then obstacles.
@@ -159,7 +174,7 @@ class OdeEngine final : public Engine {
 
     // What is added last comes first.
     Result<void> sort_space(ByteReader& in, bool stale) {
-        const std::size_t bodies = mirror_->spheres.size();
+        const std::size_t bodies = mirror_->forms.size();
         std::vector<std::uint32_t> order(bodies + mirror_->obstacles.count());
         for (std::uint32_t& number : order) number = in.read<std::uint32_t>();
         std::vector<std::uint32_t> sorted = order;
@@ -167,7 +182,7 @@ class OdeEngine final : public Engine {
         for (std::uint32_t i = 0; i < sorted.size(); ++i)
             if (sorted[i] != i) return damaged_snapshot("has other bodies in ODE's space");
         for (auto number = order.rbegin(); number != order.rend(); ++number) {
-            const dGeomID geom = *number < bodies ? mirror_->spheres[*number] : mirror_->obstacles[*number - bodies];
+            const dGeomID geom = *number < bodies ? mirror_->forms[*number] : mirror_->obstacles[*number - bodies];
             dSpaceRemove(mirror_->space, geom);
             dSpaceAdd(mirror_->space, geom);
         }
@@ -194,25 +209,133 @@ class OdeEngine final : public Engine {
         dWorldSetERP(mirror_->world, settings.solver.error_reduction);
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
             const BodyProperties& properties = bodies.properties[slot];
+            const BodyShapes::Index shape = world_.shapes.of(properties.id);
             const double radius = bodies.place[slot].radius, mass = static_cast<double>(properties.mass),
-                         inertia = static_cast<double>(properties.inertia_factor) * mass * radius * radius;
+                         alike = static_cast<double>(properties.inertia_factor) * radius * radius;
+            const Vec3 per_kg = shape == 0 ? Vec3{alike, alike, alike} : world_.shapes.kind(shape).inertia_per_kg_m2;
             const dBodyID body = dBodyCreate(mirror_->world);
             dMass inertial;
-            dMassSetParameters(&inertial, mass, 0, 0, 0, inertia, inertia, inertia, 0, 0, 0);
+            dMassSetParameters(&inertial, mass, 0, 0, 0, mass * per_kg.x, mass * per_kg.y, mass * per_kg.z, 0, 0, 0);
             dBodySetMass(body, &inertial);
             if (properties.flags & kFixed) dBodySetKinematic(body);
-            const dGeomID sphere = dCreateSphere(mirror_->space, radius);
-            dGeomSetBody(sphere, body);
-            dGeomSetData(sphere, reinterpret_cast<void*>(static_cast<std::uintptr_t>(slot)));
+            const dGeomID form = shape == 0 ? dCreateSphere(mirror_->space, radius) : form_of(world_.shapes.kind(shape).shape);
+            dGeomSetBody(form, body);
+            dGeomSetData(form, reinterpret_cast<void*>(static_cast<std::uintptr_t>(slot)));
             mirror_->bodies.push_back(body);
-            mirror_->spheres.push_back(sphere);
+            mirror_->forms.push_back(form);
         }
+        mirror_->held_forces.resize(world_.joints.all().size());
+        for (const Joint& joint : world_.joints.all()) hold(joint);
         for (std::size_t i = 0; i < world_.obstacles.count(); ++i) {
             const dGeomID geom = mirror_->obstacles.add(world_.obstacles.shape(i));
             dGeomSetData(geom, reinterpret_cast<void*>(i));
             dSpaceAdd(mirror_->space, geom);
         }
         stale_ = true;
+    }
+
+    // ODE's boxes have sharp edges.
+    dGeomID form_of(const BodyShape& shape) const {
+        if (shape.core_m.x == 0) return dCreateCapsule(mirror_->space, shape.rounding_m, 2 * shape.core_m.z);
+        const Vec3 rounding{shape.rounding_m, shape.rounding_m, shape.rounding_m};
+        const Vec3 edges = 2 * (shape.core_m + rounding);
+        return dCreateBox(mirror_->space, edges.x, edges.y, edges.z);
+    }
+
+    static void put(dBodyID body, Vec3 place, Quat turn) {
+        const dQuaternion q = {turn.w, turn.x, turn.y, turn.z};
+        dBodySetPosition(body, place.x, place.y, place.z);
+        dBodySetQuaternion(body, q);
+    }
+    static JointPose pose_of(dBodyID body) {
+        const dReal *p = dBodyGetPosition(body), *q = dBodyGetQuaternion(body);
+        return {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+    }
+
+    // ODE's angles and ways begin where the two are when they are joined, so they are put there for a moment. ODE counts those of its first
+    // body, as the second one sees it.
+    void hold(const Joint& joint) {
+        const dBodyID first = mirror_->bodies[world_.bodies.slot(joint.first)], second = mirror_->bodies[world_.bodies.slot(joint.second)];
+        put(first, {}, {});
+        put(second, joint.first_anchor - rotate(joint.reference, joint.second_anchor), joint.reference);
+        const Vec3 &anchor = joint.first_anchor, &axis = joint.first_axis;
+        dJointID held = nullptr;
+        const auto attach = [&](dJointID made) {
+            held = made;
+            dJointAttach(held, second, first);
+        };
+        switch (joint.kind) {
+            case JointKind::Hinge:
+                attach(dJointCreateHinge(mirror_->world, nullptr));
+                dJointSetHingeAnchor(held, anchor.x, anchor.y, anchor.z);
+                dJointSetHingeAxis(held, axis.x, axis.y, axis.z);
+                break;
+            case JointKind::Slider:
+                attach(dJointCreateSlider(mirror_->world, nullptr));
+                dJointSetSliderAxis(held, axis.x, axis.y, axis.z);
+                break;
+            case JointKind::Ball:
+                attach(dJointCreateBall(mirror_->world, nullptr));
+                dJointSetBallAnchor(held, anchor.x, anchor.y, anchor.z);
+                break;
+        }
+        dJointSetFeedback(held, &mirror_->held_forces[mirror_->held.size()]);
+        mirror_->held.push_back(held);
+        if (!joint.moves_along()) return;
+        const auto set = joint.kind == JointKind::Hinge ? dJointSetHingeParam : dJointSetSliderParam;
+        const auto finite = [](double limit) { return std::clamp(limit, -dInfinity, dInfinity); };
+        set(held, dParamLoStop, finite(joint.lower));
+        set(held, dParamHiStop, finite(joint.upper));
+    }
+
+    // What motors and springs do in the next substep.
+    void drive_joints(double step_s) {
+        for (std::size_t j = 0; j < mirror_->held.size(); ++j) {
+            Joint& joint = world_.joints.each()[j];
+            if (!joint.moves_along()) continue;
+            joint.place = place_of(joint, pose_of(body_of(joint.first)), pose_of(body_of(joint.second)));
+            const JointTask task = task_of(joint, step_s);
+            const auto set = joint.kind == JointKind::Hinge ? dJointSetHingeParam : dJointSetSliderParam;
+            set(mirror_->held[j], dParamVel, task.speed);
+            set(mirror_->held[j], dParamFMax, task.most);
+            if (joint.is_spring()) set(mirror_->held[j], dParamCFM, task.softness);
+        }
+    }
+    struct JointTask {
+        double speed = 0, most = 0, softness = 0;
+    };
+    static JointTask task_of(Joint& joint, double step_s) {
+        if (joint.is_spring()) {
+            // A spring and a damper whose force is that at the end of the step.
+            const double softness = 1 / (step_s * joint.stiffness + joint.damping);
+            return {-joint.stiffness * (joint.place - joint.rest) * softness, dInfinity, softness};
+        }
+        if (joint.drive == JointDrive::Kind::Coast) return {};
+        if (joint.drive == JointDrive::Kind::Motor) return {joint.target, joint.strength, 0};
+        if (joint.drive == JointDrive::Kind::Brake)
+            joint.target = std::clamp(joint.target, joint.place - joint.give(), joint.place + joint.give());
+        const double most = joint.drive == JointDrive::Kind::Servo ? joint.servo_speed : dInfinity;
+        return {std::clamp((joint.target - joint.place) / std::max(joint.response_s, step_s), -most, most), joint.strength, 0};
+    }
+    dBodyID body_of(BodyId body) const { return mirror_->bodies[world_.bodies.slot(body)]; }
+
+    // The arms are those before the substep, in which the forces acted.
+    void note_joint_forces(double step_s, std::span<const Quat> turns) {
+        for (std::size_t j = 0; j < mirror_->held.size(); ++j) {
+            Joint& joint = world_.joints.each()[j];
+            const dReal *f = mirror_->held_forces[j].f1, *t = mirror_->held_forces[j].t1;
+            const Vec3 force{f[0], f[1], f[2]}, arm = rotate(turns[j], joint.second_anchor);
+            joint.pushed = joint.pushed + step_s * force;
+            joint.twisted = joint.twisted + step_s * (Vec3{t[0], t[1], t[2]} - cross(arm, force));
+        }
+    }
+
+    void break_joints(double dt_s, Workers& workers) {
+        world_.joints.end_step(world_.bodies, dt_s, workers);
+        for (const auto& [one, other] : world_.joints.broken()) {
+            world_.composites.joined().remove(one, other);
+            structure_changed();
+        }
     }
 
     void copy_in() {
@@ -275,7 +398,11 @@ class OdeEngine final : public Engine {
         keep_reports_ = last;
         dSpaceCollide(mirror_->space, this, [](void* self, dGeomID a, dGeomID b) { static_cast<OdeEngine*>(self)->near(a, b); });
         for (std::size_t i = 0; i < feedback_.size(); ++i) dJointSetFeedback(feedback_[i].joint, &feedback_[i].forces);
+        drive_joints(step_s);
+        std::vector<Quat> turns;
+        for (const Joint& joint : world_.joints.all()) turns.push_back(pose_of(body_of(joint.second)).turn);
         dWorldQuickStep(mirror_->world, step_s);
+        note_joint_forces(step_s, turns);
         for (std::size_t i = 0; i < reports_.size(); ++i) {
             // The force on the second body is the opposite of the first's joint force.
             const dReal* f = feedback_[i].forces.f1;
@@ -292,7 +419,7 @@ class OdeEngine final : public Engine {
         return std::holds_alternative<Terrain>(shape) || std::holds_alternative<Mesh>(shape);
     }
     int collide_with(std::uint32_t obstacle, std::uint32_t slot, dGeomID sphere, dGeomID other,
-                     std::array<dContact, kMaxContactsOfPair>& contacts) {
+                     std::array<dContact, kMaxContactsOfShapes>& contacts) {
         const Place& p = world_.bodies.place[slot];
         std::array<SurfaceContact, kMaxSurfaceContacts> found;
         const int count =
@@ -318,9 +445,11 @@ class OdeEngine final : public Engine {
         const BodyProperties& first = world_.bodies.properties[index(a)];
         const std::uint8_t other = body_b ? world_.bodies.properties[index(b)].material : world_.obstacles.material(index(b));
         if ((first.flags & kFixed) && (!body_b || (world_.bodies.properties[index(b)].flags & kFixed))) return;
-        std::array<dContact, kMaxContactsOfPair> contacts{};
+        if (body_b && world_.composites.joined().has(first.id, world_.bodies.properties[index(b)].id)) return;
+        std::array<dContact, kMaxContactsOfShapes> contacts{};
+        const int most = static_cast<int>(world_.shapes.empty() ? kMaxContactsOfPair : kMaxContactsOfShapes);
         const int count = !body_b && is_computed_here(index(b)) ? collide_with(index(b), index(a), a, b, contacts)
-                                                                : dCollide(a, b, kMaxContactsOfPair, &contacts[0].geom, sizeof(dContact));
+                                                                : dCollide(a, b, most, &contacts[0].geom, sizeof(dContact));
         for (int i = 0; i < count; ++i) {
             dContact& contact = contacts[static_cast<std::size_t>(i)];
             contact.surface.mode = dContactApprox1;
@@ -359,7 +488,7 @@ class OdeEngine final : public Engine {
     ContactLog log_;
     double min_bounce_speed_ = 0;
     unsigned long seed_ = 0;
-    bool stale_ = true, changed_ = false, keep_reports_ = false;
+    bool stale_ = true, changed_ = false, keep_reports_ = false, joints_fine_ = true;
 };
 
 }  // namespace

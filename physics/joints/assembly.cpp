@@ -12,8 +12,6 @@ namespace meld::physics {
 
 namespace {
 
-// More products of blocks than this in one elimination would take seconds a step.
-constexpr std::size_t kMostProducts = 20'000'000;
 // Rows give way by this share of what an impulse does, so that rows that others imply can be solved; only loops have such rows.
 constexpr double kSoftnessOfTrees = 1e-12, kSoftnessOfLoops = 1e-6;
 // How often a sweep may solve until all joints are in their places on their curves. All that are elsewhere move there at once; if that goes
@@ -172,11 +170,48 @@ double Assembly::speed(const Link& link, std::size_t row) const {
     return link.rows[row].speed(first.velocity, first.spin, second.velocity, second.spin);
 }
 
-void Assembly::push(const Link& link, std::size_t row, double impulse) {
+void Assembly::push(Link& link, std::size_t row, double impulse) {
+    link.given[row] += impulse;
     const Link::Response& of = link.responses[row];
     Body &first = bodies_[link.first], &second = bodies_[link.second];
     first.velocity = first.velocity + impulse * of.first_velocity, first.spin = first.spin + impulse * of.first_spin;
     second.velocity = second.velocity + impulse * of.second_velocity, second.spin = second.spin + impulse * of.second_spin;
+}
+
+// A row without a linear part only turns; the others push at the anchors.
+void Assembly::note_impulses(std::span<Joint> all) {
+    for (std::size_t l = 0; l < links_.size(); ++l) {
+        Joint& joint = all[joints_[l]];
+        for (std::size_t r = 0; r < kJointRows; ++r) {
+            const JointRow& row = links_[l].rows[r];
+            const double impulse = std::exchange(links_[l].given[r], 0);
+            if (row.linear == Vec3{})
+                joint.twisted = joint.twisted + impulse * row.second;
+            else
+                joint.pushed = joint.pushed + impulse * row.linear;
+        }
+    }
+}
+
+std::optional<std::uint32_t> Assembly::end_step(std::span<Joint> all, const Bodies& bodies, double dt_s) const {
+    if (rests(bodies)) return std::nullopt;
+    std::optional<std::uint32_t> worst;
+    double most = 1;
+    for (std::size_t l = 0; l < links_.size(); ++l) {
+        Joint& joint = all[joints_[l]];
+        const Vec3 apart =
+            centre_of(bodies.place[members_[links_[l].second].slot]) - centre_of(bodies.place[members_[links_[l].first].slot]);
+        const double distance = length(apart);
+        const Vec3 line = distance > 0 ? (1 / distance) * apart : Vec3{};
+        const double pulled = -dot(joint.pushed, line);
+        const JointLoad load{pulled / dt_s, length(joint.pushed + pulled * line) / dt_s, length(joint.twisted) / dt_s};
+        joint.pushed = joint.twisted = {};
+        joint.sum = {joint.sum.tension_n + dt_s * load.tension_n, joint.sum.shear_n + dt_s * load.shear_n,
+                     joint.sum.torque_nm + dt_s * load.torque_nm};
+        joint.sum_s += dt_s;
+        if (const double overload = joint.overload(load); overload > most) most = overload, worst = joints_[l];
+    }
+    return worst;
 }
 
 void Assembly::predict(double step_s) {
@@ -191,13 +226,33 @@ void Assembly::predict(double step_s) {
     }
 }
 
+// How fast its joints part: half of the energy that it would take at each row by itself, summed.
+double Assembly::parting() const {
+    double sum = 0;
+    for (std::size_t l = 0; l < links_.size(); ++l)
+        for (std::size_t r = 0; r < kDriveRow; ++r) {
+            const double rate = speed(links_[l], r);
+            sum += rate * rate / diagonal_[l](static_cast<int>(r), static_cast<int>(r));
+        }
+    return sum;
+}
+
 void Assembly::warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes) {
     if (rests(bodies)) return;
     place(all, bodies, shapes);
     load_velocities(bodies);
+    const double before = has_loops_ ? parting() : 0;
     for (std::size_t l = 0; l < links_.size(); ++l)
         for (std::size_t r = 0; r < kJointRows; ++r)
             if (const double impulse = all[joints_[l]].impulses[r]; impulse != 0) push(links_[l], r, impulse);
+    // Joints of a loop may press on each other with any force. As they turn, such forces of the last substep no longer cancel out, and
+    // contacts would take them for blows: then the substep begins without.
+    if (has_loops_ && parting() > before) {
+        for (const std::uint32_t j : joints_) all[j].impulses = {};
+        for (Link& link : links_) link.given = {};
+        return;
+    }
+    note_impulses(all);
     store(bodies);
 }
 
@@ -233,6 +288,7 @@ void Assembly::run(Phase phase, std::span<Joint> all, Bodies& bodies, const Body
         guess = Guess::Turned;
     }
     clamp_drives(all);
+    note_impulses(all);
     store(bodies);
 }
 
@@ -361,8 +417,12 @@ void Assembly::solve_once(Guess guess, std::span<Joint> all, double step_s) {
         if (!holds(joint, curve, phase)) continue;
         const bool low = joint.stand == JointStand::Low, high = joint.stand == JointStand::High;
         const double wanted = low ? curve.least_speed : high ? curve.greatest_speed : curve.free_speed;
-        const double softness = low || high ? link.softness[static_cast<int>(kDriveRow)] : curve.softness;
-        along = wanted - speed(link, kDriveRow) - softness * joint.impulses[kDriveRow];
+        // A limit gives way as the other rows do; in the relaxation only by what is done there, since in loops that cannot hold, what has
+        // been done before may be large.
+        constexpr auto kLast = static_cast<int>(kDriveRow);
+        const double given = low || high ? link.softness[kLast] * (phase == Phase::Solve ? joint.impulses[kDriveRow] : link.relaxed[kLast])
+                                         : curve.softness * joint.impulses[kDriveRow];
+        along = wanted - speed(link, kDriveRow) - given;
     }
     system_.solve(right_);
     for (std::size_t l = 0; l < links_.size(); ++l) {
@@ -371,10 +431,8 @@ void Assembly::solve_once(Guess guess, std::span<Joint> all, double step_s) {
             const double change = right_[l][static_cast<int>(r)];
             if (change == 0) continue;
             push(links_[l], r, change);
-            if (phase == Phase::Solve || r == kDriveRow)
-                joint.impulses[r] += change;
-            else
-                links_[l].relaxed[static_cast<int>(r)] += change;
+            if (phase == Phase::Solve || r == kDriveRow) joint.impulses[r] += change;
+            if (phase == Phase::Relax) links_[l].relaxed[static_cast<int>(r)] += change;
         }
     }
 }

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,12 @@
 #include "physics/joints/joint.h"
 
 namespace meld::physics {
+
+// More products of blocks than this in one elimination would take seconds a step. All joints of one body that moves are coupled, which
+// takes d (d^2 - 1) / 6 products for d of them.
+inline constexpr std::size_t kMostProducts = 20'000'000, kMaxJointsOfBody = 493;
+static_assert(kMaxJointsOfBody * (kMaxJointsOfBody * kMaxJointsOfBody - 1) / 6 <= kMostProducts &&
+              kMaxJointsOfBody * (kMaxJointsOfBody + 1) * (kMaxJointsOfBody + 2) / 6 > kMostProducts);
 
 // The body in this slot as joints see it.
 JointPose joint_pose(const Bodies& bodies, std::uint32_t slot);
@@ -47,6 +54,9 @@ class Assembly {
     void places_changed() { placed_ = false; }
     void warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes);
     void run(Phase phase, std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes, double step_s);
+    // What its joints have carried in a step of this length. Returns the one, as an index of the list, that exceeds what it can carry by
+    // the greatest factor; of several the first.
+    std::optional<std::uint32_t> end_step(std::span<Joint> all, const Bodies& bodies, double dt_s) const;
     std::size_t bytes() const;
 
   private:
@@ -70,6 +80,8 @@ class Assembly {
         std::array<Response, kJointRows> responses = {};
         // The softness that keeps loops solvable; impulses of the relaxation.
         JointVector softness = JointVector::Zero(), relaxed = JointVector::Zero();
+        // All impulses since they were last noted at the joint.
+        std::array<double, kJointRows> given = {};
     };
     // The row along which a joint moves: between its limits, which are speeds here, a drive or a spring has the speed `free_speed` without
     // an impulse, one lower by `softness` for each impulse of 1, and at most the impulses +-`most`.
@@ -90,7 +102,9 @@ class Assembly {
     void place(std::span<Joint> all, const Bodies& bodies, const BodyShapes& shapes);
     void read_body(const Member& member, const Bodies& bodies, const BodyShapes& shapes, Body& body) const;
     double speed(const Link& link, std::size_t row) const;
-    void push(const Link& link, std::size_t row, double impulse);
+    double parting() const;
+    void push(Link& link, std::size_t row, double impulse);
+    void note_impulses(std::span<Joint> all);
     void predict(double step_s);
     Curve curve_of(const Joint& joint, Phase phase, double step_s) const;
     static bool holds(const Joint& joint, const Curve& curve, Phase phase);

@@ -55,12 +55,17 @@ Joint make_joint(const JointSpec& spec, const JointPose& first, const JointPose&
     joint.servo_speed = spec.servo_speed, joint.response_s = spec.response_s;
     joint.stiffness = spec.stiffness, joint.damping = spec.damping, joint.rest = spec.rest;
     joint.drive = spec.drive.kind, joint.target = spec.drive.target;
+    joint.breaking_force = spec.breaking_force_n, joint.breaking_torque = spec.breaking_torque_nm;
     return joint;
 }
 
 double Joint::give() const {
     constexpr double kShare = 1e-3;
     return kind == JointKind::Slider ? kShare * std::max(length(first_anchor) + length(second_anchor), 1e-6) : kShare;
+}
+
+double Joint::overload(const JointLoad& carried) const {
+    return std::max(carried.force_n() / breaking_force, carried.torque_nm / breaking_torque);
 }
 
 double place_of(const Joint& joint, const JointPose& first, const JointPose& second) {

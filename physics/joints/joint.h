@@ -36,12 +36,21 @@ struct JointSpec {
     double servo_speed = std::numeric_limits<double>::infinity(), response_s = 0.02;
     // A spring and a damper: N m/rad and N m s/rad, or N/m and N s/m; `rest` is where the spring pulls to.
     double stiffness = 0, damping = 0, rest = 0;
+    // It breaks if it carries more than this in a step, N or N m.
+    double breaking_force_n = std::numeric_limits<double>::infinity(), breaking_torque_nm = std::numeric_limits<double>::infinity();
     JointDrive drive = {};
 };
 
 // What a joint does now: rad and rad/s, or m and m/s, of the second body as the first one sees it.
 struct JointState {
     double place = 0, speed = 0;
+};
+
+// What a joint carries: the force along the line between the centres, positive if it pulls the two towards each other, and across that
+// line; and the torque about the anchor that the second body carries. What motors, springs and limits do is part of it.
+struct JointLoad {
+    double tension_n = 0, shear_n = 0, torque_nm = 0;
+    double force_n() const { return std::hypot(tension_n, shear_n); }
 };
 
 // A hinge or a slider has five rows that hold and one along which it moves; a ball has three that hold.
@@ -61,10 +70,16 @@ struct Joint {
     // The second body as the first one saw it at the start.
     Quat reference = {};
     double lower = 0, upper = 0, strength = 0, servo_speed = 0, response_s = 0, stiffness = 0, damping = 0, rest = 0, target = 0;
+    double breaking_force = 0, breaking_torque = 0;
     // The angle counts whole turns.
     double place = 0;
     // Of the last substep, from which the next one starts.
     std::array<double, kJointRows> impulses = {};
+    // The impulse on the second body in the present step, and the angular impulse about its anchor.
+    Vec3 pushed = {}, twisted = {};
+    // The load of the last steps, times their time, until somebody takes it; and the one that was taken last.
+    JointLoad sum = {}, load = {};
+    double sum_s = 0;
     JointKind kind = JointKind::Hinge;
     JointDrive::Kind drive = JointDrive::Kind::Coast;
     JointStand stand = JointStand::Free;
@@ -74,6 +89,8 @@ struct Joint {
     bool is_spring() const { return stiffness > 0 || damping > 0; }
     // By how much a servo or a brake gives way to a load that needs all its strength, rad or m.
     double give() const;
+    // By which factor a load is more than it carries; up to 1 it holds.
+    double overload(const JointLoad& carried) const;
 };
 
 // A body as joints see it.

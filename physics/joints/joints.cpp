@@ -1,5 +1,7 @@
 #include "physics/joints/joints.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,14 +19,29 @@ std::pair<BodyId, BodyId> in_order(BodyId one, BodyId other) { return std::minma
 std::pair<BodyId, BodyId> key_of(const Joint& joint) { return in_order(joint.first, joint.second); }
 
 bool is_sound(const Joint& joint) {
-    for (const Vec3& v : {joint.first_anchor, joint.second_anchor, joint.first_axis, joint.second_axis, joint.across})
+    for (const Vec3& v :
+         {joint.first_anchor, joint.second_anchor, joint.first_axis, joint.second_axis, joint.across, joint.pushed, joint.twisted})
         if (!is_finite(v)) return false;
     for (const double value : joint.impulses)
         if (!std::isfinite(value)) return false;
-    for (const double value : {joint.strength, joint.stiffness, joint.damping, joint.rest, joint.target, joint.place})
+    for (const double value : {joint.strength, joint.stiffness, joint.damping, joint.rest, joint.target, joint.place, joint.sum_s})
         if (!std::isfinite(value)) return false;
+    for (const JointLoad& load : {joint.sum, joint.load})
+        if (!std::isfinite(load.tension_n + load.shear_n + load.torque_nm)) return false;
     return joint.kind <= JointKind::Ball && joint.drive <= JointDrive::Kind::Brake && joint.stand <= JointStand::Minus &&
-           joint.lower <= joint.upper && joint.first != joint.second && joint.first < kMaxBodies && joint.second < kMaxBodies;
+           joint.lower <= joint.upper && joint.breaking_force > 0 && joint.breaking_torque > 0 && joint.first != joint.second &&
+           joint.first < kMaxBodies && joint.second < kMaxBodies;
+}
+
+// All joints of one body are coupled with each other, which is not the fault of loops.
+Result<void> check_hubs(std::span<const Joint> joints, const Bodies& bodies) {
+    std::map<BodyId, std::size_t> counts;
+    for (const Joint& joint : joints) ++counts[joint.first], ++counts[joint.second];
+    for (const auto& [body, count] : counts)
+        if ((bodies.properties[bodies.slot(body)].flags & kFixed) == 0 && count > kMaxJointsOfBody)
+            return fail(fmt::format("body {} has {} joints (a body that moves has {} at most)", body, count, kMaxJointsOfBody),
+                        "Join some to another one, or make it fixed");
+    return {};
 }
 
 }  // namespace
@@ -49,6 +66,13 @@ void Joints::remove_all(BodyId body) {
     if (std::erase_if(joints_, [&](const Joint& joint) { return joint.first == body || joint.second == body; }) > 0) changed_ = true;
 }
 
+void Joints::remove(BodyId one, BodyId other) {
+    const auto found = place_of_pair(one, other);
+    MELD_EXPECT(found != joints_.end() && key_of(*found) == in_order(one, other), "bodies {} and {}", one, other);
+    joints_.erase(found);
+    changed_ = true;
+}
+
 void Joints::drive(BodyId one, BodyId other, const JointDrive& drive) {
     const auto found = place_of_pair(one, other);
     MELD_EXPECT(found != joints_.end() && key_of(*found) == in_order(one, other), "bodies {} and {}", one, other);
@@ -62,6 +86,7 @@ Result<void> Joints::settle(const Bodies& bodies) {
     }
     changed_ = !lay_out(bodies);
     if (!changed_) return {};
+    if (auto fine = check_hubs(joints_, bodies); !fine) return fine;
     return fail("joints hold bodies together in too many loops to be solved", "Use fewer joints, or connect bodies rigidly");
 }
 
@@ -101,6 +126,30 @@ void Joints::forget_impulses() {
     }
 }
 
+void Joints::forget_step() {
+    for (Joint& joint : joints_) joint.pushed = joint.twisted = {};
+}
+
+void Joints::end_step(const Bodies& bodies, double dt_s, Workers& workers) {
+    broken_.clear();
+    if (joints_.empty()) return;
+    breaks_.assign(assemblies_.size(), std::nullopt);
+    workers.run(assemblies_.size(), [&](int, std::size_t a) { breaks_[a] = assemblies_[a].end_step(joints_, bodies, dt_s); });
+    for (const auto& index : breaks_)
+        if (index) broken_.push_back(key_of(joints_[*index]));
+    std::ranges::sort(broken_);
+    for (const auto& [one, other] : broken_) remove(one, other);
+}
+
+void Joints::take_loads() {
+    for (Joint& joint : joints_) {
+        if (joint.sum_s == 0) continue;
+        const double share = 1 / std::exchange(joint.sum_s, 0);
+        const JointLoad sum = std::exchange(joint.sum, {});
+        joint.load = {share * sum.tension_n, share * sum.shear_n, share * sum.torque_nm};
+    }
+}
+
 void Joints::warm_start(Bodies& bodies, const BodyShapes& shapes, Workers& workers) {
     workers.run(assemblies_.size(), [&](int, std::size_t a) {
         const FlushDenormals flush;
@@ -137,7 +186,8 @@ bool Joints::fits(const Bodies& bodies) const {
 }
 
 std::size_t Joints::bytes() const {
-    std::size_t sum = joints_.capacity() * sizeof(Joint) + assemblies_.capacity() * sizeof(Assembly);
+    std::size_t sum = joints_.capacity() * sizeof(Joint) + assemblies_.capacity() * sizeof(Assembly) +
+                      breaks_.capacity() * sizeof(breaks_[0]) + broken_.capacity() * sizeof(broken_[0]);
     for (const Assembly& assembly : assemblies_) sum += assembly.bytes();
     return sum;
 }

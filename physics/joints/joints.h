@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "physics/bodies/bodies.h"
@@ -21,18 +23,31 @@ class Joints {
   public:
     bool empty() const { return joints_.empty(); }
     std::span<const Joint> all() const { return joints_; }
+    // For an engine that solves them itself.
+    std::span<Joint> each() { return joints_; }
     const Joint* find(BodyId one, BodyId other) const;
     // Of two bodies that have none yet; and all joints of a body.
     void add(const Joint& joint);
     void remove_all(BodyId body);
+    void remove(BodyId one, BodyId other);
     void drive(BodyId one, BodyId other, const JointDrive& drive);
 
-    // Bodies have other slots, or joints have changed. Errors: an assembly has too many loops.
+    // Bodies have other slots, or joints have changed. Errors: a body has too many joints, or an assembly too many loops.
     Result<void> settle(const Bodies& bodies);
     std::span<const Assembly> assemblies() const { return assemblies_; }
     // Places have changed, or which bodies can be moved.
     void places_changed();
     void forget_impulses();
+    // A step has failed: what joints have carried in it does not count.
+    void forget_step();
+
+    // After a step of this length: finds what joints have carried, and takes out those that break: of each assembly the one that carried
+    // too much by the greatest factor.
+    void end_step(const Bodies& bodies, double dt_s, Workers& workers);
+    // Those that broke in the last step, the lower body first; sorted.
+    std::span<const std::pair<BodyId, BodyId>> broken() const { return broken_; }
+    // Takes the loads of the steps since the last call, as means. Joints that slept keep theirs.
+    void take_loads();
 
     void warm_start(Bodies& bodies, const BodyShapes& shapes, Workers& workers);
     void run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes, double step_s, Workers& workers);
@@ -50,6 +65,9 @@ class Joints {
     // Sorted by their bodies, the lower first.
     std::vector<Joint> joints_;
     std::vector<Assembly> assemblies_;
+    // By assembly: which of its joints breaks.
+    std::vector<std::optional<std::uint32_t>> breaks_;
+    std::vector<std::pair<BodyId, BodyId>> broken_;
     bool changed_ = false;
 };
 

@@ -168,8 +168,8 @@ Result<void> Scene::check_shape(const BodySpec& spec) const {
     if (auto fine = physics::check(*spec.shape); !fine)
         return fail(fmt::format("body {}: {}", spec.id, fine.error().problem), fine.error().suggestion);
     if (spec.shape->is_sphere()) return {};
-    if (world_->settings.engine != EngineKind::Blocks)
-        return fail(fmt::format("body {} has a shape (only the engine Blocks has them)", spec.id), "Use the engine Blocks");
+    if (world_->settings.engine == EngineKind::Hash)
+        return fail(fmt::format("body {} has a shape (the engine Hash has none)", spec.id), "Use the engine Blocks or Ode");
     for (std::uint32_t obstacle = 0; obstacle < world_->obstacles.count(); ++obstacle)
         if (const auto kind = world_->obstacles.kind(obstacle); kind == "terrain" || kind == "mesh")
             return fail(fmt::format("body {} has a shape, which obstacle {}, a {}, does not hold", spec.id, obstacle, kind),

@@ -50,7 +50,7 @@ struct BodySpec {
     std::uint8_t material = 0;
     // Moves only at its own velocity, whatever forces act on it.
     bool fixed = false;
-    // If it has one, radius and inertia factor follow from it. Only the engine Blocks has shapes.
+    // If it has one, radius and inertia factor follow from it. The engine Hash has no shapes.
     std::optional<BodyShape> shape = {};
 };
 
@@ -142,8 +142,9 @@ class Scene {
     std::optional<CompositeState> composite(BodyId body) const;
 
     // Joints (scene_joints.cpp) let two bodies turn or slide against each other and hold them otherwise; the two do not collide. One may be
-    // fixed. Bodies have joints or connections, not both, and two bodies have one joint at most. It ends with one of its bodies.
-    // Only the engine Blocks in an undivided world has joints. Cost of a step: in proportion to the joints, but for loops.
+    // fixed. Bodies have joints or connections, not both, and two bodies have one joint at most. It ends with one of its bodies, or breaks
+    // at the end of a step in which it carried more than it can: of those that hang together, the one that did so by the greatest factor.
+    // The engines Blocks, in an undivided world, and Ode have joints. Cost of a step: in proportion to the joints, but for loops.
     Result<void> add_joint(const JointSpec& joint);
     // The two have a joint that moves along an axis.
     Result<void> drive_joint(BodyId body, BodyId other, const JointDrive& drive);
@@ -156,13 +157,24 @@ class Scene {
     bool has_motor(BodyId body, BodyId other) const;
     // None if the two have no joint; zeros for a ball.
     std::optional<JointState> joint(BodyId body, BodyId other) const;
+    // All of them, in the order of their bodies; valid until one begins or ends.
+    std::span<const Joint> joints() const;
+    // Where the halves of its anchor are, m, and its axis.
+    struct JointPlace {
+        Vec3 first_anchor_m, second_anchor_m, axis;
+    };
+    JointPlace place_of(const Joint& joint) const;
+    // As of the last solve_loads, the mean over the steps before it; none if the two have no joint.
+    std::optional<JointLoad> joint_load(BodyId body, BodyId other) const;
+    // Those that broke in the last step, the lower body first; sorted.
+    std::span<const ConnectionPair> broken_joints() const;
 
     // Loads: what connections carry. They are computed if somebody wants them, or some body has limits.
     void want_loads();
     // The connections of a body break if they carry more than this; of its limits and those of the other body the lower ones count. Errors:
     // a limit that is not above 0.
     Result<void> set_breaking(BodyId body, const BreakingLimits& limits);
-    // The loads of all connections over the steps since the last call, as means; those of composites that slept stay as they were. Breaks
+    // The loads of all connections and joints over the steps since the last call, as means; those of what slept stay as they were. Breaks
     // the most overloaded connection of each composite, then finds the loads of the parts anew, at most 16 times; returns what broke,
     // sorted. Connections that are made or broken take effect in the next step. Cost: in proportion to the connections; see
     // docs/physics.md.

@@ -88,6 +88,7 @@ Result<void> Scene::set_breaking(BodyId body, const BreakingLimits& limits) {
 }
 
 Result<std::vector<ConnectionPair>> Scene::solve_loads(Workers& workers) {
+    world_->joints.take_loads();
     if (!world_->loads.wanted()) {
         world_->loads.forget();
         return std::vector<ConnectionPair>();

@@ -1,7 +1,9 @@
 // Joints between the bodies of a scene.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "physics/scene/scene.h"
 #include "physics/solver/engine.h"
@@ -16,6 +18,8 @@ Result<void> check(const JointSpec& joint) {
         return fail(fmt::format("the joint of bodies {} and {} {}", joint.first, joint.second, what), cure);
     };
     if (!is_finite(joint.anchor_m)) return wrong("has an anchor that is not finite", "Give it a place");
+    if (!(joint.breaking_force_n > 0) || !(joint.breaking_torque_nm > 0))
+        return wrong("breaks at a load that is not positive", "Give a positive limit, or infinity");
     if (joint.kind == JointKind::Ball) return {};
     if (const double size = length(joint.axis); !(size > 0) || !std::isfinite(size)) return wrong("has no axis", "Give it a direction");
     if (!(joint.lower <= 0 && joint.upper >= 0)) return wrong("is beyond its limits at the start", "Give it limits around 0");
@@ -30,6 +34,21 @@ Result<void> check(const JointSpec& joint) {
     return {};
 }
 
+// ODE counts angles up to half a turn, and a spring against a limit would push without bounds.
+Result<void> check_for_ode(const JointSpec& joint) {
+    const auto cannot = [&](std::string_view why, const char* cure) {
+        return fail(fmt::format("the joint of bodies {} and {} {}, which the engine Ode does not hold", joint.first, joint.second, why),
+                    cure);
+    };
+    const bool limited = std::isfinite(joint.lower) || std::isfinite(joint.upper);
+    constexpr double kHalfTurn = std::numbers::pi;
+    if (joint.kind == JointKind::Hinge && limited && !(joint.lower > -kHalfTurn && joint.upper < kHalfTurn))
+        return cannot("has a limit, but not two within half a turn", "Use the engine Blocks, or give it both");
+    if (limited && (joint.stiffness > 0 || joint.damping > 0))
+        return cannot("has a spring and limits", "Use the engine Blocks, or leave one of them out");
+    return {};
+}
+
 }  // namespace
 
 Result<void> Scene::add_joint(const JointSpec& joint) {
@@ -39,7 +58,10 @@ Result<void> Scene::add_joint(const JointSpec& joint) {
         return fail(fmt::format("bodies {} and {} cannot be joined ({})", joint.first, joint.second, why), cure);
     };
     if (joint.first == joint.second) return cannot("they are one", "Name another body");
-    if (world_->settings.engine != EngineKind::Blocks) return cannot("only the engine Blocks has joints", "Use the engine Blocks");
+    const EngineKind engine = world_->settings.engine;
+    if (engine == EngineKind::Hash) return cannot("the engine Hash has no joints", "Use the engine Blocks or Ode");
+    if (engine == EngineKind::Ode)
+        if (auto fine = check_for_ode(joint); !fine) return fine;
     if (engine_->divided()) return cannot("the world is divided", "Use one process");
     if (joined(joint.first, joint.second)) return cannot("they are joined already", "Give two bodies one joint");
     for (const BodyId one : {joint.first, joint.second})
@@ -91,6 +113,21 @@ bool Scene::has_motor(BodyId body, BodyId other) const {
     return joint != nullptr && joint->strength > 0;
 }
 
+std::span<const Joint> Scene::joints() const { return world_->joints.all(); }
+
+Scene::JointPlace Scene::place_of(const Joint& joint) const {
+    const BodyState first = state(joint.first), second = state(joint.second);
+    return {first.position_m + rotate(first.orientation, joint.first_anchor),
+            second.position_m + rotate(second.orientation, joint.second_anchor), rotate(first.orientation, joint.first_axis)};
+}
+
+std::optional<JointLoad> Scene::joint_load(BodyId body, BodyId other) const {
+    const Joint* joint = world_->joints.find(body, other);
+    return joint == nullptr ? std::nullopt : std::optional(joint->load);
+}
+
+std::span<const ConnectionPair> Scene::broken_joints() const { return world_->joints.broken(); }
+
 std::optional<JointState> Scene::joint(BodyId body, BodyId other) const {
     const Joint* joint = world_->joints.find(body, other);
     if (joint == nullptr) return std::nullopt;
@@ -99,7 +136,7 @@ std::optional<JointState> Scene::joint(BodyId body, BodyId other) const {
     const JointPose first = joint_pose(bodies, bodies.slot(joint->first)), second = joint_pose(bodies, bodies.slot(joint->second));
     const BodyState one = state(joint->first), two = state(joint->second);
     const JointRow row = rows_of(*joint, first, second)[kDriveRow];
-    return JointState{place_of(*joint, first, second),
+    return JointState{physics::place_of(*joint, first, second),
                       row.speed(one.linear_velocity_m_s, one.angular_velocity_rad_s, two.linear_velocity_m_s, two.angular_velocity_rad_s)};
 }
 

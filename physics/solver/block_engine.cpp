@@ -184,11 +184,22 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
                 world_.loads.end_step(world_.composites, wrenches, feature_wrenches, world_.settings.gravity_m_s2, times.dt_s);
             }
             find_events(workers);
+            break_joints(times.dt_s, workers);
             last_dt_s_ = times.dt_s, last_substep_s_ = times.substep_s();
             return {};
         }
     }
     return {};
+}
+
+// What they held begins to collide.
+void BlockEngine::break_joints(double dt_s, Workers& workers) {
+    world_.joints.end_step(world_.bodies, dt_s, workers);
+    for (const auto& [one, other] : world_.joints.broken()) {
+        world_.composites.joined().remove(one, other);
+        structure_changed();
+        for (const BodyId body : {one, other}) body_changed(world_.bodies.slot(body), false);
+    }
 }
 
 void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s) {

@@ -312,6 +312,7 @@ void BlockEngine::state_restored() {
     rows_.forget_velocities();
     world_.composites.restore();
     world_.joints.forget_impulses();
+    world_.joints.forget_step();
     world_.joints.places_changed();
     world_.loads.forget();
     // A body may have been asleep in the state that is restored and awake in the failed one, or the other way round.

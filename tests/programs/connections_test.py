@@ -123,7 +123,7 @@ def within_a_range(bodies):
     world = row(3, NO_WEIGHT).replace("[2, 0, 0]", "[2.5, 0, 0]").replace("[motion]", "[links]\nrange = 4\n[motion]")
     facts, summary = bodies.run(TELLING + GRIP, world, 5)
     same((sorted(facts["joined"]), len(facts["beside"])), (both_ways([(0, 1)]), 6), "connections within a range")
-    same(summary["refused_actions"], [{"action": "connect", "reason": "not_a_neighbour", "count": 4}], "refusals within a range")
+    same(summary["refused_actions"], [{"action": "connect", "reason": "not_touching", "count": 4}], "refusals within a range")
 
 
 def refuses(bodies):

@@ -13,6 +13,8 @@ from runner import Outcome
 TELLING = ("type turned(node, node, float Place, float Speed).\nturned(A, B, P, S) :- joint(A, B, P, S).\n"
            "type beside(node, node).\nbeside(A, B) :- neighbor(A, B).\n")
 ALL = "joint = 0\njoint_speed = 0\n"
+LOADS = ("type carries(node, node, float, float, float).\ncarries(A, B, T, S, M) :- load(A, B, T, S, M).\n"
+         "type lost(node, node).\nbroke(A, B) -o lost(A, B).\n")
 FIXED = '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n'
 
 
@@ -90,6 +92,64 @@ def dies(bodies):
     same("; 1 joint" in summary["outcomes"][0], True, summary["outcomes"][0])
 
 
+def carries(bodies):
+    """Both catoms sense what hangs on each joint, and forget it with a catom that dies."""
+    world = row(5, "steps = 4", "gravity = [9.81, 0, 0]", FINE + "load = 0\n") + FIXED + joint(where='"all"', axis="[0, 1, 0]")
+    facts, _ = bodies.run(LOADS, world, 20)
+    same(sorted((a, b) for a, b, *_ in facts["carries"]), chain(5), "loads of a chain")
+    for a, b, tension, shear, torque in facts["carries"]:
+        close(tension, (4 - min(a, b)) * 9.81, 1e-3, f"the tension of {a} and {b}")
+        close(math.hypot(shear, torque), 0, 1e-3, f"the shear and torque of {a} and {b}")
+    facts, _ = bodies.run(LOADS, world + '[[event]]\ntick = 5\nkill = "id == 2"\n', 12)
+    same(sorted((a, b) for a, b, *_ in facts["carries"]), both_ways([(0, 1), (3, 4)]), "loads after a death")
+    same(facts.get("lost", []), [], "a joint that ends with a catom did not break")
+
+
+def breaks(bodies):
+    """A chain that is pulled too much breaks at its top, and the rest falls as one piece. The same at 1 and 2
+    threads, from a checkpoint before, in and after the tick, and with steps of a tick each; neighbours are those that touch."""
+    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
+    for steps, ticks in (("1", 240), ("4", 60)):
+        world = row(5, f"steps = {steps}", FINE + ALL + "load = 0\n") + FIXED + joint(
+            where='"all"', axis="[0, 1, 0]", breaking_force="38")
+        world = world.replace(str([[x, 0, 0] for x in range(5)]), str([[0, 0, -x] for x in range(5)]))
+        seen = []
+        for threads in ("1", "2"):
+            facts, summary = bodies.run(PLACE + TELLING + LOADS, world, ticks, "--threads", threads)
+            same(sorted(facts["lost"]), [(0, 1), (1, 0)], "the joint that broke")
+            same(sorted((a, b) for a, b, *_ in facts["turned"]), both_ways([(1, 2), (2, 3), (3, 4)]), "the joints that are left")
+            same("; 3 joints; 1 joint broke" in summary["outcomes"][0], True, summary["outcomes"][0])
+            places = {a: p for a, *p in facts["place"]}
+            close(math.dist(places[1], places[4]), 3, 1e-3, "the length of what fell")
+            same(places[1][2] < -1.5, True, "it falls")
+            seen.append({name: sorted(rows) for name, rows in facts.items()})
+        same(seen[0], seen[1], "a break at 1 and 2 threads")
+        same((0, 1) in seen[0]["beside"], False, "no neighbours after the break")
+        for stop in (1, 2, 3, ticks // 2):
+            bodies.run(PLACE + TELLING + LOADS, world, stop, "--checkpoint", kept)
+            done = subprocess.run([bodies.meldsim, "fork", kept, "--ticks", str(ticks), "--facts-out", out, "--quiet"],
+                                  env=bodies.environment, capture_output=True, text=True, check=False)
+            same(done.returncode, 0, done.stderr)
+            facts = Outcome(out.read_text(), {}).facts
+            same({name: sorted(rows) for name, rows in facts.items()}, seen[0], f"a run from tick {stop}")
+            shutil.rmtree(kept)
+
+
+def stays_beside(bodies):
+    """What still touches when its joint breaks stays a neighbour, in each tick; a motor that is gone is refused."""
+    world = row(2, "steps = 1", FINE).replace("[[0, 0, 0], [1, 0, 0]]", "[[0, 0, 0], [0, 0, 1]]") + FIXED + joint(
+        between="[0, 1]", axis="[0, 1, 0]", torque="5", breaking_force="5")
+    program = TELLING + LOADS + "type alone(node, int).\nalone(A, T) :- tick(A, T), not neighbor(A, _).\ntype was(node, int).\n" \
+        "type linear last(node, int).\nlast(A, 0).\nlast(A, L), alone(A, T), T > L -o last(A, T), was(A, T).\n" \
+        "motor(A, B, 1) :- lost(A, B), id(A, 0).\n"
+    facts, summary = bodies.run(program, world, 30)
+    same((sorted(facts["lost"]), facts.get("was", [])), ([(0, 1), (1, 0)], []), "neighbours after a break")
+    same(sorted(facts["beside"]), [(0, 1), (1, 0)], "they touch")
+    same(summary["refused_actions"], [{"action": "motor", "reason": "not_joined", "count": 1}], "a motor that is gone")
+    facts, _ = bodies.run(program, world.replace("steps = 1\n", "steps = 1\ngravity = [0, 0, 9.81]\n"), 30)
+    same((len(facts["was"]) > 5, facts.get("beside", [])), (True, []), "what falls away is no neighbour")
+
+
 def goes_on(bodies):
     """A run that goes on from a checkpoint arrives where the other does, also after motors have been set; a fork reads its joints."""
     world = row(6, "steps = 4", "ground = -3", FINE + ALL) + FIXED + joint(where='"all"', axis="[0, 1, 0]", torque="40", speed="4")
@@ -113,6 +173,36 @@ def goes_on(bodies):
     same((done.returncode, len(Outcome(out.read_text(), {}).facts["turned"])), (0, 10), done.stderr)
 
 
+def by_ode(bodies):
+    """The engine ode moves boxes, a capsule, hinges and a slider nearly as the other does, and goes on from a checkpoint."""
+    def world(engine):
+        lines = (f'engine = "{engine}"', "step = 0.001", "substeps = 1", "steps = 10", "ground = -2",
+                 'shape = "box"', "edges = [1, 0.4, 0.6]")
+        return row(4, *lines, FINE + ALL) + FIXED + '[[motion.catoms]]\nwhere = "id == 3"\nshape = "capsule"\nlength = 1.5\n' + joint(
+            where='"all"', axis="[0, 1, 0]", torque="15", servo="20") + joint(
+                between="[2, 3]", kind='"slider"', axis="[1, 0, 0]", limits="[-0.2, 1]", breaking_force="20000")
+    found = {}
+    for engine in ("blocks", "ode"):
+        facts, summary = bodies.run(PLACE + TELLING, world(engine), 40)
+        same("; 3 joints" in summary["outcomes"][0], True, summary["outcomes"][0])
+        found[engine] = ({a: p for a, *p in facts["place"]}, {(a, b): p for a, b, p, _ in facts["turned"]}, facts)
+    for a, place in found["ode"][0].items():
+        close(math.dist(place, found["blocks"][0][a]), 0, 0.05, f"the place of catom {a} by ode")
+    for pair, place in found["ode"][1].items():
+        close(place, found["blocks"][1][pair], 0.05, f"the joint {pair} by ode")
+    same(found["ode"][1][0, 1] > 0.2, True, "the arm has fallen")
+    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
+    for stop in (1, 25):
+        bodies.run(PLACE + TELLING, world("ode"), stop, "--checkpoint", kept)
+        done = subprocess.run([bodies.meldsim, "fork", kept, "--ticks", "40", "--facts-out", out, "--quiet"], env=bodies.environment,
+                              capture_output=True, text=True, check=False)
+        same(done.returncode, 0, done.stderr)
+        facts = Outcome(out.read_text(), {}).facts
+        for what in ("place", "turned"):
+            same(sorted(facts[what]), sorted(found["ode"][2][what]), f"a run by ode from tick {stop}")
+        shutil.rmtree(kept)
+
+
 def refuses(bodies):
     """Several processes, connections, catoms that are not there: at once, with the place and a cure. And motors that are not there."""
     world = row(3, "gravity = [0, 0, 0]")
@@ -123,6 +213,12 @@ def refuses(bodies):
             ("connect(A, B) :- neighbor(A, B).\n", world + joint(between="[0, 1]"), (),
              "the program asks for `connect` (a catom has joints or connections, not both)"),
             (TELLING, world + "[[motion.catoms]]\nconnected = true\n" + joint(between="[0, 1]"), (), "some of its catoms are connected"),
+            (TELLING, world + joint(between="[0, 1]", kind='"slider"', anchor="[0, 0, 0]"), (),
+             "w.toml:9:10: a slider has no anchor. it has axis, limits"),
+            (TELLING, world + joint(between="[0, 1]", breaking_force="0"), (), "w.toml:8:"),
+            (TELLING, row(3, 'engine = "ode"') + joint(between="[0, 1]", limits="[-30, inf]"), (),
+             "w.toml:6:1: the joint of catoms @0 and @1 has a limit, but not two within half a turn, "
+             "which the engine \"ode\" does not hold. Use the engine \"blocks\", or give it both"),
             (TELLING, world + joint(between="[0, 3]"), (), "w.toml:6:1: there is no catom @3. Name two catoms of the world"),
             (TELLING, world + '[[motion.catoms]]\nfixed = true\n' + joint(between="[0, 1]"), (),
              "w.toml:8:1: catoms @0 and @1 cannot be joined (both are fixed)")):
@@ -149,7 +245,8 @@ def is_recorded(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (swings, acts_on_both, later_tables_go, dies, goes_on, refuses, is_recorded):
+        for check in (swings, acts_on_both, later_tables_go, dies, carries, breaks, stays_beside, goes_on, by_ode, refuses,
+                      is_recorded):
             check(bodies)
             print(f"{check.__name__}: fine")
 

@@ -12,6 +12,7 @@
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/comm/transport/gather_to_root.h"
 #include "runtime/results/facts/sorted_facts.h"
+#include "runtime/show/picture/joints.h"
 #include "runtime/show/picture/palette.h"
 #include "runtime/show/picture/stage.h"
 
@@ -347,6 +348,7 @@ Result<Frame> Looker::frame() {
     if (auto done = call_out(); !done) return tl::unexpected<Error>(done.error());
     stage_.uncover_lines();
     if (speaks_) stage_.surround();
+    if (speaks_) add_joints(subdomain_.joints(), stage_);
     return std::move(stage_.frame);
 }
 

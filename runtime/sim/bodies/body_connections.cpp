@@ -108,7 +108,7 @@ std::vector<RefusedConnection> BodyConnections::carry_out(Subdomain& subdomain, 
     each(ActionKind::Connect, [&](Catom catom, physics::BodyId body, physics::BodyId other) -> std::optional<Refusal> {
         if (std::ranges::binary_search(released, pair_of(body, other))) return Refusal::Conflict;
         if (body != other && scene.connected(body, other)) return std::nullopt;
-        if (!touch(subdomain, physics, catom, body, other)) return Refusal::NotANeighbour;
+        if (!touch(subdomain, physics, catom, body, other)) return subdomain.world.links ? Refusal::NotTouching : Refusal::NotANeighbour;
         connected.push_back(pair_of(body, other));
         return std::nullopt;
     });
@@ -136,7 +136,8 @@ void BodyConnections::lose(Subdomain& subdomain, const physics::Scene& scene, Bo
 
 std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events,
                                                              bool recomposed) {
-    if (!recomposed) return events;
+    const bool parted = !world_.physics.joints.empty() && !lasting_.empty();
+    if (!recomposed && !parted) return events;
     followed_.clear();
     std::vector<physics::Touch> begun;
     const std::size_t before = lasting_.size();
@@ -160,6 +161,11 @@ std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scen
     std::ranges::sort(lasting_);
     std::ranges::sort(followed_);
     return followed_;
+}
+
+void BodyConnections::part(std::span<const physics::ConnectionPair> joints) {
+    for (const auto& [one, other] : joints) lasting_.emplace_back(one, other, false);
+    std::ranges::sort(lasting_);
 }
 
 void BodyConnections::adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) {

@@ -50,6 +50,8 @@ class BodyConnections {
     // After each step: the touches that begin and end for programs, sorted; valid until the next call. `events`: those of the physics, and
     // `recomposed`: what the step's report says.
     std::span<const physics::TouchEvent> follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events, bool recomposed);
+    // After a step: these joints have broken. Their catoms are neighbours until the next step finds whether they touch. Sorted.
+    void part(std::span<const physics::ConnectionPair> joints);
     // After the first step: of the touches among connected and fixed catoms at the start, leaves those of which the physics has no event.
     void adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
 
@@ -64,7 +66,7 @@ class BodyConnections {
     static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);
 
     const world::World& world_;
-    // Touches that last although the physics has ended them; sorted.
+    // Touches that last although the physics has ended them, or, in a world with joints, has not begun them yet; sorted.
     std::vector<physics::Touch> lasting_;
     std::vector<physics::TouchEvent> followed_;
 };

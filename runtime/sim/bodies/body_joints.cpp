@@ -83,6 +83,8 @@ physics::JointSpec BodyJoints::describe(const world::JointOptions& joint, const 
     constexpr double kStepsOfServo = 5;
     spec.response_s = joint.response.value_or(kStepsOfServo * world_.physics.step);
     spec.stiffness = joint.stiffness, spec.damping = joint.damping, spec.rest = unit * joint.rest;
+    spec.breaking_force_n = joint.breaking_force.value_or(spec.breaking_force_n);
+    spec.breaking_torque_nm = joint.breaking_torque.value_or(spec.breaking_torque_nm);
     spec.drive = {drive_of(joint.drive), joint.drive == "servo" ? unit * joint.target : joint.target};
     return spec;
 }
@@ -138,6 +140,20 @@ void BodyJoints::add_touches(const physics::Scene& scene, std::vector<physics::T
         for (const physics::BodyId other : scene.joined_to(body))
             if (body < other) touches.push_back({{body, other, false}, true});
     std::ranges::sort(touches);
+}
+
+std::vector<world::JointLook> BodyJoints::looks(const physics::Scene& scene) const {
+    using Kind = world::JointLook::Kind;
+    std::vector<world::JointLook> looks;
+    for (const physics::Joint& joint : scene.joints()) {
+        const auto [first, second, axis] = scene.place_of(joint);
+        const Kind kind = joint.kind == physics::JointKind::Ball     ? Kind::Ball
+                          : joint.kind == physics::JointKind::Slider ? Kind::Slider
+                                                                     : Kind::Hinge;
+        looks.push_back({kind, joint.first, joint.second, to_diameters(world_, first), to_diameters(world_, second)});
+        if (joint.moves_along()) looks.back().axis = {axis.x, axis.y, axis.z};
+    }
+    return looks;
 }
 
 std::vector<RefusedDrive> BodyJoints::carry_out(const Subdomain& subdomain, physics::Scene& scene,

@@ -41,6 +41,9 @@ class BodyJoints {
     // Those whom they hold together are neighbours.
     void add_touches(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) const;
 
+    // As they are drawn.
+    std::vector<world::JointLook> looks(const physics::Scene& scene) const;
+
     // Carries out the actions of a tick, in any order with the same result: of several on one joint, a brake goes before a servo, a servo
     // before a motor, and a motor before coasting. Returns what was refused.
     std::vector<RefusedDrive> carry_out(const Subdomain& subdomain, physics::Scene& scene, std::span<const AskedDrive> asked) const;

@@ -126,6 +126,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
 }
 
 void FreeMotion::tell_looks(Subdomain& subdomain) {
+    if (!world_.physics.joints.empty()) subdomain.set_joints([this] { return joints_.looks(*physics_.scene); });
     if (world_.physics.has_forms()) {
         subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); });
         return;
@@ -178,6 +179,14 @@ void FreeMotion::drive_joints(Subdomain& subdomain) {
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
 }
 
+void FreeMotion::part_broken(Subdomain& subdomain) {
+    const auto broken = physics_.scene->broken_joints();
+    if (broken.empty()) return;
+    load_senses_.note_broken(subdomain, broken);
+    connections_.part(broken);
+    broken_count_ += broken.size();
+}
+
 Result<void> FreeMotion::load_connections(Subdomain& subdomain) {
     const auto broken = physics_.scene->solve_loads(subdomain.workers);
     if (!broken) {
@@ -228,6 +237,7 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
         links_.note(subdomain, fixed_touches_.empty() ? touches : std::span<const physics::TouchEvent>(fixed_touches_), divided);
     release_memory(fixed_touches_);
     lost_.clear();
+    part_broken(subdomain);
     physics_.scene->forget_events();
     if (!in_range_) links_.connect(subdomain, divided);
     return {};
@@ -365,7 +375,9 @@ std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (connected_ > 0) text += fmt::format("; {} connection{}", connected_, connected_ == 1 ? "" : "s");
     if (joined_ > 0) text += fmt::format("; {} joint{}", joined_, joined_ == 1 ? "" : "s");
-    if (broken_count_ > 0) text += fmt::format("; {} connection{} broke", broken_count_, broken_count_ == 1 ? "" : "s");
+    // A world has joints or connections.
+    const std::string_view what = world_.physics.joints.empty() ? "connection" : "joint";
+    if (broken_count_ > 0) text += fmt::format("; {} {}{} broke", broken_count_, what, broken_count_ == 1 ? "" : "s");
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} migrations of catoms between processes", crossed_);
     if (divided_ && divided_->divisions() > 0)

@@ -50,6 +50,10 @@ void LoadSenses::note_broken(Subdomain& subdomain, std::span<const physics::Conn
 void LoadSenses::sense(Subdomain& subdomain, const physics::Scene& scene) const {
     if (!load_) return;
     Least least;
+    for (const physics::Joint& each : scene.joints()) {
+        least.force_n = std::max(least.force_n, each.load.force_n());
+        least.torque_nm = std::max(least.torque_nm, each.load.torque_nm);
+    }
     for (const physics::CarriedLoad& each : scene.loads()) {
         least.force_n = std::max(least.force_n, std::hypot(each.load.tension_n, each.load.shear_n));
         least.torque_nm = std::max(least.torque_nm, each.load.torque_nm());
@@ -68,12 +72,14 @@ void LoadSenses::lose(Subdomain& subdomain, const physics::Scene& scene, std::sp
     if (!load_) return;
     for (const physics::BodyId id : lost) {
         if (!scene.has(id)) continue;
-        for (const physics::BodyId other : scene.connected_to(id)) {
+        const auto forget = [&](physics::BodyId other) {
             const std::optional<Catom> catom = subdomain.ensemble.find(other);
-            if (!catom) continue;
+            if (!catom) return;
             for (const Reading& each : sensed(subdomain, *catom))
                 if (each.other == id) subdomain.take(*load_, *catom, arguments_of(each).data());
-        }
+        };
+        std::ranges::for_each(scene.connected_to(id), forget);
+        std::ranges::for_each(scene.joined_to(id), forget);
     }
 }
 
@@ -110,15 +116,16 @@ bool LoadSenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
     const std::vector<Reading> last = sensed(subdomain, catom);
     std::vector<Reading> now;
     const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
-    for (const physics::BodyId other : scene.connected_to(body)) {
-        const std::optional<physics::ConnectionLoad> load = scene.load(body, other);
-        if (!load) continue;
+    const auto note = [&](physics::BodyId other, double tension_n, double shear_n, double torque_nm) {
         // Zero has one sign where facts are stored.
-        const Reading found{
-            .other = other, .tension_n = load->tension_n + 0.0, .shear_n = load->shear_n + 0.0, .torque_nm = load->torque_nm() + 0.0};
+        const Reading found{.other = other, .tension_n = tension_n + 0.0, .shear_n = shear_n + 0.0, .torque_nm = torque_nm + 0.0};
         const auto former = std::ranges::find(last, found.other, &Reading::other);
         now.push_back(former == last.end() || differs(*former, found, least) ? found : *former);
-    }
+    };
+    for (const physics::BodyId other : scene.connected_to(body))
+        if (const auto load = scene.load(body, other)) note(other, load->tension_n, load->shear_n, load->torque_nm());
+    for (const physics::BodyId other : scene.joined_to(body))
+        if (const auto load = scene.joint_load(body, other)) note(other, load->tension_n, load->shear_n, load->torque_nm);
     bool changed = false;
     const auto change_those_not_in = [&](const std::vector<Reading>& these, const std::vector<Reading>& others, bool holds) {
         for (const Reading& each : these) {

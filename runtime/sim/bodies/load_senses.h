@@ -1,4 +1,4 @@
-// What catoms sense of the loads of their connections, and of those that broke.
+// What catoms sense of the loads of their connections and joints, and of those that broke.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ class LoadSenses {
     void lose(Subdomain& subdomain, const physics::Scene& scene, std::span<const physics::BodyId> lost) const;
 
   private:
-    // What a catom has sensed of a connection.
+    // What a catom has sensed of a connection or a joint.
     struct Reading {
         u64 other = 0;
         double tension_n = 0, shear_n = 0, torque_nm = 0;

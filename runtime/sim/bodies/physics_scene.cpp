@@ -145,7 +145,9 @@ double height_of(const World& world, physics::Vec3 place) {
 Error about_catoms(Error error) {
     for (std::string* text : {&error.problem, &error.suggestion}) {
         *text = named(named(*text, "body ", "catom @"), "bodies ", "catoms @");
-        for (const auto& [setting, key] : {std::pair<std::string_view, std::string_view>{"max_speed_m_s", "[motion] greatest_speed"}})
+        using Name = std::pair<std::string_view, std::string_view>;
+        for (const auto& [setting, key] : {Name{"max_speed_m_s", "[motion] greatest_speed"}, Name{"engine Ode", "engine \"ode\""},
+                                           Name{"engine Blocks", "engine \"blocks\""}})
             if (const std::size_t at = text->find(setting); at != std::string::npos) text->replace(at, setting.size(), key);
     }
     return error;

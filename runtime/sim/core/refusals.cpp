@@ -40,6 +40,7 @@ constexpr Words kWords[] = {
     {Refusal::NoSuchFeature, "no_such_feature", "the catom had no such feature"},
     {Refusal::NotConnected, "not_connected", "the two catoms were not connected"},
     {Refusal::NotJoined, "not_joined", "the two catoms had no joint with a motor"},
+    {Refusal::NotTouching, "not_touching", "the other catom did not touch it"},
 };
 constexpr std::size_t kRefusals = std::size(kWords);
 

@@ -42,6 +42,7 @@ enum class Refusal : std::uint8_t {
     NoSuchFeature,
     NotConnected,
     NotJoined,
+    NotTouching,
 };
 // A name that stays the same, for programs: "not_a_neighbour".
 std::string_view name_of(Refusal why);

@@ -25,6 +25,7 @@
 #include "runtime/sim/network/turns.h"
 #include "runtime/world/description/world.h"
 #include "runtime/world/ensemble/target.h"
+#include "runtime/world/shapes/joint_look.h"
 #include "runtime/world/shapes/rounded_body.h"
 
 namespace meld::sim {
@@ -129,6 +130,8 @@ class Subdomain {
     // What a catom looks like, where some are no spheres.
     bool has_rounded() const { return rounded_of_ != nullptr; }
     world::RoundedBody rounded(Catom catom) const { return rounded_of_ ? rounded_of_(catom) : world::RoundedBody(); }
+    // What joints there are to be drawn.
+    std::vector<world::JointLook> joints() const { return joints_ ? joints_() : std::vector<world::JointLook>(); }
     std::size_t bytes() const {
         return members_.bytes() + facts_.bytes() + (network_ ? network_->bytes() : 0) + (routes_ ? routes_->bytes() : 0) + motion_bytes_;
     }
@@ -247,6 +250,7 @@ class Subdomain {
     void set_strict(bool strict) { abi_.strict = strict; }
     void set_diameters(std::function<double(Catom)> of) { diameter_of_ = std::move(of); }
     void set_rounded(std::function<world::RoundedBody(Catom)> of) { rounded_of_ = std::move(of); }
+    void set_joints(std::function<std::vector<world::JointLook>()> all) { joints_ = std::move(all); }
     // Catoms at arbitrary positions are saved by their homes: places on the curve that orders bricks, which processes own as they own
     // bricks of a lattice.
     void set_homes(std::function<world::BrickKey(Catom)> of) { home_of_ = std::move(of); }
@@ -268,11 +272,12 @@ class Subdomain {
     friend class Loader;
     friend class HandOver;
 
-    SubdomainView abi_;                                    // As the compiled module sees it.
-    std::function<double(Catom)> diameter_of_;             // Empty if all have the world's.
-    std::function<world::RoundedBody(Catom)> rounded_of_;  // Empty if all are spheres.
-    std::function<world::BrickKey(Catom)> home_of_;        // Empty on a lattice.
-    std::size_t motion_bytes_ = 0;                         // The memory of the motion module.
+    SubdomainView abi_;                                      // As the compiled module sees it.
+    std::function<double(Catom)> diameter_of_;               // Empty if all have the world's.
+    std::function<world::RoundedBody(Catom)> rounded_of_;    // Empty if all are spheres.
+    std::function<std::vector<world::JointLook>()> joints_;  // Empty if there are none.
+    std::function<world::BrickKey(Catom)> home_of_;          // Empty on a lattice.
+    std::size_t motion_bytes_ = 0;                           // The memory of the motion module.
     TickLog* log_ = nullptr;
 };
 

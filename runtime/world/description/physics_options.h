@@ -72,7 +72,8 @@ struct JointOptions {
     double strength = 0;                    // Of the motor: a torque or a force.
     std::optional<double> speed, response;  // Of the servo.
     double stiffness = 0, damping = 0, rest = 0;
-    std::string drive = "coast";  // At the start: "coast", "motor", "servo" or "brake".
+    std::optional<double> breaking_force, breaking_torque;  // What it carries at most, N and N m; nothing: anything.
+    std::string drive = "coast";                            // At the start: "coast", "motor", "servo" or "brake".
     double target = 0;
     std::string place;
 };

@@ -7,6 +7,8 @@
 #include <limits>
 #include <string_view>
 
+#include "runtime/world/file/motion_keys.h"
+
 namespace meld::world {
 
 namespace {
@@ -49,11 +51,13 @@ void read_bodies(const Section& section, JointOptions& joint) {
     joint.anchor = anchor;
 }
 
-// What a ball, which moves along nothing, does not have.
-void refuse_keys_of_ball(const Section& section) {
-    for (const std::string_view key :
-         {"axis", "limits", "torque", "force", "speed", "response", "stiffness", "damping", "rest", "motor", "servo", "brake"})
-        if (section.has(key)) section.wrong(key, fmt::format("a ball has no {}", key), "it has an anchor; hinges and sliders have more");
+// A ball moves along nothing; and wherever the two halves of a slider are, they move along the same axis.
+void refuse_keys_of_other_joints(const Section& section, std::string_view kind) {
+    refuse_keys_of_others(
+        section, kind,
+        {{"hinge", {"anchor", "axis", "limits", "torque", "speed", "response", "motor", "servo", "brake", "stiffness", "damping", "rest"}},
+         {"slider", {"axis", "limits", "force", "speed", "response", "motor", "servo", "brake", "stiffness", "damping", "rest"}},
+         {"ball", {"anchor"}}});
 }
 
 void read_limits(const Section& section, JointOptions& joint) {
@@ -68,9 +72,6 @@ void read_limits(const Section& section, JointOptions& joint) {
 // At most one of motor, servo and brake acts at the start.
 void read_drive(const Section& section, JointOptions& joint) {
     const bool hinge = joint.kind == "hinge";
-    if (section.has(hinge ? "force" : "torque"))
-        section.wrong(hinge ? "force" : "torque", hinge ? "a hinge has no force" : "a slider has no torque",
-                      hinge ? "write torque = 10, in N m" : "write force = 10, in N");
     section.read_number(hinge ? "torque" : "force", joint.strength, 0, kMostNumber);
     double value = 1;
     if (section.has("speed")) section.read_positive("speed", value), joint.speed = value;
@@ -106,11 +107,13 @@ void read_spring(const Section& section, JointOptions& joint) {
 void read_joint(TomlReader& reader, const toml::table& table, JointOptions& joint) {
     const Section section(reader, table, "[[motion.joint]]",
                           {"kind", "between", "where", "anchor", "axis", "limits", "torque", "force", "speed", "response", "motor", "servo",
-                           "brake", "stiffness", "damping", "rest"});
+                           "brake", "stiffness", "damping", "rest", "breaking_force", "breaking_torque"});
     joint.place = reader.place(table.source());
     section.read_choice("kind", joint.kind, {"hinge", "slider", "ball"});
+    refuse_keys_of_other_joints(section, joint.kind);
     read_bodies(section, joint);
-    if (joint.kind == "ball") return refuse_keys_of_ball(section);
+    read_breaking(section, joint.breaking_force, joint.breaking_torque);
+    if (joint.kind == "ball") return;
     section.read("axis", joint.axis);
     const double largest = std::max({std::abs(joint.axis[0]), std::abs(joint.axis[1]), std::abs(joint.axis[2])});
     if (!(largest > 0)) section.wrong("axis", "the axis of a joint has no direction", "write axis = [0, 0, 1]");

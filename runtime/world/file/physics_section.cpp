@@ -2,7 +2,6 @@
 #include "runtime/world/file/physics_section.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "runtime/base/default_time_scale.h"
 #include "runtime/world/file/joint_section.h"
+#include "runtime/world/file/motion_keys.h"
 #include "runtime/world/shapes/surface.h"
 
 namespace meld::world {
@@ -27,24 +27,6 @@ void each_table(TomlReader& reader, const toml::table& motion, std::string_view 
         return reader.wrong(node->source(),
                             fmt::format("[motion] {} {}", key, type_mismatch(*node, fmt::format("tables [[motion.{}]]", key))));
     for (const toml::node& table : *node->as_array()) read(*table.as_table());
-}
-
-// The keys that only some kinds of an object have.
-struct KeysOfKind {
-    std::string_view kind;
-    std::vector<std::string_view> keys;
-    bool has(std::string_view key) const { return std::find(keys.begin(), keys.end(), key) != keys.end(); }
-};
-
-// A key of another kind would have no effect here.
-void refuse_keys_of_others(const Section& section, std::string_view kind, std::initializer_list<KeysOfKind> kinds) {
-    const KeysOfKind& own = *std::find_if(kinds.begin(), kinds.end(), [&](const KeysOfKind& k) { return k.kind == kind; });
-    for (const KeysOfKind& other : kinds)
-        for (const std::string_view key : other.keys)
-            if (!own.has(key) && section.has(key))
-                section.wrong(key, fmt::format("a {} has no {}", kind, key),
-                              own.keys.empty() ? fmt::format("{} is of a {}", key, other.kind)
-                                               : fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
 }
 
 FeatureOptions feature_of_size(double diameter_m) {
@@ -92,13 +74,6 @@ void read_surface(const Section& section, std::optional<double>& friction, std::
     if (section.has("friction")) section.read_number("friction", value, 0, kMost), friction = value;
     value = 0;
     if (section.has("restitution")) section.read_number("restitution", value, 0, 1), restitution = value;
-}
-
-void read_breaking(const Section& section, std::optional<double>& force, std::optional<double>& torque) {
-    double value = 1;
-    if (section.has("breaking_force")) section.read_positive("breaking_force", value), force = value;
-    value = 1;
-    if (section.has("breaking_torque")) section.read_positive("breaking_torque", value), torque = value;
 }
 
 void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& obstacle) {
@@ -240,9 +215,8 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
     const auto at = [&](const std::string& place, std::string problem, const char* suggestion) {
         reader.wrong(Error{fmt::format("{}: {}", place, problem), suggestion});
     };
-    if (p.engine != "blocks")
-        section.wrong("engine", fmt::format("the engine \"{}\" knows spheres alone", p.engine),
-                      "write engine = \"blocks\", or take the shapes out");
+    if (p.engine == "hash")
+        section.wrong("engine", "the engine \"hash\" knows spheres alone", "write engine = \"blocks\", or take the shapes out");
     for (const ObstacleOptions& o : p.obstacles)
         if (o.kind == "terrain" || o.kind == "mesh")
             at(o.place, fmt::format("a {} holds spheres alone", o.kind), "use planes and boxes, or take the shapes out");
@@ -315,9 +289,8 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     each_table(reader, table, "obstacle", [&](const toml::table& t) { read_obstacle(reader, t, p.obstacles.emplace_back()); });
     each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
     each_table(reader, table, "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
-    if (!p.joints.empty() && p.engine != "blocks")
-        section.wrong("engine", fmt::format("the engine \"{}\" has no joints", p.engine),
-                      "write engine = \"blocks\", or take the joints out");
+    if (!p.joints.empty() && p.engine == "hash")
+        section.wrong("engine", "the engine \"hash\" has no joints", "write engine = \"blocks\", or take the joints out");
     for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
     smallest_m = least_thickness(p, diameter_m, smallest_m);
     check_forms(reader, section, p);

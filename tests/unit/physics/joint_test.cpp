@@ -356,6 +356,40 @@ TEST(Joints, LoopsOfLockedAndOfDrivenHingesLandInOnePiece) {
     }
 }
 
+// Motors press loops of hinges about different axes against their limits, and a corner against a fixed body, with any force. What this
+// adds to the energy is no more than motors do on their ways.
+TEST(Joints, ALoopThatCannotHoldFallsAndLands) {
+    constexpr double kDegree = kPi / 180;
+    for (const double strength : {1.0, 40.0}) {
+        auto scene = scene_on_plane(wakeful());
+        const auto at = [](BodyId i) { return Vec3{double(i % 2), double(i / 2), 3}; };
+        for (BodyId i = 0; i < 9; ++i) {
+            BodySpec body{.id = i, .position_m = at(i), .fixed = i == 0};
+            if (i < 3) body.shape = box_shape({1, 1, 1}, 0.05);
+            need(scene->add_body(body));
+        }
+        for (BodyId i = 1; i < 9; ++i)
+            for (BodyId j = i + 1; j < 9; ++j) {
+                if (length(at(i) - at(j)) > 1.001) continue;
+                JointSpec joint{.first = i, .second = j, .anchor_m = 0.5 * (at(i) + at(j)), .axis = {0, 1, 0}};
+                joint.lower = -kDegree, joint.upper = kDegree;
+                joint.strength = strength, joint.drive = {JointDrive::Kind::Motor, 2};
+                if (i == 2 && j == 3) joint.axis = {0, 0, 1}, joint.lower = -kPi / 2, joint.upper = 0;
+                if (i == 3 && j == 5) joint = {.kind = JointKind::Ball, .first = i, .second = j, .anchor_m = joint.anchor_m};
+                need(scene->add_joint(joint));
+            }
+        Workers workers(1);
+        const double start = energy(*scene);
+        double most = start;
+        for (int tick = 0; tick < 400; ++tick) {
+            run(*scene, 1, 2, workers);
+            most = std::max(most, energy(*scene));
+        }
+        EXPECT_LT(most, start + 20) << strength;
+        EXPECT_LT(scene->kinetic_energy_j(), 20) << strength;
+    }
+}
+
 TEST(Joints, WhatTheyHeldWakesWhenItsPartnerIsRemoved) {
     auto scene = make_scene();
     need(scene->add_body({.id = 0, .position_m = {0, 0, 0}, .fixed = true}));

@@ -350,7 +350,7 @@ TEST(Shapes, AreRefusedWhereTheyCannotBe) {
     const BodySpec cube{.id = 0, .position_m = {0, 0, 5}, .shape = box_shape({1, 1, 1}, 0.02)};
     Settings hash;
     hash.engine = EngineKind::Hash;
-    refused(make_scene(hash)->add_body(cube), "only the engine Blocks");
+    refused(make_scene(hash)->add_body(cube), "the engine Hash has none");
     auto on_mesh = make_scene();
     need(on_mesh->add_obstacle(Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}}, 0));
     refused(on_mesh->add_body(cube), "obstacle 0, a mesh");

@@ -17,26 +17,32 @@ TEST(JointSection, ReadsEachKey) {
 [[motion.joint]]
 kind = "slider"
 between = [1, 0]
-anchor = [0.5, 0, 1]
 axis = [0, 2, 0]
 limits = [-inf, 3]
 force = 12
 speed = 0.5
 response = "20ms"
 servo = 2
+breaking_force = 300
 [[motion.joint]]
 where = "id < 2"
 stiffness = 4
 damping = 0.5
 rest = -30
+[[motion.joint]]
+kind = "ball"
+between = [0, 1]
+anchor = [0.5, 0, 1]
+breaking_torque = 20
 )toml",
                                             "w.toml");
     ASSERT_TRUE(world) << world.error().message();
-    ASSERT_EQ(world->physics.joints.size(), 2u);
-    const JointOptions &slider = world->physics.joints[0], &spring = world->physics.joints[1];
+    ASSERT_EQ(world->physics.joints.size(), 3u);
+    const JointOptions &slider = world->physics.joints[0], &spring = world->physics.joints[1], &ball = world->physics.joints[2];
     EXPECT_EQ(slider.kind, "slider");
     EXPECT_EQ(slider.between, (std::array<std::uint64_t, 2>{1, 0}));
-    EXPECT_EQ(slider.anchor, (Vec3{0.5, 0, 1}));
+    EXPECT_EQ(slider.breaking_force, 300);
+    EXPECT_FALSE(slider.breaking_torque);
     EXPECT_EQ(slider.axis, (Vec3{0, 2, 0}));
     EXPECT_EQ((*slider.limits)[1], 3);
     EXPECT_EQ(slider.strength, 12);
@@ -51,6 +57,8 @@ rest = -30
     EXPECT_EQ(spring.damping, 0.5);
     EXPECT_EQ(spring.rest, -30);
     EXPECT_EQ(spring.drive, "coast");
+    EXPECT_EQ(ball.anchor, (Vec3{0.5, 0, 1}));
+    EXPECT_EQ(ball.breaking_torque, 20);
     EXPECT_EQ(spring.place, "w.toml:16:1");
 }
 
@@ -75,6 +83,9 @@ TEST(JointSection, SaysWhatIsWrong) {
         {"between = [0, 1]\ntorque = 3\nstiffness = 1", "a joint has a spring or a motor"},
         {"between = [0, 1]\nrest = 3", "a joint without stiffness has no spring"},
         {"between = [0, 1]\nkind = \"ball\"\nlimits = [-1, 1]", "a ball has no limits"},
+        {"between = [0, 1]\nkind = \"slider\"\nanchor = [0, 0, 0]", "a slider has no anchor"},
+        {"between = [0, 1]\nbreaking_force = 0", "breaking_force"},
+        {"between = [0, 1]\nkind = \"ball\"\nbreaking_torque = -1", "breaking_torque"},
     };
     for (const auto& [keys, message] : wrong)
         EXPECT_NE(outcome_of("[[motion.joint]]\n" + keys + "\n").find(message), std::string::npos)

@@ -1,0 +1,103 @@
+#include "runtime/show/picture/joints.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+namespace meld::picture {
+
+namespace {
+
+using render::Triangle;
+using render::Vec;
+
+constexpr std::size_t kMostJoints = 5000;
+// As shares of how far the smaller catom reaches along the axis: half of a pin's length, and its radius; a rail's beyond the two, and half
+// of its width; a ball's radius; an arm's radius.
+constexpr float kPin = 1.2F, kPinRadius = 0.2F, kRail = 1.2F, kRailHalf = 0.12F, kBall = 0.36F, kArm = 0.1F;
+// Anchors that are nearer than this to the surface need no arm.
+constexpr float kNear = 1.05F;
+
+// Two directions at right angles to a third.
+std::array<Vec, 2> across(const Vec& axis) {
+    const Vec one = axis.cross(std::abs(axis.z()) < 0.8F ? Vec::UnitZ() : Vec::UnitX()).normalized();
+    return {one, axis.cross(one)};
+}
+
+// A bar with so many sides, closed at both ends.
+void add_bar(const Vec& from, const Vec& to, float radius, int sides, std::vector<Triangle>& out) {
+    if (!((to - from).norm() > 0)) return;
+    const auto [u, v] = across((to - from).normalized());
+    const auto corner = [&, u = u, v = v](int i) {
+        const float angle = 2 * std::numbers::pi_v<float> * (static_cast<float>(i % sides) + 0.5F) / static_cast<float>(sides);
+        return Vec(radius * (std::cos(angle) * u + std::sin(angle) * v));
+    };
+    for (int i = 0; i < sides; ++i) {
+        const Vec one = corner(i), next = corner(i + 1);
+        out.push_back({from + one, from + next, to + next});
+        out.push_back({from + one, to + next, to + one});
+        out.push_back({from, from + next, from + one});
+        out.push_back({to, to + one, to + next});
+    }
+}
+
+// An eighth of a ball, each triangle split into four so many times.
+void add_eighth(const Vec& centre, float radius, const Triangle& corners, int splits, std::vector<Triangle>& out) {
+    const auto& [a, b, c] = corners;
+    if (splits == 0) {
+        out.push_back({centre + radius * a, centre + radius * b, centre + radius * c});
+        return;
+    }
+    const Vec ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
+    for (const Triangle& part : {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}})
+        add_eighth(centre, radius, part, splits - 1, out);
+}
+
+void add_ball(const Vec& centre, float radius, std::vector<Triangle>& out) {
+    for (const float x : {-1.0F, 1.0F})
+        for (const float y : {-1.0F, 1.0F})
+            for (const float z : {-1.0F, 1.0F}) add_eighth(centre, radius, {x * Vec::UnitX(), y * Vec::UnitY(), z * Vec::UnitZ()}, 2, out);
+}
+
+float reach(const render::Scene& scene, std::size_t place, const Vec& way) {
+    return scene.rounded.empty() ? scene.diameter(place) / 2 : scene.rounded[place].reach(way);
+}
+
+void add_joint(const world::JointLook& joint, std::size_t first, std::size_t second, render::Scene& scene) {
+    const Vec a = vec_of(joint.first_anchor), b = vec_of(joint.second_anchor), axis = vec_of(joint.axis).normalized();
+    const float size = std::min(reach(scene, first, axis), reach(scene, second, axis));
+    std::vector<Triangle>& out = scene.obstacles;
+    switch (joint.kind) {
+        case world::JointLook::Kind::Hinge:
+            add_bar(b - kPin * size * axis, b + kPin * size * axis, kPinRadius * size, 12, out);
+            break;
+        case world::JointLook::Kind::Slider: {
+            const float way = (b - a).dot(axis);
+            add_bar(a + (std::min(0.0F, way) - kRail * size) * axis, a + (std::max(0.0F, way) + kRail * size) * axis,
+                    kRailHalf * size * std::numbers::sqrt2_v<float>, 4, out);
+            break;
+        }
+        case world::JointLook::Kind::Ball:
+            add_ball(b, kBall * size, out);
+            break;
+    }
+    for (const auto& [place, anchor] : {std::pair(first, a), std::pair(second, b)}) {
+        const Vec centre = scene.places[place], way = anchor - centre;
+        if (way.norm() > kNear * reach(scene, place, way.normalized())) add_bar(centre, anchor, kArm * size, 8, out);
+    }
+}
+
+}  // namespace
+
+void add_joints(std::span<const world::JointLook> joints, Stage& stage) {
+    if (joints.size() > kMostJoints) return;
+    for (const world::JointLook& joint : joints) {
+        const auto first = stage.place(joint.first), second = stage.place(joint.second);
+        if (first && second) add_joint(joint, *first, *second, stage.frame.scene);
+    }
+}
+
+}  // namespace meld::picture
