@@ -25,11 +25,30 @@ double second_moment(double a, double b, double c, double r) {
     return core + ends + sides + across + along + corners;
 }
 
+// Of a cylinder with a rounded rim, from its middle plane upwards: the integrals of rho^2, rho^4 and z^2 rho^2, where rho is its radius at
+// height z. On the rounded part, at s above the core, that is R + sqrt(r^2 - s^2).
+struct Profile {
+    double square, fourth, high;
+};
+Profile profile_of(double R, double h, double r) {
+    const double r2 = r * r, r3 = r2 * r, r4 = r3 * r, r5 = r4 * r;
+    // Of the powers of sqrt(r^2 - s^2), of these times s, and times s^2.
+    const double p0 = r, p1 = kPi * r2 / 4, p2 = 2 * r3 / 3, p3 = 3 * kPi * r4 / 16, p4 = 8 * r5 / 15;
+    const double s0 = r2 / 2, s1 = r3 / 3, s2 = r4 / 4, t0 = r3 / 3, t1 = kPi * r4 / 16, t2 = 2 * r5 / 15;
+    const double R2 = R * R, R4 = R2 * R2, wide = (R + r) * (R + r), round = R2 * p0 + 2 * R * p1 + p2;
+    return {.square = h * wide + round,
+            .fourth = h * wide * wide + R4 * p0 + 4 * R2 * R * p1 + 6 * R2 * p2 + 4 * R * p3 + p4,
+            .high = h * h * h / 3 * wide + h * h * round + 2 * h * (R2 * s0 + 2 * R * s1 + s2) + R2 * t0 + 2 * R * t1 + t2};
+}
+
 }  // namespace
 
-double BodyShape::least_m() const { return std::min({core_m.x, core_m.y, core_m.z}) + rounding_m; }
+double BodyShape::least_m() const {
+    return (is_cylinder() ? std::min(core_m.x, core_m.z) : std::min({core_m.x, core_m.y, core_m.z})) + rounding_m;
+}
 
 double BodyShape::volume_m3() const {
+    if (is_cylinder()) return 2 * kPi * profile_of(core_m.x, core_m.z, rounding_m).square;
     const auto [a, b, c] = core_m;
     const double r = rounding_m;
     return 8 * a * b * c + 8 * r * (a * b + b * c + c * a) + 2 * kPi * r * r * (a + b + c) + 4 * kPi * r * r * r / 3;
@@ -38,25 +57,36 @@ double BodyShape::volume_m3() const {
 double BodyShape::surface_m2() const {
     const auto [a, b, c] = core_m;
     const double r = rounding_m;
+    if (is_cylinder()) return 2 * kPi * a * a + 4 * kPi * c * (a + r) + 2 * kPi * r * (kPi * a + 2 * r);
     return 8 * (a * b + b * c + c * a) + 4 * kPi * r * (a + b + c) + 4 * kPi * r * r;
 }
 
 Vec3 BodyShape::inertia_per_kg_m2() const {
     const auto [a, b, c] = core_m;
+    if (is_cylinder()) {
+        const Profile half = profile_of(a, c, rounding_m);
+        const double along = half.fourth / (2 * half.square), across = along / 2 + half.high / half.square;
+        return {across, across, along};
+    }
     const double x = second_moment(a, b, c, rounding_m), y = second_moment(b, c, a, rounding_m), z = second_moment(c, a, b, rounding_m);
     return (1 / volume_m3()) * Vec3{y + z, x + z, x + y};
 }
 
 BodyShape box_shape(Vec3 edges_m, double rounding_m) { return {0.5 * edges_m - Vec3{rounding_m, rounding_m, rounding_m}, rounding_m}; }
+BodyShape cylinder_shape(double radius_m, double height_m, double rounding_m) {
+    return {{radius_m - rounding_m, 0, height_m / 2 - rounding_m}, rounding_m};
+}
 BodyShape capsule_shape(double radius_m, double length_m) { return {{0, 0, length_m / 2 - radius_m}, radius_m}; }
 
 Result<void> check(const BodyShape& shape) {
     const auto [x, y, z] = shape.core_m;
     const double r = shape.rounding_m;
-    const bool box = x > 0 && y > 0 && z > 0, line = x == 0 && y == 0 && z >= 0;
-    if (!is_finite(shape.core_m) || !std::isfinite(r) || !(r >= 0) || !(box || line) || (line && !(r > 0)))
-        return fail(fmt::format("a shape has a core of half edges {}, {} and {} m and is rounded by {} m (which is no solid)", x, y, z, r),
-                    "Give a box three positive half edges, and a capsule (0, 0, half its length without its ends) and a positive radius");
+    const bool box = x > 0 && y > 0 && z > 0, cylinder = x > 0 && y == 0 && z > 0, line = x == 0 && y == 0 && z >= 0;
+    if (!is_finite(shape.core_m) || !std::isfinite(r) || !(r >= 0) || !(box || cylinder || line) || (line && !(r > 0)))
+        return fail(
+            fmt::format("a shape has a core of half edges {}, {} and {} m and is rounded by {} m (which is no solid)", x, y, z, r),
+            "Give a box three positive half edges, a cylinder (its radius, 0, half its height), both without the rounding, and a capsule "
+            "(0, 0, half its length without its ends) and a positive rounding");
     constexpr double kMostSlender = 1e3;
     if (shape.radius_m() > kMostSlender * shape.least_m())
         return fail(fmt::format("a shape is {:.3g} m thick and {:.3g} m long", 2 * shape.least_m(), 2 * shape.radius_m()),

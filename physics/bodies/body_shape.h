@@ -1,5 +1,5 @@
-// Shapes of bodies other than spheres: a core, which is a box or a line along z, and everything within a distance of it, so edges and
-// corners are round. And which body has which shape.
+// Shapes of bodies other than spheres: a core, which is a box, a cylinder or a line along z, and everything within a distance of it, so
+// edges and corners are round. And which body has which shape.
 #pragma once
 
 #include <array>
@@ -15,12 +15,14 @@ namespace meld::physics {
 
 // A solid body, uniformly filled.
 struct BodyShape {
-    // Half of the core's edges along the body's axes: three positive numbers are a box, (0, 0, z) is a capsule, zeros are a sphere.
+    // Half of the core's edges along the body's axes: three positive numbers are a box, (x, 0, z) is a cylinder along z of radius x,
+    // (0, 0, z) is a capsule, zeros are a sphere.
     Vec3 core_m = {};
     // From the core to the surface.
     double rounding_m = 0;
     bool operator==(const BodyShape&) const = default;
 
+    bool is_cylinder() const { return core_m.x > 0 && core_m.y == 0; }
     bool is_sphere() const { return core_m == Vec3{}; }
     // Of the sphere around it.
     double radius_m() const { return length(core_m) + rounding_m; }
@@ -32,8 +34,10 @@ struct BodyShape {
     Vec3 inertia_per_kg_m2() const;
 };
 
-// A box with these edges, whose own edges are rounded by a radius; a capsule along z whose ends are half balls.
+// A box with these edges, whose own edges are rounded by a radius; a cylinder along z with a rounded rim; a capsule along z whose ends are
+// half balls.
 BodyShape box_shape(Vec3 edges_m, double rounding_m);
+BodyShape cylinder_shape(double radius_m, double height_m, double rounding_m);
 BodyShape capsule_shape(double radius_m, double length_m);
 // Errors: what is impossible about it.
 Result<void> check(const BodyShape& shape);

@@ -2,46 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
+#include "physics/collision/core_geometry.h"
+#include "physics/collision/cylinder_contacts.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {
 
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
-// Shares of the least thickness: another axis must be better by this to replace a face; cores nearer than this count as touching; and a
-// point over a face may be this much farther away than the face's plane.
-constexpr double kBetter = 0.01, kApart = 1e-7, kOverFace = 1e-3;
+// A share of the least thickness: another axis must be better by this to replace a face.
+constexpr double kBetter = 0.01;
 // Boxes whose axes differ by less than this, rad, have no axes of edges that say more than those of their faces.
 constexpr double kAlike = 1e-3;
-// Faces that differ by less than this angle, as its cosine and sine, lie on each other: they touch in several points, whose normal is that
-// of one of them, although one point between their edges may be a little nearer.
-constexpr double kFlat = 0.98, kSlant = 0.2;
 // Nearest points that change less than this, as a share of the least thickness, are found.
 constexpr double kSettled = 1e-7;
 
 double& part(Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 double part(const Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-
-enum class CoreKind { Point, Line, Box };
-CoreKind kind_of(const Core& core) { return core.half_m.x > 0 ? CoreKind::Box : core.half_m.z > 0 ? CoreKind::Line : CoreKind::Point; }
-
-Vec3 into(const Pose& pose, Vec3 v) { return {dot(v, pose.axes[0]), dot(v, pose.axes[1]), dot(v, pose.axes[2])}; }
-Vec3 out_of(const Pose& pose, Vec3 v) { return v.x * pose.axes[0] + (v.y * pose.axes[1] + v.z * pose.axes[2]); }
-
-Vec3 any_across(Vec3 v) {
-    const Vec3 other = std::abs(v.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 found = cross(v, other);
-    return (1 / length(found)) * found;
-}
-
-void add(Manifold& found, Vec3 at, double gap_m, double reach_m) {
-    if (gap_m > reach_m || found.count == kMaxManifoldPoints) return;
-    found.points[static_cast<std::size_t>(found.count++)] = {at, gap_m};
-}
 
 // The point of a core's surface that is nearest to a point, both in the core's frame: the direction out of the core there, and how far
 // along it the point is (negative: inside).
@@ -49,6 +28,18 @@ struct OnCore {
     Vec3 on, out;
     double distance;
 };
+OnCore nearest_on_cylinder(Vec3 half, Vec3 point) {
+    const double away = std::hypot(point.x, point.y), inward = away > half.x ? half.x / away : 1;
+    const Vec3 on{inward * point.x, inward * point.y, std::clamp(point.z, -half.z, half.z)};
+    const Vec3 way = point - on;
+    if (const double distance = length(way); distance > 0) return {on, (1 / distance) * way, distance};
+    if (half.z - std::abs(point.z) <= half.x - away) {
+        const double up = point.z < 0 ? -1 : 1;
+        return {{point.x, point.y, up * half.z}, {0, 0, up}, std::abs(point.z) - half.z};
+    }
+    const Vec3 out = away > 0 ? (1 / away) * Vec3{point.x, point.y, 0} : Vec3{1, 0, 0};
+    return {{half.x * out.x, half.x * out.y, point.z}, out, away - half.x};
+}
 OnCore nearest_on(Vec3 half, Vec3 point) {
     const Vec3 on{std::clamp(point.x, -half.x, half.x), std::clamp(point.y, -half.y, half.y), std::clamp(point.z, -half.z, half.z)};
     const Vec3 way = point - on;
@@ -64,60 +55,14 @@ OnCore nearest_on(Vec3 half, Vec3 point) {
 
 void collide_ball_and_core(const Core& ball, const Core& core, const Pose& pose, Vec3 from_core, bool ball_first, double reach,
                            Manifold& found) {
-    const OnCore near = nearest_on(core.half_m, into(pose, from_core));
+    const Vec3 ball_at = into(pose, from_core);
+    const OnCore near = kind_of(core) == CoreKind::Cylinder ? nearest_on_cylinder(core.half_m, ball_at) : nearest_on(core.half_m, ball_at);
     const Vec3 out = out_of(pose, near.out);
     const double gap = near.distance - core.radius_m - ball.radius_m;
     found.normal = ball_first ? -out : out;
     // From the centre of the core; the ball is at from_core.
     const Vec3 at = out_of(pose, near.on) + (core.radius_m + 0.5 * gap) * out;
     add(found, ball_first ? at - from_core : at, gap, reach);
-}
-
-struct LineEnds {
-    Vec3 p, q;
-};
-// The nearest points of two lines from their middles, of half lengths a and b along unit vectors (C. Ericson: "Real-Time Collision
-// Detection", section 5.1.9).
-LineEnds nearest_of_lines(Vec3 a_middle, Vec3 a_along, double a, Vec3 b_middle, Vec3 b_along, double b) {
-    const Vec3 between = a_middle - b_middle;
-    const double mixed = dot(a_along, b_along), on_a = dot(a_along, between), on_b = dot(b_along, between), area = 1 - mixed * mixed;
-    double s = area > 1e-12 ? std::clamp((mixed * on_b - on_a) / area, -a, a) : 0;
-    double t = mixed * s + on_b;
-    if (std::abs(t) > b) {
-        t = std::clamp(t, -b, b);
-        s = std::clamp(mixed * t - on_a, -a, a);
-    }
-    return {a_middle + s * a_along, b_middle + t * b_along};
-}
-
-// Lines that are nearly parallel and side by side meet at both ends of their common stretch.
-bool collide_side_by_side(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, Vec3 shift, double reach, Manifold& found) {
-    constexpr double kParallel = 0.9985, kShort = 0.1;
-    const Vec3 u = a_pose.axes[2], v = b_pose.axes[2];
-    const double mixed = dot(u, v), middle = dot(shift, u), half = b.half_m.z * std::abs(mixed);
-    const double low = std::max(-a.half_m.z, middle - half), high = std::min(a.half_m.z, middle + half);
-    const double radii = a.radius_m + b.radius_m;
-    if (std::abs(mixed) < kParallel || high - low < kShort * radii) return false;
-    const auto ends = [&](double s) {
-        const double t = std::clamp((s - middle) / mixed, -b.half_m.z, b.half_m.z);
-        return LineEnds{s * u, shift + t * v};
-    };
-    const LineEnds first = ends(low), last = ends(high);
-    const Vec3 across = (first.q - first.p) + (last.q - last.p), sideways = across - dot(across, u) * u;
-    const double wide = length(sideways);
-    found.normal = wide > kApart * radii ? (1 / wide) * sideways : any_across(u);
-    for (const LineEnds& both : {first, last}) {
-        const double gap = dot(both.q - both.p, found.normal) - radii;
-        add(found, both.p + (a.radius_m + 0.5 * gap) * found.normal, gap, reach);
-    }
-    return true;
-}
-
-void add_nearest(const Core& a, const Core& b, const LineEnds& ends, Vec3 otherwise, double reach, Manifold& found) {
-    const Vec3 way = ends.q - ends.p;
-    const double distance = length(way), radii = a.radius_m + b.radius_m;
-    found.normal = distance > 0 ? (1 / distance) * way : otherwise;
-    add(found, ends.p + (a.radius_m + 0.5 * (distance - radii)) * found.normal, distance - radii, reach);
 }
 
 void collide_lines(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, Vec3 shift, double reach, Manifold& found) {
@@ -478,15 +423,59 @@ void Boxes::collide(AxisHint& hint, Manifold& found) {
 
 }  // namespace
 
+// C. Ericson: "Real-Time Collision Detection", section 5.1.9.
+LineEnds nearest_of_lines(Vec3 a_middle, Vec3 a_along, double a, Vec3 b_middle, Vec3 b_along, double b) {
+    const Vec3 between = a_middle - b_middle;
+    const double mixed = dot(a_along, b_along), on_a = dot(a_along, between), on_b = dot(b_along, between), area = 1 - mixed * mixed;
+    double s = area > 1e-12 ? std::clamp((mixed * on_b - on_a) / area, -a, a) : 0;
+    double t = mixed * s + on_b;
+    if (std::abs(t) > b) {
+        t = std::clamp(t, -b, b);
+        s = std::clamp(mixed * t - on_a, -a, a);
+    }
+    return {a_middle + s * a_along, b_middle + t * b_along};
+}
+
+bool collide_side_by_side(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, Vec3 shift, double reach, Manifold& found) {
+    constexpr double kParallel = 0.9985, kShort = 0.1;
+    const Vec3 u = a_pose.axes[2], v = b_pose.axes[2];
+    const double mixed = dot(u, v), middle = dot(shift, u), half = b.half_m.z * std::abs(mixed);
+    const double low = std::max(-a.half_m.z, middle - half), high = std::min(a.half_m.z, middle + half);
+    const double radii = a.radius_m + b.radius_m;
+    if (std::abs(mixed) < kParallel || high - low < kShort * radii) return false;
+    const auto ends = [&](double s) {
+        const double t = std::clamp((s - middle) / mixed, -b.half_m.z, b.half_m.z);
+        return LineEnds{s * u, shift + t * v};
+    };
+    const LineEnds first = ends(low), last = ends(high);
+    const Vec3 across = (first.q - first.p) + (last.q - last.p), sideways = across - dot(across, u) * u;
+    const double wide = length(sideways);
+    found.normal = wide > kApart * radii ? (1 / wide) * sideways : any_across(u);
+    for (const LineEnds& both : {first, last}) {
+        const double gap = dot(both.q - both.p, found.normal) - radii;
+        add(found, both.p + (a.radius_m + 0.5 * gap) * found.normal, gap, reach);
+    }
+    return true;
+}
+
+void add_nearest(const Core& a, const Core& b, const LineEnds& ends, Vec3 otherwise, double reach, Manifold& found) {
+    const Vec3 way = ends.q - ends.p;
+    const double distance = length(way), radii = a.radius_m + b.radius_m;
+    found.normal = distance > 0 ? (1 / distance) * way : otherwise;
+    add(found, ends.p + (a.radius_m + 0.5 * (distance - radii)) * found.normal, distance - radii, reach);
+}
+
 Pose pose_of(Vec3 centre, Quat turn) { return {centre, {rotate(turn, {1, 0, 0}), rotate(turn, {0, 1, 0}), rotate(turn, {0, 0, 1})}}; }
 
 void collide(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, double reach_m, AxisHint& hint, Manifold& found) {
-    found.count = 0;
+    found.count = 0, found.on_rim = false;
     const CoreKind first = kind_of(a), second = kind_of(b);
     const Vec3 shift = b_pose.centre - a_pose.centre;
-    if (first == CoreKind::Box || second == CoreKind::Box) {
+    if (first >= CoreKind::Cylinder || second >= CoreKind::Cylinder) {
         if (second == CoreKind::Point) return collide_ball_and_core(b, a, a_pose, shift, false, reach_m, found);
         if (first == CoreKind::Point) return collide_ball_and_core(a, b, b_pose, -shift, true, reach_m, found);
+        if (first == CoreKind::Cylinder || second == CoreKind::Cylinder)
+            return collide_cylinder(a, a_pose, b, b_pose, reach_m, hint, found);
         return Boxes(a, a_pose, b, b_pose, reach_m).collide(hint, found);
     }
     if (first == CoreKind::Line && second == CoreKind::Line) return collide_lines(a, a_pose, b, b_pose, shift, reach_m, found);
@@ -494,9 +483,10 @@ void collide(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pos
     collide_ball_and_core(a, b, b_pose, -shift, true, reach_m, found);
 }
 
-void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, Manifold& found) {
-    found.count = 0;
+void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, AxisHint& hint, Manifold& found) {
+    found.count = 0, found.on_rim = false;
     found.normal = -normal;
+    if (kind_of(a) == CoreKind::Cylinder) return collide_cylinder_with_plane(a, a_pose, normal, offset_m, reach_m, hint, found);
     const double height = dot(normal, a_pose.centre) - offset_m - a.radius_m;
     Ring ring;
     if (kind_of(a) == CoreKind::Point)

@@ -1,7 +1,7 @@
 // Where two rounded shapes touch, or a shape and a plane: one normal and up to four points, from the shapes' cores.
 //
-// Flat faces are clipped against each other, so a box stands on four points and a capsule lies on two. Where the cores are apart and an
-// edge or a corner comes nearest, the points are exactly the nearest ones.
+// Flat faces are clipped against each other, so a box or a cylinder stands on four points and a capsule lies on two. Where the cores are
+// apart and an edge or a corner comes nearest, the points are exactly the nearest ones.
 #pragma once
 
 #include <array>
@@ -38,10 +38,13 @@ struct Manifold {
     // From the first body to the second.
     Vec3 normal;
     int count = 0;
+    // Points on the rim of a cap that stands on something: they may be elsewhere on it than before, and carry the same.
+    bool on_rim = false;
     std::array<ManifoldPoint, kMaxManifoldPoints> points;
 };
 
-// Which axis kept two boxes apart the last time: it is tried first, and kept while another is hardly better.
+// Which axis kept two boxes, or a box and a line, apart the last time: it is tried first, and kept while another is hardly better. Of a
+// cylinder, where on its rim the points are that it stands on: they stay while they hardly differ from the lowest ones.
 using AxisHint = std::uint8_t;
 inline constexpr AxisHint kNoAxis = 0xff;
 
@@ -50,7 +53,7 @@ inline constexpr AxisHint kNoAxis = 0xff;
 void collide(const Core& a, const Pose& a_pose, const Core& b, const Pose& b_pose, double reach_m, AxisHint& hint, Manifold& found);
 
 // The same with the half space of points where dot(normal, p) <= offset_m.
-void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, Manifold& found);
+void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double offset_m, double reach_m, AxisHint& hint, Manifold& found);
 
 // Whether two bodies are nearer to each other than `within_m`.
 struct Attitude {

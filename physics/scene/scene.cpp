@@ -170,6 +170,8 @@ Result<void> Scene::check_shape(const BodySpec& spec) const {
     if (spec.shape->is_sphere()) return {};
     if (world_->settings.engine == EngineKind::Hash)
         return fail(fmt::format("body {} has a shape (the engine Hash has none)", spec.id), "Use the engine Blocks or Ode");
+    if (world_->settings.engine == EngineKind::Ode && spec.shape->is_cylinder())
+        return fail(fmt::format("body {} is a cylinder (the engine Ode has none)", spec.id), "Use the engine Blocks");
     for (std::uint32_t obstacle = 0; obstacle < world_->obstacles.count(); ++obstacle)
         if (const auto kind = world_->obstacles.kind(obstacle); kind == "terrain" || kind == "mesh")
             return fail(fmt::format("body {} has a shape, which obstacle {}, a {}, does not hold", spec.id, obstacle, kind),
@@ -185,7 +187,7 @@ double Scene::depth_in(std::uint32_t obstacle, const BodySpec& spec) const {
     Manifold found;
     AxisHint hint = kNoAxis;
     if (const Plane* plane = std::get_if<Plane>(&world_->obstacles.shape(obstacle)))
-        collide_with_plane(core, pose, plane->normal, plane->offset_m, 0, found);
+        collide_with_plane(core, pose, plane->normal, plane->offset_m, 0, hint, found);
     else if (const Box* box = std::get_if<Box>(&world_->obstacles.shape(obstacle)))
         collide(core, pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), 0, hint, found);
     double depth = 0;

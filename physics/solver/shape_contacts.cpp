@@ -306,7 +306,7 @@ void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, in
     if (lane.obstacle == kNoSlot) return collide(a, a_pose, core_of(setup, batch.b[i]), poses_[batch.b[i]], reach_m, lane.axis, found);
     const Shape& shape = setup.obstacles.shape(lane.obstacle);
     if (const Plane* plane = std::get_if<Plane>(&shape))
-        return collide_with_plane(a, a_pose, plane->normal, plane->offset_m, reach_m, found);
+        return collide_with_plane(a, a_pose, plane->normal, plane->offset_m, reach_m, lane.axis, found);
     const Box* box = std::get_if<Box>(&shape);
     MELD_CHECK(box != nullptr, "obstacle {} is neither a plane nor a box", lane.obstacle);
     collide(a, a_pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), reach_m, lane.axis, found);
@@ -320,9 +320,9 @@ void ShapeContacts::empty_lane(ShapeBatch& batch, int i, int from) const {
     }
 }
 
-// Each point takes the impulses of the former point that was nearest to it on body a.
+// Each point takes the impulses of the former point that was nearest to it on body a, unless that was elsewhere.
 void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found) const {
-    constexpr float kSamePlace = 0.2f * 0.2f;
+    constexpr float kSamePlace = 0.2f * 0.2f, kSameRim = 2 * 2;
     const double a_share = 1 / setup.bodies.place[batch.a[i]].radius;
     const bool obstacle = lane.obstacle != kNoSlot;
     const double b_share = obstacle ? 0 : 1 / setup.bodies.place[batch.b[i]].radius;
@@ -346,7 +346,7 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
         set_lane(point.bx, point.by, point.bz, i, b_share * (here.at - shift));
         point.gap[i] = static_cast<float>(here.gap_m);
         int best = -1;
-        float least = kSamePlace;
+        float least = found.on_rim ? kSameRim : kSamePlace;
         for (int q = 0; q < before; ++q) {
             const Former& was = former[static_cast<std::size_t>(q)];
             const float x = was.at[0] - point.ax[i], y = was.at[1] - point.ay[i], z = was.at[2] - point.az[i];

@@ -106,6 +106,9 @@ def _thickness(frame: pandas.DataFrame) -> NDArray[numpy.float64]:
     """The diameters of catoms; of bodies that are no spheres, those of the balls that fit into them. (catoms,)"""
     if "rounding" in frame:
         cores = frame[["core_x", "core_y", "core_z"]].to_numpy("float64")
+        # A cylinder has its radius as x, and no y.
+        cylinders = (cores[:, 0] > 0) & (cores[:, 1] == 0)
+        cores[cylinders, 1] = cores[cylinders, 0]
         return numpy.asarray(2 * (cores.min(axis=1) + frame["rounding"].to_numpy("float64")))
     return numpy.asarray(frame["diameter"].to_numpy("float64") if "diameter" in frame else numpy.ones(len(frame)))
 

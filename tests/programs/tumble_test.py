@@ -64,12 +64,14 @@ class Tumbling(Divided):
 
 def shape(rng, world_radius):
     """A shape in the words of a world."""
-    kind = rng.choice(["cube", "box", "capsule", "sphere"])
+    kind = rng.choice(["cube", "box", "cylinder", "capsule", "sphere"])
     text = f'shape = "{kind}"\n'
     if kind == "box":
         text += f"edges = [{', '.join(f'{rng.uniform(0.4, 1.1):.2f}' for _ in range(3))}]\n"
-    if kind in ("cube", "box") and rng.random() < 0.4:
+    if kind in ("cube", "box", "cylinder") and rng.random() < 0.4:
         text += f"rounding = {rng.choice([0, 0.05, 0.1])}\n"
+    if kind == "cylinder":
+        text += f"height = {rng.uniform(0.3, 1.1):.2f}\n"
     if kind == "capsule":
         text += f"length = {rng.uniform(0.9, 1.5):.2f}\n"
     if kind != "box":

@@ -51,7 +51,7 @@ picture::Frame preview(const world::World& world, const world::Lattice& lattice,
         if (!world.is_free()) return;
         const render::RoundedBody body = picture::rounded_of(bodies.looks(id, cell, at));
         if (world.physics.has_forms()) out.scene.rounded.push_back(body);
-        out.scene.diameters.push_back(2 * (body.core.minCoeff() + body.rounding));
+        out.scene.diameters.push_back(2 * body.least());
     };
     for (const auto& [key, count] : world::count_bricks(world, lattice, 0, 1)) {
         world::cells_of_brick(world, lattice, key, numbers);

@@ -119,9 +119,9 @@ class Xyz : public OneFile {
     }
 
   private:
-    // Half of the edges with their rounding, and the rotation as x, y, z, w: what OVITO makes boxes of.
+    // Half of the edges of the body, or of the box around a cylinder, and the rotation as x, y, z, w: what OVITO makes boxes of.
     static std::string shape_of(const render::RoundedBody& body) {
-        const render::Vec half = body.core.array() + body.rounding;
+        const render::Vec half = body.around();
         const Eigen::Quaternionf& turn = body.turn;
         return fmt::format(" {} {} {} {} {} {} {} {}", half.x(), half.y(), half.z(), body.rounding, turn.x(), turn.y(), turn.z(), turn.w());
     }

@@ -1,5 +1,6 @@
 #include "runtime/show/picture/solid.h"
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -147,8 +148,37 @@ Solid cubes(const render::Scene& scene) {
     return out;
 }
 
+// A cylinder with round rims, turned: circles around its axis from the middle of one cap to that of the other.
+Shape cylinder_of(const render::RoundedBody& body, std::size_t how_many) {
+    // How far out in the core a circle is, how much its normal leans from the axis in degrees, and which cap it belongs to.
+    struct Circle {
+        float out, lean, end;
+    };
+    constexpr std::array<Circle, 8> kCircles = {
+        {{0, 0, 1}, {1, 0, 1}, {1, 45, 1}, {1, 90, 1}, {1, 90, -1}, {1, 135, -1}, {1, 180, -1}, {0, 180, -1}}};
+    const std::uint32_t sides = how_many <= kFew ? 48 : how_many <= kMany ? 24 : 12;
+    Shape out;
+    for (const auto& [wide, lean, end] : kCircles)
+        for (std::uint32_t i = 0; i < sides; ++i) {
+            const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(sides);
+            const float down = lean * std::numbers::pi_v<float> / 180;
+            const Vec around(std::cos(angle), std::sin(angle), 0), normal = std::sin(down) * around + std::cos(down) * Vec::UnitZ();
+            out.normals.push_back(body.turn * normal);
+            out.corners.push_back(body.turn *
+                                  Vec(wide * body.core.x() * around + end * body.core.z() * Vec::UnitZ() + body.rounding * normal));
+        }
+    for (std::uint32_t circle = 0; circle + 1 < kCircles.size(); ++circle)
+        for (std::uint32_t i = 0; i < sides; ++i) {
+            const std::uint32_t at = circle * sides + i, next = circle * sides + (i + 1) % sides, below = at + sides, after = next + sides;
+            if (kCircles[circle].out > 0) out.faces.push_back({at, after, next});
+            if (kCircles[circle + 1].out > 0) out.faces.push_back({at, below, after});
+        }
+    return out;
+}
+
 // A box or a line with round edges, turned: on each side a grid as on a rounded cube.
 Shape skin_of(const render::RoundedBody& body, std::size_t how_many) {
+    if (body.is_cylinder()) return cylinder_of(body, how_many);
     // How much normals lean at grid lines: tangents of shares of 45 degrees.
     std::vector<float> leans = {0, 0.41421356F, 1};
     if (how_many <= kFew) leans = {0, 0.19891237F, 0.41421356F, 0.66817864F, 1};

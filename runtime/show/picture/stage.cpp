@@ -59,7 +59,7 @@ void Stage::show(const std::vector<bool>& shown) {
         const render::RoundedBody body = rounded_of(drawn_.rounded[i]);
         scene.rounded.push_back(body);
         // For what draws balls alone: as thick as the body is at least.
-        scene.diameters.push_back(2 * (body.core.minCoeff() + body.rounding));
+        scene.diameters.push_back(2 * body.least());
     }
 }
 

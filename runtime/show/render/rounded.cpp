@@ -69,6 +69,43 @@ std::optional<float> enters_box(const Vec& half, float radius, const Vec& begin,
     return std::nullopt;
 }
 
+// How far a place in the frame of a cylinder is out of a smaller one, away from the axis and along it.
+Eigen::Vector2f beyond_cylinder(float wide, float high, const Vec& at) { return {at.head<2>().norm() - wide, std::abs(at.z()) - high}; }
+
+// The ray goes on from where it meets the cylinder with a sharp rim, by steps no longer than the distance to the round one.
+std::optional<float> enters_cylinder(const Vec& half, float radius, const Vec& begin, const Vec& along, float within) {
+    constexpr int kSteps = 64;
+    const float up = std::abs(along.z()) < kLean ? kLean : along.z();
+    const float one = (-half.z() - begin.z()) / up, other = (half.z() - begin.z()) / up;
+    float first = std::max(0.0F, std::min(one, other)), last = std::min(within, std::max(one, other));
+    const float square = along.head<2>().squaredNorm();
+    const float middle = square > kLean ? -begin.head<2>().dot(along.head<2>()) / square : 0;
+    const float rest = half.x() * half.x() - (begin + middle * along).head<2>().squaredNorm();
+    if (rest < 0) return std::nullopt;
+    if (square > kLean) {
+        const float wide = std::sqrt(rest / square);
+        first = std::max(first, middle - wide), last = std::min(last, middle + wide);
+    }
+    if (first > last) return std::nullopt;
+    if (radius <= 0) return first;
+    const Vec from = begin + first * along;
+    float t = 0;
+    for (int i = 0; i < kSteps && t <= last - first; ++i) {
+        const float gap = beyond_cylinder(half.x() - radius, half.z() - radius, from + t * along).cwiseMax(0).norm() - radius;
+        if (gap <= kOn * radius) return first + t;
+        t += gap;
+    }
+    return std::nullopt;
+}
+
+Vec normal_of_cylinder(const Vec& half, float radius, const Vec& at) {
+    const Eigen::Vector2f out = beyond_cylinder(half.x() - radius, half.z() - radius, at);
+    const float away = at.head<2>().norm(), side = std::copysign(1.0F, at.z());
+    const Vec across = away > 0 ? Vec(at.x() / away, at.y() / away, 0) : Vec(Vec::UnitX()), up = side * Vec::UnitZ();
+    if (radius > 0 && out.minCoeff() > 0) return (out.x() * across + out.y() * up).normalized();
+    return out.x() > out.y() ? across : up;
+}
+
 // At a place from the middle.
 Vec normal_of_box(const Vec& half, float radius, const Vec& from_middle) {
     if (radius > 0) {
@@ -91,13 +128,17 @@ std::optional<float> RoundedCube::enters(const Vec& from, const Vec& along, floa
 Vec RoundedCube::normal(const Vec& at) const { return normal_of_box(Vec::Constant(half), radius, at - middle); }
 
 RoundedBox RoundedBox::of(const RoundedBody& body, const Vec& middle) {
-    return {middle, body.core + Vec::Constant(body.rounding), body.rounding, body.turn.toRotationMatrix()};
+    return {middle, body.around(), body.rounding, body.turn.toRotationMatrix(), body.is_cylinder()};
 }
 
 std::optional<float> RoundedBox::enters(const Vec& from, const Vec& along, float within) const {
-    return enters_box(half, radius, turn.transpose() * (from - middle), turn.transpose() * along, within);
+    const Vec begin = turn.transpose() * (from - middle), way = turn.transpose() * along;
+    return cylinder ? enters_cylinder(half, radius, begin, way, within) : enters_box(half, radius, begin, way, within);
 }
 
-Vec RoundedBox::normal(const Vec& at) const { return turn * normal_of_box(half, radius, turn.transpose() * (at - middle)); }
+Vec RoundedBox::normal(const Vec& at) const {
+    const Vec own = turn.transpose() * (at - middle);
+    return turn * (cylinder ? normal_of_cylinder(half, radius, own) : normal_of_box(half, radius, own));
+}
 
 }  // namespace meld::render

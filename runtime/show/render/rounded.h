@@ -20,12 +20,13 @@ struct RoundedCube {
     Vec reach() const { return Vec::Constant(half); }
 };
 
-// Boxes, lines and balls with the same edges, turned about their middles.
+// Boxes, cylinders, lines and balls with the same edges, turned about their middles.
 struct RoundedBox {
     Vec middle = Vec::Zero();
     Vec half = Vec::Constant(0.5F);
     float radius = 0.1F;
     Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();  // From its own frame.
+    bool cylinder = false;                               // Along z, as wide as the box.
 
     static RoundedBox of(const RoundedBody& body, const Vec& middle);
     std::optional<float> enters(const Vec& from, const Vec& along, float within) const;

@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <numbers>
 #include <optional>
@@ -51,14 +53,23 @@ struct Note {
 using Triangle = std::array<Vec, 3>;
 inline constexpr Rgb kObstacle = {205, 200, 190};
 
-// A body that is no sphere: a box or a line, all that is within a radius of it, and how it is turned.
+// A body that is no sphere: a box, a cylinder or a line, all that is within a radius of it, and how it is turned.
 struct RoundedBody {
-    Vec core = Vec::Zero();  // Half of its edges.
+    Vec core = Vec::Zero();  // Half of its edges; (radius, 0, half height): a cylinder.
     float rounding = 0.5F;
     Eigen::Quaternionf turn = Eigen::Quaternionf::Identity();
+    bool is_cylinder() const { return core.x() > 0 && core.y() == 0; }
+    // Half of its thickness, where that is least.
+    float least() const { return (is_cylinder() ? std::min(core.x(), core.z()) : core.minCoeff()) + rounding; }
+    // Half of the edges of the box around it, in its own frame.
+    Vec around() const { return Vec(core.x(), is_cylinder() ? core.x() : core.y(), core.z()) + Vec::Constant(rounding); }
     float reach() const { return core.norm() + rounding; }
     // Along an axis, from its middle.
-    float reach(const Vec& axis) const { return (turn.conjugate() * axis).cwiseAbs().dot(core) + rounding; }
+    float reach(const Vec& axis) const {
+        const Vec own = turn.conjugate() * axis;
+        if (is_cylinder()) return core.x() * own.head<2>().norm() + core.z() * std::abs(own.z()) + rounding;
+        return own.cwiseAbs().dot(core) + rounding;
+    }
 };
 
 struct Scene {

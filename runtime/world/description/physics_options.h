@@ -30,17 +30,20 @@ struct PlacedCatom {
 
 // What a body looks like. Lengths in diameters of the world. Nothing: a sphere.
 struct BodyForm {
-    std::string kind = "sphere";     // "sphere", "cube", "box" or "capsule".
+    std::string kind = "sphere";     // "sphere", "cube", "box", "cylinder" or "capsule".
     Vec3 edges{1, 1, 1};             // Of a box.
-    double length = 2;               // Of a capsule, from end to end along its z axis.
-    std::optional<double> rounding;  // The radius of the edges of cubes and boxes; nothing: a share of the least edge.
+    double length = 2;               // Of a capsule or a cylinder, from end to end along its z axis.
+    std::optional<double> rounding;  // The radius of edges, of a cylinder's rims too; nothing: a share of the least edge.
 
     bool is_sphere() const { return kind == "sphere"; }
-    // Of a body of this radius in diameters: the half edges of what is rounded, and by how much.
+    // Of a body of this radius in diameters: the half edges of what is rounded, and by how much; a cylinder is (radius, 0, half height).
     struct Core {
         Vec3 half{};
         double rounding = 0;
-        double least() const { return std::min({half[0], half[1], half[2]}) + rounding; }
+        double least() const {
+            const bool cylinder = half[0] > 0 && half[1] == 0;
+            return (cylinder ? std::min(half[0], half[2]) : std::min({half[0], half[1], half[2]})) + rounding;
+        }
     };
     Core core(double radius) const;
 };

@@ -129,7 +129,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions
 }
 
 // The keys of a table that say what bodies look like, and the form if any does.
-constexpr std::string_view kFormKeys[] = {"shape", "edges", "length", "rounding"};
+constexpr std::string_view kFormKeys[] = {"shape", "edges", "length", "height", "rounding"};
 
 std::optional<BodyForm> read_form(const Section& section) {
     if (!section.has("shape")) {
@@ -138,20 +138,28 @@ std::optional<BodyForm> read_form(const Section& section) {
         return std::nullopt;
     }
     BodyForm form;
-    section.read_choice("shape", form.kind, {"sphere", "cube", "box", "capsule"});
+    section.read_choice("shape", form.kind, {"sphere", "cube", "box", "cylinder", "capsule"});
     refuse_keys_of_others(section, form.kind,
-                          {{"sphere", {}}, {"cube", {"rounding"}}, {"box", {"edges", "rounding"}}, {"capsule", {"length"}}});
+                          {{"sphere", {}},
+                           {"cube", {"rounding"}},
+                           {"box", {"edges", "rounding"}},
+                           {"cylinder", {"height", "rounding"}},
+                           {"capsule", {"length"}}});
     if (form.kind == "box" && !section.has("edges"))
         section.wrong("shape", "a box has no edges", "write edges = [2, 1, 1], in catom diameters");
     section.read("edges", form.edges);
     if (std::ranges::any_of(form.edges, [](double edge) { return !(edge > 0); }))
         section.wrong("edges", "an edge of a box is not positive", "write edges = [2, 1, 1], in catom diameters");
     section.read_positive("length", form.length);
+    if (form.kind == "cylinder") {
+        form.length = 1;
+        section.read_positive("height", form.length);
+    }
     if (section.has("rounding")) {
         double value = 0;
         section.read_number("rounding", value, 0, kMost);
         form.rounding = value;
-        const double least = form.kind == "box" ? std::ranges::min(form.edges) : 1.0;
+        const double least = form.kind == "box" ? std::ranges::min(form.edges) : form.kind == "cylinder" ? std::min(form.length, 1.0) : 1.0;
         if (!(2 * value < least))
             section.wrong("rounding", fmt::format("edges rounded by {} leave nothing of the {}", value, form.kind),
                           fmt::format("write less than half of its least edge, {}", least / 2));
@@ -164,7 +172,7 @@ std::optional<BodyForm> read_form(const Section& section) {
 void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
     const Section section(reader, table, "[[motion.catoms]]",
                           {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "breaking_force",
-                           "breaking_torque", "velocity", "spin", "shape", "edges", "length", "rounding", "turned"});
+                           "breaking_torque", "velocity", "spin", "shape", "edges", "length", "height", "rounding", "turned"});
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
@@ -217,6 +225,9 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
     };
     if (p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" knows spheres alone", "write engine = \"blocks\", or take the shapes out");
+    const auto is_cylinder = [](const CatomGroup& g) { return g.form && g.form->kind == "cylinder"; };
+    if (p.engine == "ode" && (p.form.kind == "cylinder" || std::ranges::any_of(p.groups, is_cylinder)))
+        section.wrong("engine", "the engine \"ode\" has no cylinders", "write engine = \"blocks\", or take the cylinders out");
     for (const ObstacleOptions& o : p.obstacles)
         if (o.kind == "terrain" || o.kind == "mesh")
             at(o.place, fmt::format("a {} holds spheres alone", o.kind), "use planes and boxes, or take the shapes out");
@@ -243,13 +254,41 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 }  // namespace
 
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
-    const Section section(
-        reader, table, "[motion]",
-        {"kind",           "engine",          "solver",      "step",        "substeps",       "steps",           "gravity",
-         "linear_damping", "angular_damping", "mass",        "inertia",     "friction",       "restitution",     "spacing",
-         "ground",         "roll_torque",     "sleep_ticks", "sleep_speed", "greatest_speed", "deepest_overlap", "lowest",
-         "lost",           "sense",           "feature",     "obstacle",    "catoms",         "breaking_force",  "breaking_torque",
-         "shape",          "edges",           "length",      "rounding",    "joint"});
+    const Section section(reader, table, "[motion]",
+                          {"kind",
+                           "engine",
+                           "solver",
+                           "step",
+                           "substeps",
+                           "steps",
+                           "gravity",
+                           "linear_damping",
+                           "angular_damping",
+                           "mass",
+                           "inertia",
+                           "friction",
+                           "restitution",
+                           "spacing",
+                           "ground",
+                           "roll_torque",
+                           "sleep_ticks",
+                           "sleep_speed",
+                           "greatest_speed",
+                           "deepest_overlap",
+                           "lowest",
+                           "lost",
+                           "sense",
+                           "feature",
+                           "obstacle",
+                           "catoms",
+                           "breaking_force",
+                           "breaking_torque",
+                           "shape",
+                           "edges",
+                           "length",
+                           "height",
+                           "rounding",
+                           "joint"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});

@@ -1,4 +1,5 @@
-// What a catom looks like that is no sphere: a box or a line, and all that is within a radius of it, turned. Lengths in catom diameters.
+// What a catom looks like that is no sphere: a box, a cylinder or a line, and all that is within a radius of it, turned. Lengths in catom
+// diameters.
 #pragma once
 
 #include <array>
@@ -8,7 +9,8 @@
 namespace meld::world {
 
 struct RoundedBody {
-    // Half of the edges of the box along the body's axes; those of a line or a point are 0.
+    // Half of the edges of the box along the body's axes; those of a line or a point are 0. (x, 0, z) is a cylinder along z of radius x and
+    // half height z.
     Vec3 core{};
     double rounding = 0.5;
     // The rotation from the body's frame to the world's: w, x, y, z.

@@ -260,7 +260,7 @@ TEST(ShapeComposites, MergeAndSplitKeepMomentumAndAngularMomentum) {
         const double angle = some(random);
         return turn_of(angle, vector());
     };
-    const BodyShape shapes[] = {kCube, box_shape({0.5, 1, 0.7}, 0.02), capsule_shape(0.3, 1)};
+    const BodyShape shapes[] = {kCube, box_shape({0.5, 1, 0.7}, 0.02), capsule_shape(0.3, 1), cylinder_shape(0.4, 0.8, 0.02)};
     for (BodyId id = 0; id < 30; ++id) {
         BodySpec spec{.id = id,
                       .position_m = {1.8 * (id % 3), 1.8 * (id / 3 % 3), 1.8 * (id / 9)},
@@ -268,7 +268,7 @@ TEST(ShapeComposites, MergeAndSplitKeepMomentumAndAngularMomentum) {
                       .linear_velocity_m_s = 0.3 * vector(),
                       .angular_velocity_rad_s = 2 * vector(),
                       .mass_kg = 1 + 0.5 * some(random)};
-        if (id % 4 != 3) spec.shape = shapes[id % 4];
+        if (id % 5 != 4) spec.shape = shapes[id % 5];
         need(scene->add_body(spec));
     }
     Workers workers(1);
@@ -431,7 +431,7 @@ Crowd run_crowd(int threads, int save_at = -1, SolverMode mode = SolverMode::Sof
         const double angle = some(random);
         return turn_of(angle, {some(random), some(random), 1});
     };
-    const BodyShape shapes[] = {kCube, box_shape({0.6, 1, 0.7}, 0.02), capsule_shape(0.3, 1.1), box_shape({0.8, 0.8, 0.8}, 0.1)};
+    const BodyShape shapes[] = {kCube, box_shape({0.6, 1, 0.7}, 0.02), capsule_shape(0.3, 1.1), cylinder_shape(0.4, 0.8, 0.02)};
     const BodyId bodies = 400;
     for (BodyId id = 0; id < bodies; ++id) {
         BodySpec spec{.id = id,

@@ -355,7 +355,7 @@ TEST(Shapes, AreRefusedWhereTheyCannotBe) {
     need(on_mesh->add_obstacle(Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}}, 0));
     refused(on_mesh->add_body(cube), "obstacle 0, a mesh");
     auto scene = scene_on_plane();
-    refused(scene->add_body({.id = 0, .shape = BodyShape({0.5, 0, 0.5}, 0.1)}), "no solid");
+    refused(scene->add_body({.id = 0, .shape = BodyShape({0.5, 0.5, 0}, 0.1)}), "no solid");
     refused(scene->add_body({.id = 0, .shape = box_shape({1, 1, 1}, 0.6)}), "no solid");
     refused(scene->add_body({.id = 0, .position_m = {0, 0, -0.2}, .shape = box_shape({1, 1, 1}, 0)}), "deep in obstacle 0");
     need(scene->add_body(cube));

@@ -63,13 +63,14 @@ Settings settings_for_shapes() {
     return settings;
 }
 
-// Spinning cubes, boxes, capsules and balls fall on a box and on each other; cubes fly through them; far from them a pile of balls sleeps,
-// and on the other side a stack of cubes.
+// Spinning cubes, boxes, capsules, cylinders and balls fall on a box and on each other; cubes fly through them; far from them a pile of
+// balls sleeps, and on the other side a stack of cubes.
 void furnish_shapes(Scene& scene, const std::function<bool(BodyId)>& mine) {
     const auto bouncy = need(scene.add_material({.friction = 0.4f, .restitution = 0.3f}));
     need(scene.add_obstacle(Plane{}, bouncy));
     need(scene.add_obstacle(Box{.centre = {6, 6, 1}, .size_m = {3, 2, 2}}, 0));
-    const BodyShape shapes[] = {box_shape({0.8, 0.8, 0.8}, 0.02), box_shape({0.4, 0.8, 1.2}, 0.05), capsule_shape(0.3, 1.4)};
+    const BodyShape shapes[] = {box_shape({0.8, 0.8, 0.8}, 0.02), box_shape({0.4, 0.8, 1.2}, 0.05), capsule_shape(0.3, 1.4),
+                                cylinder_shape(0.45, 0.7, 0.02), cylinder_shape(0.3, 1.2, 0)};
     std::mt19937 random(5);
     std::uniform_real_distribution<double> jitter(-0.2, 0.2), speed(-4, 4);
     for (BodyId id = 0; id < 343; ++id) {
@@ -79,7 +80,7 @@ void furnish_shapes(Scene& scene, const std::function<bool(BodyId)>& mine) {
                       .angular_velocity_rad_s = {speed(random), speed(random), speed(random)},
                       .radius_m = 0.4,
                       .material = static_cast<std::uint8_t>(id % 3 == 0 ? bouncy : 0)};
-        if (id % 4 < 3) spec.shape = shapes[id % 4];
+        if (id % 6 < 5) spec.shape = shapes[id % 6];
         if (mine(id)) need(scene.add_body(spec));
     }
     for (BodyId id = 343; id < 349; ++id)

@@ -82,12 +82,17 @@ TEST(RoundedCube, IsMetByRaysAlongItsFacesFromFarAway) {
 TEST(RoundedBox, IsMetWhereSmallStepsMeetIt) {
     std::mt19937 random(4);
     std::uniform_real_distribution<float> any(-1, 1);
-    // A plate, a line and a ball, turned.
-    for (const Vec& core : {Vec(0.6F, 0.3F, 0.1F), Vec(0, 0, 0.7F), Vec(0, 0, 0)}) {
+    // A plate, a line, a ball and two cylinders, turned.
+    for (const Vec& core : {Vec(0.6F, 0.3F, 0.1F), Vec(0, 0, 0.7F), Vec(0, 0, 0), Vec(0.6F, 0, 0.2F), Vec(0.2F, 0, 0.7F)}) {
         const RoundedBody body{core, 0.15F, Eigen::Quaternionf(0.7F, 0.5F, -0.4F, 0.3F).normalized()};
         const RoundedBox box = RoundedBox::of(body, Vec(3, -2, 1));
         const auto away = [&](const Vec& at) {
-            const Vec beyond = (body.turn.conjugate() * (at - box.middle)).cwiseAbs() - core;
+            const Vec own = (body.turn.conjugate() * (at - box.middle)).cwiseAbs();
+            if (body.is_cylinder()) {
+                const float out = std::max(own.head<2>().norm() - core.x(), 0.0F), over = std::max(own.z() - core.z(), 0.0F);
+                return std::hypot(out, over) - body.rounding;
+            }
+            const Vec beyond = own - core;
             return beyond.cwiseMax(0).norm() - body.rounding;
         };
         int met = 0;
@@ -114,6 +119,20 @@ TEST(RoundedBox, IsMetWhereSmallStepsMeetIt) {
         }
         EXPECT_GT(met, 100);
     }
+}
+
+TEST(RoundedBox, HasTheRimsOfACylinder) {
+    const RoundedBody body{Vec(0.4F, 0, 0.9F), 0.1F, Eigen::Quaternionf::Identity()};
+    const RoundedBox can = RoundedBox::of(body, Vec::Zero());
+    EXPECT_NEAR(*can.enters({-1000, 0, 0.3F}, Vec::UnitX(), 1e6F), 999.5F, 1e-3F);
+    EXPECT_NEAR(*can.enters({0.2F, 0.3F, 5}, -Vec::UnitZ(), 10), 4, 1e-5F);
+    // Where the box around it has a corner, and where a sharp rim would be.
+    EXPECT_FALSE(can.enters({0.45F, 0.45F, 5}, -Vec::UnitZ(), 10));
+    EXPECT_FALSE(can.enters({-2, 0.49F, 0.99F}, Vec::UnitX(), 10));
+    EXPECT_LT((can.normal({0.3F, 0.4F, 0.2F}) - Vec(0.6F, 0.8F, 0)).norm(), 1e-5F);
+    EXPECT_LT((can.normal({0.1F, 0.1F, -1}) + Vec::UnitZ()).norm(), 1e-5F);
+    EXPECT_NEAR(body.reach(Vec(0.6F, 0, 0.8F)), 0.4F * 0.6F + 0.9F * 0.8F + 0.1F, 1e-6F);
+    EXPECT_FLOAT_EQ(body.least(), 0.5F);
 }
 
 }  // namespace

@@ -140,7 +140,9 @@ function meeting(form, radius, x, y, z, along) {
 function meetingBody(bodies, at, size, from, along) {
     const [cx, cy, cz, rounding, qx, qy, qz, qw] = bodies.subarray(8 * at, 8 * at + 8);
     const own = (v) => v.clone().applyQuaternion(new Quaternion(-qx, -qy, -qz, qw));
-    const begin = own(from), way = own(along), half = new Vector3(cx, cy, cz).addScalar(rounding).multiplyScalar(size);
+    const begin = own(from), way = own(along);
+    // Of a cylinder, the box around it.
+    const half = new Vector3(cx, cx > 0 && cy === 0 ? cx : cy, cz).addScalar(rounding).multiplyScalar(size);
     let enters = -Infinity, leaves = Infinity;
     for (const axis of ["x", "y", "z"]) {
         const slope = 1 / (Math.abs(way[axis]) < 1e-9 ? 1e-9 : way[axis]);

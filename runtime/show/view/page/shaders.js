@@ -139,16 +139,35 @@ float outlined(vec3 at, vec3 normal) {
     vec3 bend = beyond(at);
     return 1.0 - 0.3 * smoothstep(0.0, 0.13, length(bend) - max(max(bend.x, bend.y), bend.z));
 }`, `
-// A box or a line, its edges rounded, turned about its middle.
+// A box, a cylinder or a line, its edges rounded, turned about its middle. A cylinder has its radius as x, and no y.
 flat in vec4 kernel, turned;
 vec3 spun(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 vec3 own(vec3 v) { return spun(vec4(-turned.xyz, turned.w), v); }
-vec3 beyond(vec3 at) { return max(abs(at) - kernel.xyz, 0.0); }
+bool isCylinder() { return kernel.x > 0.0 && kernel.y == 0.0; }
+vec3 beyond(vec3 at) {
+    vec3 bend = max(abs(at) - kernel.xyz, 0.0);
+    float away = length(at.xy);
+    return isCylinder() ? vec3(abs(at.xy) * (max(away - kernel.x, 0.0) / max(away, 1e-9)), bend.z) : bend;
+}
+// How far out of the outer faces: a cylinder has its side, as x, and its caps.
+vec3 outside(vec3 at) {
+    vec3 side = abs(at) - kernel.xyz - kernel.w;
+    return isCylinder() ? vec3(length(at.xy) - kernel.x - kernel.w, -1e3, side.z) : side;
+}
 bool meets(out vec2 t, out vec3 normal) {
-    vec3 begin = own(from), way = own(along), outer = kernel.xyz + kernel.w;
+    bool cylinder = isCylinder();
+    vec3 begin = own(from), way = own(along), outer = (cylinder ? kernel.xxz : kernel.xyz) + kernel.w;
     vec3 inverse = 1.0 / way, a = (-outer - begin) * inverse, b = (outer - begin) * inverse;
     vec3 enters = min(a, b), leaves = max(a, b);
     t = vec2(max(max(enters.x, enters.y), enters.z), min(min(leaves.x, leaves.y), leaves.z));
+    if (cylinder) {
+        float square = max(dot(way.xy, way.xy), 1e-12), middle = -dot(begin.xy, way.xy) / square;
+        vec2 nearest = begin.xy + middle * way.xy;
+        float rest = outer.x * outer.x - dot(nearest, nearest);
+        if (rest < 0.0) return false;
+        float wide = sqrt(rest / square);
+        t = vec2(max(enters.z, middle - wide), min(leaves.z, middle + wide));
+    }
     float length_ = length(way), gap = 0.0, small = 0.002 * max(max(outer.x, outer.y), outer.z);
     for (int i = 0; i < 32 && t.x <= t.y; ++i) {
         gap = length(beyond(begin + t.x * way)) - kernel.w;
@@ -156,19 +175,20 @@ bool meets(out vec2 t, out vec3 normal) {
         t.x += gap / length_;
     }
     if (t.x > t.y || gap >= 4.0 * small) return false;
-    vec3 at = begin + t.x * way, bend = beyond(at), side = abs(at) - outer;
+    vec3 at = begin + t.x * way, bend = beyond(at), side = outside(at);
     float most = max(max(side.x, side.y), side.z);
     vec3 straight = vec3(greaterThanEqual(side, vec3(most)));
+    if (cylinder && straight.x > 0.0) straight = vec3(abs(at.xy) / max(length(at.xy), 1e-9), 0.0);
     normal = spun(turned, normalize(sign(at) * (length(bend) > 0.5 * kernel.w && kernel.w > 0.0 ? bend : straight)));
     return true;
 }
 float outlined(vec3 at, vec3 normal) {
     float rim = mix(0.72, 1.0, smoothstep(0.0, 0.4, dot(normal, -normalize(along))));
     if (kernel.x <= 0.0) return rim;
-    vec3 near_ = abs(own(at)) - (kernel.xyz + kernel.w);
+    vec3 near_ = outside(own(at));
     float most = max(max(near_.x, near_.y), near_.z), least = min(min(near_.x, near_.y), near_.z);
     float second = near_.x + near_.y + near_.z - most - least;
-    float wide = 0.06 * (min(min(kernel.x, kernel.y), kernel.z) + kernel.w);
+    float wide = 0.06 * (min(min(kernel.x, isCylinder() ? kernel.x : kernel.y), kernel.z) + kernel.w);
     return 1.0 - 0.38 * smoothstep(-2.0 * wide, 0.0, second);
 }`];
 

@@ -82,7 +82,7 @@ export class Sketch {
         pen.fill();
     }
 
-    // One that is no sphere: a box without its rounding, or a thick line; false: it is a sphere.
+    // One that is no sphere: a box or a cylinder without its rounding, or a thick line; false: it is a sphere.
     body({frame, view, size}, place, rgb, scale) {
         const {pen} = this, [cx, cy, cz, rounding, ...turn] = frame.bodies.subarray(8 * place, 8 * place + 8);
         const middle = new Vector3(...frame.positions.subarray(3 * place, 3 * place + 3)), own = new Quaternion(...turn);
@@ -101,15 +101,39 @@ export class Sketch {
             }
             return true;
         }
+        const toEye = (out) => view.parallel ? view.forward : out.clone().sub(view.eye);
+        if (cy === 0) {
+            this.cylinder({radius: cx + rounding, half: cz + rounding}, {point, seen, own, toEye}, rgb);
+            return true;
+        }
         const half = [cx, cy, cz].map((x) => x + rounding);
         for (const side of SIDES) {
             const out = point(side.map((x, i) => x * half[i])), away = new Vector3(...side).applyQuaternion(own);
-            if (away.dot(view.parallel ? view.forward : out.clone().sub(view.eye)) >= 0) continue;
+            if (away.dot(toEye(out)) >= 0) continue;
             const light = 0.78 + 0.2 * away.z + 0.1 * Math.abs(away.x);
             this.fill(cornersOf(side).map((corner) => seen(point(corner.map((x, i) => 2 * x * half[i])))), css(rgb, light));
             pen.stroke();
         }
         return true;
+    }
+
+    // Its side in strips, and the cap that is seen.
+    cylinder({radius, half}, {point, seen, own, toEye}, rgb) {
+        const count = 24, angles = [...Array(count).keys()].map((i) => 2 * Math.PI * i / count);
+        const rim = (angle, z) => point([radius * Math.cos(angle), radius * Math.sin(angle), z]);
+        const shade = (away) => css(rgb, 0.78 + 0.2 * away.z + 0.1 * Math.abs(away.x));
+        for (const angle of angles) {
+            const middle = angle + Math.PI / count, next = angle + 2 * Math.PI / count;
+            const away = new Vector3(Math.cos(middle), Math.sin(middle), 0).applyQuaternion(own);
+            if (away.dot(toEye(rim(middle, 0))) >= 0) continue;
+            this.fill([rim(angle, -half), rim(next, -half), rim(next, half), rim(angle, half)].map(seen), shade(away));
+        }
+        for (const end of [-1, 1]) {
+            const away = new Vector3(0, 0, end).applyQuaternion(own);
+            if (away.dot(toEye(point([0, 0, end * half]))) >= 0) continue;
+            this.fill(angles.map((angle) => seen(rim(angle, end * half))), shade(away));
+            this.pen.stroke();
+        }
     }
 
     fill(ends, colour) {
