@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/release_memory.h"
 
 namespace meld::world {
 // An empty table would have no address, by which the form is known.
@@ -22,7 +23,7 @@ void Links::reserve(std::size_t catoms, std::size_t ports) {
 void Links::widen() {
     there_wide_.reserve(there_.capacity());
     there_wide_.assign(there_.begin(), there_.end());
-    there_ = {};
+    release_memory(there_);
 }
 
 void Links::room(Catom catom, Port ports) {
