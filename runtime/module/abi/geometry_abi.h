@@ -59,7 +59,7 @@ struct Geometry {
     // [entry]: the port at which the neighbour sees the catom. In the second, and the first is null, where a port needs more than 16 bits.
     const u16* link_there = nullptr;
     const u32* link_there_wide = nullptr;
-    u32 most_ports = 0;               // No catom has more.
+    u32 most_ports = 0;  // No catom has more.
 
     // Amoebots, which occupy one or two cells and have compasses of their own; null elsewhere.
     const u32* catom_tail = nullptr;  // [catom]: the site of the second cell; that of the first if there is one cell.

@@ -136,8 +136,7 @@ void Activation::activate_chosen(Subdomain& subdomain) {
     in_blocks_ = world_.components.empty();
     for (Given& given : given_) given.left.clear(), given.count = 0;
     for (const Catom catom : now_) turn_[catom] = kNow | kInRound;
-    if (!in_blocks_)
-        each_now(subdomain, [&](int worker, Catom catom) { subdomain.give_shared(*activated_, catom, nullptr, worker); });
+    if (!in_blocks_) each_now(subdomain, [&](int worker, Catom catom) { subdomain.give_shared(*activated_, catom, nullptr, worker); });
     subdomain.mark_given(*activated_, now_);
     activations_ += now_.size();
 }
