@@ -9,6 +9,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/process/interrupt.h"
+#include "runtime/base/process/liveness.h"
 #include "runtime/engine/eval/worker.h"
 #include "runtime/module/kernel/values.h"
 
@@ -18,6 +19,16 @@ namespace {
 
 // How many groups of the agenda a worker takes at a time: enough to hide the cost of taking, few enough to balance workers.
 constexpr std::size_t kMinGroups = 4, kMaxGroups = 16, kSharesOfThread = 4;
+// Where few catoms of each group are on the agenda, a worker takes more groups: modules look ahead only within what they get at once.
+constexpr std::size_t kMaxCatoms = kMaxGroups * Agenda::kGroup, kMaxSparseGroups = 1024, kLookedAt = 64;
+
+// How many of these groups have that many catoms on the agenda, about: by some of them.
+std::size_t groups_with(const Agenda& agenda, std::span<const u32> groups, std::size_t catoms) {
+    const std::size_t step = groups.size() / kLookedAt + 1;
+    std::size_t looked_at = 0, found = 0;
+    for (std::size_t i = 0; i < groups.size(); i += step, ++looked_at) agenda.each_of(groups[i], [&](u32, u64) { ++found; });
+    return catoms * looked_at / std::max<std::size_t>(1, found);
+}
 // Expired tombstones are removed in the same ticks on every process, however many it has: ranks that grow by more than one a tick can make
 // one matter again, and then all processes must agree on whether it still exists.
 constexpr i64 kSweepTicks = 64;
@@ -171,7 +182,8 @@ Failure Evaluator::evaluate(SubdomainView& subdomain, const OnExport& on_export)
     if (counts_) counts_->room_for_ports(std::max<std::size_t>(kMaxPorts, subdomain.geometry.most_ports));
     columns_.changes().begin_evaluation();
     const std::size_t share = groups_.size() / (threads_.size() * kSharesOfThread);
-    const std::size_t at_once = threads_.size() == 1 ? kMaxGroups : std::clamp<std::size_t>(share, kMinGroups, kMaxGroups);
+    const std::size_t most = std::clamp(groups_with(taken(), groups_, kMaxCatoms), kMaxGroups, kMaxSparseGroups);
+    const std::size_t at_once = threads_.size() == 1 ? most : std::clamp(share, kMinGroups, most);
     workers_.run((groups_.size() + at_once - 1) / at_once, [&](int worker, std::size_t block) {
         Thread& t = *threads_[static_cast<std::size_t>(worker)];
         // The user has waited long enough for the end of this tick.
@@ -200,17 +212,26 @@ bool Evaluator::waits(const Geometry& geometry, u32 catom) const {
 }
 
 void Evaluator::evaluate_groups(const SubdomainView& subdomain, Thread& t, int worker, std::span<const u32> groups) {
-    std::array<u32, kMaxGroups * Agenda::kGroup> catoms;
-    std::array<u64, kMaxGroups * Agenda::kGroup> dirty;
+    std::array<u32, kMaxCatoms> catoms;
+    std::array<u64, kMaxCatoms> dirty;
     std::size_t count = 0;
-    for (const u32 group : groups)
-        taken().each_of(group, [&](u32 catom, u64 bits) {
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+        taken().each_of(groups[i], [&](u32 catom, u64 bits) {
             // Nothing is evaluated of catoms that live elsewhere, or no longer. No other thread reads the group.
             if (subdomain.geometry.catom_state[catom] != kCatomOwned) return taken().forget(catom);
             catoms[count] = catom;
             dirty[count++] = bits;
         });
-    if (count > 0) evaluate_block(t, worker, {catoms.data(), count}, {dirty.data(), count});
+        const bool full = count + Agenda::kGroup > kMaxCatoms || i + 1 == groups.size();
+        if (!full || count == 0) continue;
+        evaluate_block(t, worker, {catoms.data(), count}, {dirty.data(), count});
+        count = 0;
+        // More of them than expected may lie in these groups.
+        if (i + 1 == groups.size()) return;
+        liveness::beat();
+        t.cut = t.cut || interrupt::overdue();
+        if (t.cut) return;
+    }
 }
 
 void Evaluator::evaluate_block(Thread& t, int worker, std::span<const u32> catoms, std::span<const u64> dirty) {

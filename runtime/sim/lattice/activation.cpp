@@ -59,12 +59,14 @@ void Activation::resume(Subdomain& subdomain) {
 void Activation::give_to_block(Subdomain& subdomain, int worker, std::span<const Catom> catoms, std::span<const u64> dirty) {
     Given& given = given_[static_cast<std::size_t>(worker)];
     given.now.clear();
-    for (std::size_t i = 0; i < catoms.size(); ++i) {
-        if (!waits_for_fact(catoms[i], dirty[i])) continue;
-        given.now.push_back(catoms[i]);
-        ask_for_facts(subdomain, *activated_, catoms[i]);
+    for (std::size_t i = 0; i < catoms.size(); ++i)
+        if (waits_for_fact(catoms[i], dirty[i])) given.now.push_back(catoms[i]);
+    const std::size_t count = given.now.size();
+    for (std::size_t i = 0; i < std::min(kAhead, count); ++i) ask_for_facts(subdomain, *activated_, given.now[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i + kAhead < count) ask_for_facts(subdomain, *activated_, given.now[i + kAhead]);
+        subdomain.give_shared(*activated_, given.now[i], nullptr, worker);
     }
-    for (const Catom catom : given.now) subdomain.give_shared(*activated_, catom, nullptr, worker);
     given.count += given.now.size();
 }
 
