@@ -213,6 +213,13 @@ bool give_fact(const ModuleInfo& module, Columns& columns, u32 predicate, u32 ca
         return !same;
     }
     const RowsHead& head = columns.rows(p.column, catom);
+    // The most frequent case by far of facts without arguments: there is nothing to be searched or compared.
+    if (p.arity == 0 && head.count == 0 && c.row_bytes == 1) {
+        const u8 unit = 0;
+        columns.set_rows(p.column, catom, &unit, 1, pool);
+        columns.note_added(p.column, catom, &unit, pool);
+        return true;
+    }
     const auto [at, equal] = lower_bound(module, p, head, arguments);
     if (equal && p.kind != PredicateKind::Linear) return false;
     std::array<u8, 256> small;
