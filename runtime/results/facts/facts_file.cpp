@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <queue>
 #include <string_view>
 #include <utility>
@@ -53,17 +54,36 @@ void pack_fact(FactsForm form, const ModuleInfo& module, const FactTable& table,
     }
 }
 
+// Calls visit(id, catom) for the catoms of this process, by id. Mostly they have these indices in the same order, and no list is needed.
+template <class Visit>
+void each_by_id(const sim::Subdomain& subdomain, const Visit& visit) {
+    bool ascending = true;
+    std::optional<u64> last;
+    for (sim::Catom c = 0; ascending && c < subdomain.ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        const u64 id = subdomain.ensemble.id(c);
+        ascending = !last || *last < id;
+        last = id;
+    }
+    if (!ascending) {
+        for (const auto& [id, catom] : catoms_by_id(subdomain)) visit(id, catom);
+        return;
+    }
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
+        if (subdomain.owned(c)) visit(subdomain.ensemble.id(c), c);
+}
+
 // Calls visit(id, packed facts) for each catom of this process that has facts of one table, by id; facts go by arguments.
 template <class Visit>
 void each_packed(sim::Subdomain& subdomain, FactsForm form, const FactTable& table, const Visit& visit) {
-    for (const auto& [id, catom] : catoms_by_id(subdomain)) {
+    each_by_id(subdomain, [&](u64 id, sim::Catom catom) {
         liveness::beat();
         const std::vector<std::vector<Value>> facts = sorted_facts(subdomain, table.predicate, catom);
-        if (facts.empty()) continue;
+        if (facts.empty()) return;
         ByteWriter packed;
         for (const auto& fact : facts) pack_fact(form, subdomain.module, table, id, fact.data(), packed);
         visit(id, packed.view());
-    }
+    });
 }
 
 // All of these: of each catom its id and a block of its packed facts.
