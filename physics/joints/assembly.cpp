@@ -252,7 +252,6 @@ void Assembly::warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes
         for (Link& link : links_) link.given = {};
         return;
     }
-    note_impulses(all);
     store(bodies);
 }
 

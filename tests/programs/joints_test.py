@@ -191,7 +191,7 @@ def by_ode(bodies):
     for pair, place in found["ode"][1].items():
         close(place, found["blocks"][1][pair], 0.05, f"the joint {pair} by ode")
     same(found["ode"][1][0, 1] > 0.2, True, "the arm has fallen")
-    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
+    kept, out = bodies.folder / "kept-by-ode", bodies.folder / "forked.facts"
     for stop in (1, 25):
         bodies.run(PLACE + TELLING, world("ode"), stop, "--checkpoint", kept)
         done = subprocess.run([bodies.meldsim, "fork", kept, "--ticks", "40", "--facts-out", out, "--quiet"], env=bodies.environment,
