@@ -99,9 +99,10 @@ void emit_firings(const plan::Plan& plan, bool fixed, Writer& w) {
 }
 
 // What has been told where it is not in a column is stored with the rest, if it is not consumed.
-void emit_load_heard(const plan::Plan& plan, Writer& w) {
+void emit_load_heard(const plan::Plan& plan, const std::vector<PredicateId>& except, Writer& w) {
     for (const PredicateId p : plan.pulled)
-        if (const std::string name = predicate_name(plan.program, p); plan.pulls(p)) w.line("if (s.{0}_heard.come) load_{0}(s);", name);
+        if (plan.pulls(p) && std::ranges::find(except, p) == except.end())
+            w.line("if (s.{0}_heard.come) load_{0}(s);", predicate_name(plan.program, p));
 }
 
 // The facts of such predicates that the catom begins with.
@@ -122,12 +123,13 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     w.line("u64 active[{}] = {{}};", words_of_rules(plan));
     w.raw("s.fired = 0;");
     if (fixed) emit_active(plan, false, w);
-    if (plan.singles.apply())
+    if (plan.singles.apply()) {
         // Initial facts are in lists.
         w.line("if ({}e.tells_firings || !evaluate_singles(s, active)) evaluate_lists(s, active);",
                plan.initial_facts.empty() ? "" : "(todo & kDirtyBorn) != 0 || ");
-    else {
-        emit_load_heard(plan, w);
+        emit_load_heard(plan, plan.singles.messages, w);
+    } else {
+        emit_load_heard(plan, {}, w);
         emit_firings(plan, fixed, w);
     }
 }
@@ -138,7 +140,7 @@ void emit_lists(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.open(fmt::format("[[gnu::noinline]] static void evaluate_lists(Self& s, u64 (&active)[{}]) {{", words_of_rules(plan)));
     w.raw("Eval& e = *s.e;");
-    emit_load_heard(plan, w);
+    emit_load_heard(plan, {}, w);
     emit_firings(plan, true, w);
     w.close();
 }
@@ -365,6 +367,10 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
         w.close();
     }
     emit_arrived_ahead(plan, "catom", "todo", w);
+    for (const PredicateId p : plan.pulled)
+        if (plan.pulls(p))
+            w.line("if ((todo & {}) != 0) ask_for_heard<{}_t>(s.e->subdomain->broadcasts[{}].heard, neighbour, s.ports);",
+                   hex(plan.columns[plan.of(p).column].own_dirty), predicate_name(plan.program, p), plan.of(p).column.index());
     w.close();
 }
 

@@ -27,7 +27,10 @@ void each_predicate(const plan::Plan& plan, const std::function<void(PredicateId
 void emit_evaluate_singles(const plan::Plan& plan, Writer& w) {
     w.raw("");
     w.raw("// The linear rules in order, as in evaluate_catom. Returns false if the catom holds more facts than that, before it does.");
-    w.open(fmt::format("[[gnu::always_inline]] inline bool evaluate_singles(Self& s, u64 (&active)[{}]) {{", words_of_rules(plan)));
+    w.open(fmt::format("[[gnu::always_inline]] inline bool evaluate_singles(Self& s, u64 (&all_active)[{}]) {{", words_of_rules(plan)));
+    // Of its own: a word whose address nobody else has is in a register.
+    w.line("u64 active[{}];", words_of_rules(plan));
+    for (std::size_t i = 0; i < words_of_rules(plan); ++i) w.line("active[{0}] = all_active[{0}];", i);
     w.raw("Eval& e = *s.e;");
     w.raw("Singles one;");
     w.raw("one.full = false;");
@@ -50,6 +53,7 @@ void emit_evaluate_singles(const plan::Plan& plan, Writer& w) {
     w.close();
     w.raw("if (e.trap != Trap::None) return true;");
     w.open("if (one.full) [[unlikely]] {");
+    for (std::size_t i = 0; i < words_of_rules(plan); ++i) w.line("all_active[{0}] = active[{0}];", i);
     each_predicate(plan, [&](PredicateId, const std::string& name) {
         w.open(fmt::format("if (one.{}.changed) {{", name));
         w.line("load_{}(s);", name);

@@ -50,11 +50,19 @@ most(A, N) :- seen(A, N).
 most(B, N - 1) :- neighbor(A, B), most(A, N), N > 3.
 setColor(A, N, 0, 0) :- seen(A, N), N % 4 = 0.
 """
+# No rule reads what is told.
+UNREAD = """
+type linear told(node, int, int).
+type linear step(node, int).
+
+step(A, 0).
+step(A, T), tick(A, U), T < U, id(A, I), (U + I) % 4 < 2 -o { B | neighbor(A, B) | told(B, U, I) }, step(A, U).
+"""
 
 
 class Broadcasts(Case):
     FILES = {
-        "rounds.meld": ROUNDS, "many.meld": MANY, "seen.meld": SEEN,
+        "rounds.meld": ROUNDS, "many.meld": MANY, "seen.meld": SEEN, "unread.meld": UNREAD,
         "w.toml": 'lattice = "cubic"\n[[body]]\nshape = "box(7, 5, 4)"\n',
         "flat.toml": 'lattice = "hex"\n[[body]]\nshape = "box(9, 8, 1)"\n',
     }
@@ -78,6 +86,9 @@ class Broadcasts(Case):
 
     def test_many(self):
         self.compare("many.meld")
+
+    def test_unread(self):
+        self.compare("unread.meld")
 
     def test_views_and_actions(self):
         self.compare("seen.meld")

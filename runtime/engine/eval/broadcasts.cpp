@@ -33,11 +33,11 @@ void Broadcasts::begin(SubdomainView& subdomain, bool leave, std::size_t catoms)
         view = {};
         if (waiting_) view.heard = c.entries[last_].data() + c.entry_bytes;
         if (!leave) continue;
-        if (c.catoms[next] != catoms) {
-            c.catoms[next] = catoms;
-            c.entries[next].assign((catoms + 1) * c.entry_bytes, 0);
-            c.woken.assign(kFront + (catoms + Agenda::kGroup - 1) / Agenda::kGroup * Agenda::kGroup, 0);
-        }
+        const std::size_t bytes = (catoms + 1) * c.entry_bytes;
+        if (c.entries[next].size() != bytes) c.entries[next].assign(bytes, 0);
+        const std::size_t wakes = kFront + (catoms + Agenda::kGroup - 1) / Agenda::kGroup * Agenda::kGroup;
+        if (c.woken.size() != wakes) c.woken.assign(wakes, 0);
+        c.catoms[next] = catoms;
         view.said = c.entries[next].data() + c.entry_bytes;
         view.woken = c.woken.data() + kFront;
     }

@@ -53,12 +53,26 @@ template <class T, bool Short>
     sort_few<T, Short>(to.said, count);
 }
 
+// Asks the processor for what hear() will read.
+template <class T>
+inline void ask_for_heard(const u8* heard, const i32* neighbours, i32 ports) {
+    if (heard == nullptr) return;
+    for (i32 port = 0; port < ports; ++port)
+        __builtin_prefetch(heard + i64{neighbours[port]} * static_cast<i64>(broadcast_bytes(sizeof(typename T::Row))));
+}
+
 // Whether all of these neighbours are on this process.
 inline bool all_here(const Eval& e, const i32* neighbours, i32 ports) {
     const u8* const state = e.subdomain->geometry.catom_state;
     for (i32 port = 0; port < ports; ++port)
         if (neighbours[port] >= 0 && state[neighbours[port]] != kCatomOwned) return false;
     return true;
+}
+
+// By value, so that the row of whoever calls it need not be in memory.
+template <class Row>
+[[gnu::noinline]] void send_all_rows(Eval& e, const i32* neighbours, i32 ports, u16 predicate, u16 column, Row row) {
+    send_to_neighbours<true>(e, neighbours, ports, predicate, column, row);
 }
 
 // As send_to_neighbours() on a lattice: says it once, for all to read, if the catom has not said anything yet.
@@ -70,8 +84,9 @@ template <class Row>
     u64 said = round;
     if (broadcast.said != nullptr) __builtin_memcpy(&said, entry, sizeof said);
     if (said == round || !(e.subdomain->alone || all_here(e, neighbours, ports))) [[unlikely]]
-        return send_to_neighbours<true>(e, neighbours, ports, predicate, column, row);
-    for (i32 port = 0; port < ports; ++port) __atomic_store_n(&broadcast.woken[neighbours[port]], u8{1}, __ATOMIC_RELAXED);
+        return send_all_rows<Row>(e, neighbours, ports, predicate, column, row);
+    u8* const woken = broadcast.woken;
+    for (i32 port = 0; port < ports; ++port) __atomic_store_n(&woken[neighbours[port]], u8{1}, __ATOMIC_RELAXED);
     const u32 count = static_cast<u32>(count_neighbours(neighbours, ports));
     __builtin_memcpy(entry, &round, sizeof round);
     __builtin_memcpy(entry + sizeof round, &row, sizeof row);
