@@ -15,9 +15,11 @@ class Claymeld(CMakePackage):
     # goes.
     manual_download = True
     url = f"file://{os.getcwd()}/claymeld-0.1.0.tar.gz"
-    version("0.1.0")
+    # Named once more: without it Spack would take this version from the repository too.
+    version("0.1.0", url=url)
     # The repository is four folders above that of this file.
-    version("main", git=f"file://{os.path.abspath(os.path.join(os.path.dirname(__file__), *[os.pardir] * 4))}", branch="main")
+    git = f"file://{os.path.abspath(os.path.join(os.path.dirname(__file__), *[os.pardir] * 4))}"
+    version("main", branch="main")
 
     # Sticky: Spack leaves out neither to build less.
     variant("view", default=True, sticky=True, description="Build pictures, films, plots and the viewer")
