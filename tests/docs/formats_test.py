@@ -12,8 +12,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 NUMBERS = {
     "recording": ("runtime/results/hdf5/file_kind.h", r"kRecordingVersion = (\d+)"),
     "facts": ("runtime/results/hdf5/file_kind.h", r"kFactsVersion = (\d+)"),
-    "snapshot": ("runtime/sim/state/share_file.cpp", r'"meld snapshot (\d+)"'),
-    "changes": ("runtime/sim/state/share_file.cpp", r'kChangesMagic\[16\] = "meld snapshot (\d+)"'),
+    "snapshot": ("runtime/sim/state/share_file.cpp", r'"meld snapshot(\d+)"'),
+    "changes": ("runtime/sim/state/share_file.cpp", r'kChangesMagic\[16\] = "meld snapshot(\d+)"'),
     "module": ("runtime/module/abi/module_abi.h", r"kAbiVersion = (\d+)"),
     "profile": ("runtime/results/profile/file/profile_file.cpp", r"kVersion = (\d+)"),
 }
