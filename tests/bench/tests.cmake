@@ -11,6 +11,9 @@ add_test(NAME bench_watch_small COMMAND bench_watch ${CMAKE_SOURCE_DIR}/examples
 add_test(NAME bench_latency_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_latency.py
                  $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)
+add_test(NAME bench_networks_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_networks.py
+                 $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld --side 10 --runs 1)
 add_test(NAME bench_why_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_why.py
                  $<TARGET_FILE_DIR:meldc> ${CMAKE_SOURCE_DIR}/examples/meld 1000)

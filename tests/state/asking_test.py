@@ -346,6 +346,28 @@ class History(Asking):
                     self.assertEqual({c[1] for c in changes}, {"came"} if kind == "linear" else {"came", "went"}, changes)
                     self.assertEqual([c for c in changes if c[2] not in ("derived", "lost", "made") or c[3] != 1], [])
 
+    def test_where_messages_take_time(self):
+        """What a view has read of a neighbour is what had come over the link, however long ago that was said."""
+        self.write("heard.meld", "type beat(node, int).\ntype heard(node, int).\ntype latest(node, max int).\n"
+                                 "beat(A, T) :- tick(A, T).\nheard(B, T) :- neighbor(A, B), beat(A, T).\n"
+                                 "latest(B, T) :- neighbor(A, B), beat(A, T).\n")
+        networks = {"far": '[network]\nkind = "latency"\nleast = 3\nmost = 3\n', "near": '[network]\nkind = "latency"\n',
+                    "mixed": '[network]\nkind = "latency"\nleast = 1\nmost = 5\n',
+                    "lossy": '[network]\nkind = "lossy"\nloss = 0.4\nretry = 2\ntries = 20\n',
+                    "clock": '[clock]\nkind = "random"\nrate = 0.3\nmost = 6\n',
+                    "jam": '[[event]]\ntick = 6\njam = { where = "id >= 0", ticks = 9 }\n'}
+        gone = '[[event]]\ntick = 20\ntake = { source = "id == 0" }\n[[event]]\ntick = 40\ngive = { source = "id == 3" }\n'
+        for i, (name, network) in enumerate(networks.items()):
+            self.write("line.toml", f'lattice = "graph"\ngraph = "line(4)"\n[facts]\nsource = "id == 0"\n{network}{gone}')
+            for program, fact, line in (("gradient", "dist(@2, _)", 6), ("heard", "heard(@1, _)", 5), ("heard", "latest(@1, _)", 6)):
+                with self.subTest(network=name, fact=fact):
+                    _, told = self.answers(["to 70", f"history {fact}"], f"{program}.meld", "--world", "line.toml", "-n", 1 + i % 3)
+                    changes = [(t["tick"], c["is"], c["how"], [r["line"] for r in c["rules"]]) for t in told["ticks"]
+                               for c in t["changes"] if c["how"] != "replaced"]
+                    self.assertIn("came", {c[1] for c in changes})
+                    self.assertTrue(fact != "dist(@2, _)" or "lost" in {c[2] for c in changes}, changes)
+                    self.assertEqual([c for c in changes if c[2] not in ("derived", "lost") or c[3] != [line]], [])
+
     def test_of_a_head_that_computes_from_itself(self):
         """Nothing but the head says what A is."""
         self.write("p.meld", "type best(node, max int).\ntype pair(node, int, int).\nbest(A, node2int(A)).\n"

@@ -22,12 +22,12 @@ namespace {
 constexpr u32 kManyLookups = 64;
 
 struct Request {
-    enum class What : std::uint8_t { At, Each, Exists, Loss, Done } what = What::Done;
+    enum class What : std::uint8_t { At, Heard, Each, Exists, Loss, Done } what = What::Done;
     std::uint8_t state = 0;
     bool back = false;  // Links by the catom they lead to.
     Source source = {};
     u64 catom = 0;
-    u64 group = 0;  // Of a loss.
+    u64 group = 0;  // Of a loss; of what is heard, by whom.
 };
 
 // ---- the processes that answer
@@ -71,6 +71,9 @@ class Server {
                 else
                     facts.at(request.source, request.catom, tell(request.catom));
                 break;
+            case Request::What::Heard:
+                if (facts.exists(request.group)) facts.heard(request.source, request.catom, request.group, tell(request.catom));
+                break;
             case Request::What::Each:
                 if (request.back)
                     facts.each_catom([&](u64 catom) { facts.back(request.source, catom, tell(catom)); });
@@ -95,6 +98,13 @@ class AllFacts : public Facts {
     bool at(const Source& source, u64 catom, const Visit& visit) override {
         if (here_.exists(catom)) return here_.at(source, catom, visit);
         return elsewhere(source, false, catom, visit);
+    }
+    bool heard(const Source& source, u64 catom, u64 by, const Visit& visit) override {
+        if (!here_.travels(source)) return at(source, catom, visit);
+        if (here_.exists(by)) return here_.heard(source, catom, by, visit);
+        std::unique_ptr<Block>& block = heard_[{source.predicate, catom, by}];
+        if (block == nullptr) block = fetch({Request::What::Heard, state_, false, source, catom, by});
+        return block->visit(0, source.arity, visit);
     }
     bool back(const Source& source, u64 to, const Visit& visit) override {
         if (here_.exists(to)) return here_.back(source, to, visit);
@@ -169,6 +179,7 @@ class AllFacts : public Facts {
     LocalFacts here_;
     std::uint8_t state_;
     std::map<Key, Kept> kept_;
+    std::map<std::tuple<u32, u64, u64>, std::unique_ptr<Block>> heard_;  // By predicate, catom and reader.
     std::unordered_map<u64, bool> exists_;
 };
 

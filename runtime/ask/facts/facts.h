@@ -24,6 +24,8 @@ class Facts {
 
     // The facts at a catom, in the order in which its rules read them. False if the visit has said so.
     virtual bool at(const Source& source, u64 catom, const Visit& visit) = 0;
+    // The facts at a catom as a neighbour has read them in the last evaluation: what had come to it over their link.
+    virtual bool heard(const Source& source, u64 catom, [[maybe_unused]] u64 by, const Visit& visit) { return at(source, catom, visit); }
     // All facts, by the numbers of their catoms, and at each as above.
     virtual bool each(const Source& source, const Visit& visit) = 0;
     // Whether each() visits all of them now, so that what is made of them may be kept.

@@ -43,6 +43,26 @@ bool LocalFacts::at(const Source& source, u64 catom, const Visit& visit) {
     return more;
 }
 
+bool LocalFacts::travels(const Source& source) const {
+    if (source.kind != Source::Kind::Stored || !subdomain_.world.apart() || !subdomain_.ensemble.keeps_links()) return false;
+    const PredicateInfo& p = subdomain_.module.predicates[source.predicate];
+    return p.column != kNone16 && p.storage != Storage::PerLink && subdomain_.module.columns[p.column].exported;
+}
+
+bool LocalFacts::heard(const Source& source, u64 catom, u64 by, const Visit& visit) {
+    if (!travels(source)) return at(source, catom, visit);
+    const auto reader = subdomain_.ensemble.find(by), other = subdomain_.ensemble.find(catom);
+    if (!reader || !subdomain_.owned(*reader) || !other) return true;
+    const world::Links& links = subdomain_.ensemble.links();
+    const auto port = links.towards(*reader, *other);
+    const std::int32_t index = port ? links.read(*reader, *port) : -1;
+    if (index < 0) return true;
+    if (visits_ == rooms_.size()) rooms_.emplace_back();
+    const bool more = stored(source, static_cast<sim::Catom>(index), catom, rooms_[visits_++], visit);
+    --visits_;
+    return more;
+}
+
 bool LocalFacts::each(const Source& source, const Visit& visit) {
     std::vector<Value> room;
     const auto* const few = holders_ != nullptr && source.kind == Source::Kind::Stored ? holders_->few(source.predicate) : nullptr;

@@ -18,6 +18,8 @@ class LocalFacts : public Facts {
 
     // Of catoms that this process owns.
     bool at(const Source& source, u64 catom, const Visit& visit) override;
+    // By one of them.
+    bool heard(const Source& source, u64 catom, u64 by, const Visit& visit) override;
     bool each(const Source& source, const Visit& visit) override;
     bool back(const Source& source, u64 to, const Visit& visit) override;
     bool exists(u64 catom) override;
@@ -29,6 +31,9 @@ class LocalFacts : public Facts {
         for (const auto& [id, catom] : by_id()) visit(id);
     }
     const sim::Subdomain& subdomain() const { return subdomain_; }
+
+    // Whether what is heard of such facts can be something else than what is said.
+    bool travels(const Source& source) const;
 
   private:
     bool stored(const Source& source, sim::Catom catom, u64 id, std::vector<Value>& room, const Visit& visit) const;

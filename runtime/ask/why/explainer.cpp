@@ -201,6 +201,9 @@ class WithFronts : public Facts {
   public:
     WithFronts(Facts& facts, const std::map<u32, u32>& fronts) : facts_(facts), fronts_(fronts) {}
     bool at(const Source& source, u64 catom, const Visit& visit) override { return facts_.at(front_of(source), catom, visit); }
+    bool heard(const Source& source, u64 catom, u64 by, const Visit& visit) override {
+        return facts_.heard(front_of(source), catom, by, visit);
+    }
     bool each(const Source& source, const Visit& visit) override { return facts_.each(front_of(source), visit); }
     bool back(const Source& source, u64 to, const Visit& visit) override { return facts_.back(source, to, visit); }
     bool exists(u64 catom) override { return facts_.exists(catom); }
@@ -214,6 +217,28 @@ class WithFronts : public Facts {
     }
     Facts& facts_;
     const std::map<u32, u32>& fronts_;
+};
+
+// Facts of a catom and its neighbours, as it has heard those of the latter.
+class AsHeard : public Facts {
+  public:
+    AsHeard(Facts& facts, const Source& links, u64 by) : facts_(facts), links_(links), by_(by) {}
+    bool at(const Source& source, u64 catom, const Visit& visit) override {
+        return catom == by_ ? facts_.at(source, catom, visit) : facts_.heard(source, catom, by_, visit);
+    }
+    bool each(const Source& source, const Visit& visit) override {
+        std::set<u64> catoms{by_};
+        facts_.at(links_, by_, [&](const Fact& link) { return catoms.insert(link.arguments[0].catom), true; });
+        return std::ranges::all_of(catoms, [&](u64 catom) { return at(source, catom, visit); });
+    }
+    bool back(const Source& source, u64 to, const Visit& visit) override { return facts_.back(source, to, visit); }
+    bool exists(u64 catom) override { return facts_.exists(catom); }
+    std::optional<Tombstone> loss(const Source& source, u64 catom, u64 group) override { return facts_.loss(source, catom, group); }
+
+  private:
+    Facts& facts_;
+    const Source links_;
+    const u64 by_;
 };
 
 // What a catom has read of others before the first tick: no catom had told anything.
@@ -285,11 +310,13 @@ Result<bool> Explainer::search(const PartialMatch& match, const Search& how, con
     std::size_t oldest = how.age;
     std::map<const Clause*, std::size_t> ages;
     static NoFacts nothing;
-    std::set<const Clause*> unread;
+    std::set<const Clause*> unread, heard;
+    const bool hears = how.as_heard && match.rule.site.valid() && match.bound[match.rule.site.index()];
     const auto look = [&](const auto& self, const std::vector<Clause>& body) -> void {
         for (const Clause& c : body) {
             if (c.kind == Clause::Kind::Atom) {
                 const std::size_t away = age_of(match, c, how.spread);
+                if (hears && age_of(match, c, true) == 1) heard.insert(&c);
                 ages[&c] = how.age + std::max(away, how.linear_before ? linear_age(c) : 0);
                 if (away > 0 && told_nothing(ages[&c]))
                     unread.insert(&c);
@@ -316,7 +343,8 @@ Result<bool> Explainer::search(const PartialMatch& match, const Search& how, con
                                     const std::size_t age = ages.at(&c);
                                     if (asks_existence(match, c, how.recursion)) return *groups_[age];
                                     const bool front = how.recursion != nullptr && how.recursion->contains(c.atom.predicate);
-                                    return front && !with_fronts_.empty() ? *with_fronts_[age] : facts(age);
+                                    Facts& all = front && !with_fronts_.empty() ? *with_fronts_[age] : facts(age);
+                                    return heard.contains(&c) ? as_heard(all, match.values[match.rule.site.index()].catom) : all;
                                 },
                                 .readable = readable(match, how)};
     const Solver::Found different = [&](const Solution& solution) {
@@ -328,15 +356,26 @@ Result<bool> Explainer::search(const PartialMatch& match, const Search& how, con
     return true;
 }
 
+Source Explainer::links() const {
+    Source links;
+    for (const PredicateId id : checked().predicates.ids())
+        if (predicate(id).world == WorldSource::Neighbor) links = program_.source(id);
+    return links;
+}
+
+Facts& Explainer::as_heard(Facts& facts, u64 by) {
+    std::unique_ptr<Facts>& heard = heard_[{&facts, by}];
+    if (heard == nullptr) heard = std::make_unique<AsHeard>(facts, links(), by);
+    return *heard;
+}
+
 std::function<bool(const Clause&, const Fact&)> Explainer::readable(const PartialMatch& match, const Search& how) {
     const auto is_route = [&](const check::Atom& a) { return predicate(a.predicate).route && a.arguments[1].is_variable(); };
     bool any = false;
     check::each_atom(match.body, [&](const check::Atom& a, bool) { any = any || is_route(a); });
     if (!any) return {};
-    Source links;
-    for (const PredicateId id : checked().predicates.ids())
-        if (predicate(id).world == WorldSource::Neighbor) links = program_.source(id);
-    return [this, all = distances(match), links, age_of_head = how.age, spread = how.spread, is_route](const Clause& c, const Fact& fact) {
+    return [this, all = distances(match), links = links(), age_of_head = how.age, spread = how.spread, is_route](const Clause& c,
+                                                                                                                 const Fact& fact) {
         if (!is_route(c.atom)) return true;
         std::array<std::size_t, 2> away;
         for (const std::size_t side : {0u, 1u}) {

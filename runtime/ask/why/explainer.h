@@ -25,6 +25,7 @@ struct States {
     std::int64_t first_tick = 0;  // There is nothing before it.
     bool settled = false;         // The run is quiet: the tick before was like this one.
     u32 latency = 1;              // Of links, at most, in ticks.
+    bool apart = false;           // What a catom reads of its neighbours is what has come over their links.
 };
 
 class Explainer {
@@ -73,6 +74,8 @@ class Explainer {
     struct Search {
         std::size_t age = 0;
         bool spread = false;
+        // Instead: of the neighbours of the catom where the rule runs, what had come to it when it was evaluated for the state of this age.
+        bool as_heard = false;
         bool linear_before = false;  // Linear facts are those of the tick before, which linear rules have taken since.
         std::function<bool(const check::Clause&, const Fact&)> allowed = {};
         // Of the head, if it is in one: there the facts of fronts are read.
@@ -116,6 +119,10 @@ class Explainer {
 
   private:
     void find_fronts();
+    // The source of `neighbor`.
+    Source links() const;
+    // The facts of a state as the catom where a rule runs has heard those of its neighbours.
+    Facts& as_heard(Facts& facts, u64 by);
     // Whether it is before the first tick, so that no catom has told others anything.
     bool told_nothing(std::size_t age) const;
     // Of facts that point from catom to catom: whether a link was between these two when the nearer one read what the other had told.
@@ -134,6 +141,7 @@ class Explainer {
     std::vector<std::unique_ptr<Facts>> with_fronts_;  // Of each state, if there are fronts.
     Existence existence_;
     std::vector<std::unique_ptr<Facts>> groups_;  // Of each state, if existence is kept apart.
+    std::map<std::pair<Facts*, u64>, std::unique_ptr<Facts>> heard_;
     std::size_t wanted_ = 0;
     bool before_the_first_ = false;
 };

@@ -135,28 +135,34 @@ class Causes {
         return true;
     }
 
-    // The views that give the fact in the state of its age, with neighbours as they were a tick before, or else as they are in it.
+    // What a view has read of neighbours: what had come over links, what they were a tick before, or what they are in the same state.
+    enum class Neighbours { AsHeard, Before, Now };
+    // The views that give the fact in the state of its age.
     Result<void> by_views(const Known& fact, Change& change) {
         Known wanted = fact;
         const check::Predicate& p = e_.predicate(fact.predicate);
         const bool combined = p.aggregate != check::Aggregate::None && syntax::combines(p.aggregate);
         if (combined) wanted.arguments[p.aggregate_at - 1].reset();
         for (const bool by_rank : {true, false})
-            for (const bool spread : {true, false}) {
+            for (const Neighbours neighbours : {Neighbours::AsHeard, Neighbours::Before, Neighbours::Now}) {
+                if (neighbours == Neighbours::AsHeard && !e_.states().apart) continue;
                 // One that is enough, but of what is combined all.
                 if (!change.rules.empty()) continue;
                 for (const Rule* rule : combined ? e_.views(fact.predicate) : e_.derivations(fact.predicate)) {
                     if (!change.rules.empty() && !combined) break;
-                    if (auto done = by_view(wanted, *rule, spread, by_rank, change); !done) return done;
+                    if (auto done = by_view(wanted, *rule, neighbours, by_rank, change); !done) return done;
                 }
             }
         return {};
     }
-    Result<void> by_view(const Known& fact, const Rule& rule, bool spread, bool by_rank, Change& change) {
+    Result<void> by_view(const Known& fact, const Rule& rule, Neighbours neighbours, bool by_rank, Change& change) {
         const std::optional<PartialMatch> match = e_.match_head(rule, rule.heads[0].atom, fact, false);
         if (!match || !e_.cannot(match->body).empty()) return {};
         const check::Stratum* const recursion = e_.recursion_of(fact.predicate);
-        Explainer::Search search{.age = fact.age, .spread = spread, .recursion = recursion};
+        Explainer::Search search{.age = fact.age,
+                                 .spread = neighbours == Neighbours::Before,
+                                 .as_heard = neighbours == Neighbours::AsHeard,
+                                 .recursion = recursion};
         if (by_rank && recursion != nullptr && fact.rank != kAbsent)
             search.allowed = [&](const Clause& c, const Fact& f) {
                 return !recursion->contains(c.atom.predicate) || f.rank == kAbsent || f.rank < fact.rank;
@@ -203,7 +209,7 @@ Result<Explained> explain(std::span<sim::Subdomain* const> states, const Program
     sim::Subdomain& now = *states.front();
     const Result<void> asked = ask(states, [&](std::span<Facts* const> facts) -> Result<void> {
         Terms terms(program, now.view());
-        Explainer e(program, {.facts = facts, .tick = now.tick(), .first_tick = first_tick}, terms);
+        Explainer e(program, {.facts = facts, .tick = now.tick(), .first_tick = first_tick, .apart = now.world.apart()}, terms);
         auto found = Causes(e).find();
         if (!found) return tl::unexpected<Error>(found.error());
         out = {.changes = std::move(*found), .wanted = e.wanted()};

@@ -33,7 +33,11 @@ void Exchange::run() {
     if (subdomain_.network_) {
         // In any order of workers: a column of a catom changes once.
         for (auto& changed : changed_) {
-            for (const Export& one : changed) subdomain_.network_->changed(subdomain_.tick(), one.catom, one.column);
+            constexpr std::size_t kAhead = 8;
+            for (std::size_t i = 0; i < changed.size(); ++i) {
+                if (i + kAhead < changed.size()) subdomain_.network_->ask_ahead(changed[i + kAhead].catom);
+                subdomain_.network_->changed(subdomain_.tick(), changed[i].catom, changed[i].column);
+            }
             changed.clear();
         }
     }
@@ -237,7 +241,7 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
         MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,
                     packet.process);
         MELD_ASSERT(number < module.column_count, "catom {}, column {}", catom, number);
-        if (subdomain_.network_) subdomain_.network_->before_change(subdomain_.tick(), catom);
+        if (subdomain_.network_) subdomain_.network_->before_change(subdomain_.tick(), {&catom, 1});
         const bool asks = module.columns[number].concerned != nullptr && !subdomain_.network_;
         if (asks) {
             const u8* const entry = subdomain_.columns.entry(number, catom);

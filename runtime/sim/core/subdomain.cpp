@@ -35,7 +35,7 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
     const auto before_commit = [this, all = std::vector<bool>(module.column_count, true), changing = std::vector<u32>()]() mutable {
         changing.clear();
         facts_.evaluator.add_changed(all, changing);
-        for (const u32 catom : changing) network_->before_change(tick(), catom);
+        network_->before_change(tick(), changing);
         refresh();
     };
     if (world.clock.gives_turns()) {
@@ -46,8 +46,8 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
     }
     // A call for each catom that is awake, so none where all act.
     facts_.evaluator.read_apart(
-        before_commit, world.clock.synchronous() ? std::function<bool(u32)>()
-                                                 : [this](u32 catom) { return world.clock.acts(world.seed, ensemble.id(catom), tick()); });
+        before_commit,
+        world.clock.synchronous() ? std::function<bool(u32)>() : [this](u32 catom) { return network_->acts(tick(), catom); });
 }
 
 Result<void> Subdomain::populate(std::optional<BrickCounts> counted) { return Setup(*this).run(std::move(counted)); }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 namespace meld::sim {
 
@@ -37,6 +36,13 @@ void Fates::of(Catom from, std::span<const Reader> to, i64 now, std::span<world:
     std::array<u64, kReadersAtOnce> ids;
     for (std::size_t i = 0; i < to.size(); ++i) ids[i] = members_.ensemble.id(to[i].catom);
     world::fates(network.kind, network.terms, world_.seed, members_.ensemble.id(from), {ids.data(), to.size()}, now, fates);
+}
+
+i64 Fates::find_turn(Catom catom, i64 tick) {
+    const i64 turn = world_.clock.next(world_.seed, members_.ensemble.id(catom), tick);
+    if (catom >= turns_.size()) turns_.resize(members_.ensemble.index_count());
+    turns_[catom] = {static_cast<u32>(tick), static_cast<u32>(turn - tick)};
+    return turn;
 }
 
 i64 Fates::jammed_until(i64 now, Catom from, Catom to) const {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,9 +28,19 @@ class Fates {
     // The same of several links of a catom.
     void of(Catom from, std::span<const Reader> to, i64 now, std::span<world::Fate> fates) const;
     // The first tick from this one on in which a catom acts.
-    i64 acts_from(Catom catom, i64 tick) const {
-        return world_.clock.synchronous() ? tick : world_.clock.next(world_.seed, members_.ensemble.id(catom), tick);
+    i64 acts_from(Catom catom, i64 tick) {
+        if (world_.clock.synchronous() || world_.clock.gives_turns()) return tick;
+        if (const auto known = known_turn(catom, tick)) return *known;
+        return find_turn(catom, tick);
     }
+    // Whether it acts in this tick. Called by all workers, while nobody calls acts_from().
+    bool acts(i64 tick, Catom catom) const {
+        if (const auto known = known_turn(catom, tick)) return *known == tick;
+        return world_.clock.acts(world_.seed, members_.ensemble.id(catom), tick);
+    }
+    // To be called every 2^31 ticks or more often: what acts_from() has found is forgotten.
+    void forget_turns() { turns_.clear(); }
+    std::size_t bytes() const { return turns_.capacity() * sizeof(Turn); }
     // The first tick in which the jams of this one let something through; `now`, if none is about this link.
     i64 jammed_until(i64 now, Catom from, Catom to) const;
 
@@ -47,6 +58,18 @@ class Fates {
     void load(ByteReader& in);
 
   private:
+    // That a catom acts `wait` ticks after this one, modulo 2^32, and not before.
+    struct Turn {
+        u32 from = 0;
+        u32 wait = kNone32;
+    };
+    std::optional<i64> known_turn(Catom catom, i64 tick) const {
+        if (catom >= turns_.size() || turns_[catom].wait == kNone32) return std::nullopt;
+        const u32 since = static_cast<u32>(tick) - turns_[catom].from, wait = turns_[catom].wait;
+        return since <= wait ? std::optional(tick + (wait - since)) : std::nullopt;
+    }
+    i64 find_turn(Catom catom, i64 tick);
+
     // From this tick on there is no link between these catoms.
     struct Down {
         i64 tick;
@@ -56,6 +79,7 @@ class Fates {
     const world::World& world_;
     Membership& members_;
     std::vector<Down> down_;
+    std::vector<Turn> turns_;  // By catom: what was found last. Many messages come to a catom before it acts.
 };
 
 }  // namespace meld::sim

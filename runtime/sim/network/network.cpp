@@ -33,6 +33,7 @@ Network::Network(const ModuleInfo& module, const world::World& world, Membership
 void Network::follow_links(i64 now) { follow(now, true); }
 
 void Network::follow(i64 now, bool tell) {
+    if (constexpr i64 kBetween = i64{1} << 30; now % kBetween == 0) fates_.forget_turns();
     if (versions_) return versions_->follow_links(now, tell);
     world::Ensemble& ensemble = members_.ensemble;
     for (const world::Links::Change& link : ensemble.links().take_changes()) {
@@ -94,17 +95,18 @@ void Network::close_mailbox(u32 number) {
 // Calls visit(reader, port, index) for each catom that reads over a link of this one, with its port and where it reads, or -1.
 template <class Visit>
 static void each_reader(const world::Links& links, Catom catom, const Visit& visit) {
-    each_readers(links, catom, [&](world::Port, std::span<const Reader> readers) {
+    each_readers(links, catom, [&](std::span<const Reader> readers) {
         for (const Reader& reader : readers) visit(reader.catom, reader.port, reader.index);
     });
 }
 
-void Network::before_change(i64 now, Catom catom) {
-    if (versions_) return versions_->before_change(now, catom);
-    each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
-        if (index == static_cast<std::int32_t>(catom) && members_.ensemble.state(reader) == kCatomOwned)
-            open_mailbox(reader, port, catom, Holds::AllThatIsSaid);
-    });
+void Network::before_change(i64 now, std::span<const Catom> catoms) {
+    if (versions_) return versions_->before_change(now, catoms);
+    for (const Catom catom : catoms)
+        each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
+            if (index == static_cast<std::int32_t>(catom) && members_.ensemble.state(reader) == kCatomOwned)
+                open_mailbox(reader, port, catom, Holds::AllThatIsSaid);
+        });
 }
 
 bool Network::has_news(const Mailbox& m) const {
@@ -470,7 +472,7 @@ std::size_t Network::bytes() const {
     for (const auto& slot : ring_) all += slot.capacity() * sizeof(Entry);
     for (const Parcel& parcel : parcels_) all += parcel.bytes.capacity();
     for (const Far& far : far_) all += sizeof far + far.bytes.capacity();
-    return all + (versions_ ? versions_->bytes() : 0);
+    return all + fates_.bytes() + (versions_ ? versions_->bytes() : 0);
 }
 
 }  // namespace meld::sim

@@ -41,8 +41,8 @@ class Network {
     void arrive(i64 now);
     // In a tick, before arrive(): from time to time, mailboxes go that hold what the neighbour says now. Cost: theirs, every few ticks.
     void settle(i64 now);
-    // An exported column of a catom, owned or ghost, is about to change: readers here that read it in place get mailboxes.
-    void before_change(i64 now, Catom catom);
+    // Exported columns of these catoms, owned or ghosts, are about to change: readers here that read them in place get mailboxes.
+    void before_change(i64 now, std::span<const Catom> catoms);
     // At the end of the tick before `next`: `deliver` gets the linear facts that rules can use from `next` on, by receivers and senders.
     // Their arguments live until it returns.
     struct Arrived {
@@ -58,6 +58,10 @@ class Network {
     void follow_links(i64 now);
     // At the end of a tick: a column of a catom, owned or ghost, has changed; a catom of this process was sent a linear fact.
     void changed(i64 now, Catom catom, u16 column);
+    // For what changed() will read of a catom.
+    void ask_ahead(Catom catom) const {
+        if (versions_) versions_->ask_ahead(catom);
+    }
     void sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
 
     // A linear fact has gone to a catom of this process without a link, from any node of a graph. It takes as long as over a link.
@@ -67,6 +71,9 @@ class Network {
     void sent_away(i64 now, Catom from, Catom to) { fates_.note_loss(now, from, to); }
     // At the beginning of a tick, before arrive(): links over which a message was lost for good are removed; both ends are marked.
     void take_down(i64 now, const std::function<void(Catom)>& mark) { fates_.take_down(now, mark); }
+
+    // Whether a catom acts in this tick, where no turns are given. Called by all workers.
+    bool acts(i64 now, Catom catom) const { return fates_.acts(now, catom); }
 
     // Between these catoms there is no link, or another one, so that nothing takes it down that was lost before.
     void forget_loss(u64 a, u64 b) { fates_.forget_loss(a, b); }

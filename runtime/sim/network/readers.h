@@ -21,9 +21,12 @@ struct Reader {
 // At most so many at a time.
 inline constexpr world::Port kReadersAtOnce = 16;
 
-// Calls visit(first port, readers) for the readers at each so many ports of a catom; there may be none. They lie anywhere in memory: all of
-// them are looked up before any is needed.
-template <class Visit>
+// Whether each_readers() finds out where readers read, which costs most of it.
+enum class Looks { WhoReads, AndWhere };
+
+// Calls visit(readers) for the readers at each so many ports of a catom; there may be none. They lie anywhere in memory: all of them are
+// looked up before any is needed.
+template <Looks looks = Looks::AndWhere, class Visit>
 void each_readers(const world::Links& links, world::Catom catom, const Visit& visit) {
     std::array<Reader, kReadersAtOnce> readers;
     const world::Port ports = links.ports(catom);
@@ -31,8 +34,9 @@ void each_readers(const world::Links& links, world::Catom catom, const Visit& vi
         std::size_t count = 0;
         for (world::Port port = first; port < std::min(ports, first + kReadersAtOnce); ++port)
             if (const auto reader = links.at(catom, port)) readers[count++] = {*reader, links.port_there(catom, port), -1, port};
-        for (std::size_t i = 0; i < count; ++i) readers[i].index = links.read(readers[i].catom, readers[i].port);
-        visit(first, std::span<const Reader>(readers.data(), count));
+        if (looks == Looks::AndWhere)
+            for (std::size_t i = 0; i < count; ++i) readers[i].index = links.read(readers[i].catom, readers[i].port);
+        visit(std::span<const Reader>(readers.data(), count));
     }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <tuple>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -24,15 +25,24 @@ bool Versions::suit(const ModuleInfo& module, const world::World& world) {
     return exported > 0 && exported <= kMostColumns;
 }
 
+// The ticks that every message takes, if that is known; otherwise 0.
+static u32 same_ticks(const world::World& world) {
+    const world::NetworkOptions& network = world.network;
+    const bool same = network.kind != world::NetworkKind::Lossy && network.terms.least == network.terms.most && network.parts.empty() &&
+                      network.singles.empty() && world.clock.synchronous() && world.longest_jam == 0;
+    return same ? network.terms.least : 0;
+}
+
 Versions::Versions(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts, Fates& fates)
     : module_(module),
       world_(world),
       members_(members),
       facts_(facts),
       fates_(fates),
+      same_ticks_(same_ticks(world)),
       indices_(members, facts),
-      ring_(world.latency() + 2) {
-    members_.ensemble.links().keep_last_arrivals();
+      ring_(std::bit_ceil(world.latency() + std::size_t{2})) {
+    if (keeps_last()) members_.ensemble.links().keep_last_arrivals();
     for (u16 c = 0; c < module.column_count; ++c) {
         if (!module.columns[c].exported) continue;
         exported_.push_back(c);
@@ -43,13 +53,13 @@ Versions::Versions(const ModuleInfo& module, const world::World& world, Membersh
 // ---- versions
 
 // For one more, without doubling what is large.
-template <class Each>
-static void make_room(std::vector<Each>& all) {
+template <class Array>
+static void make_room(Array& all) {
     constexpr std::size_t kLeast = 64, kShare = 8;
     if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / kShare + kLeast);
 }
 
-u32 Versions::take_version(Catom catom, i64 since) {
+u32 Versions::take_version(Catom catom) {
     u32 version = static_cast<u32>(versions_.size());
     if (free_versions_.empty()) {
         make_room(versions_);
@@ -57,41 +67,58 @@ u32 Versions::take_version(Catom catom, i64 since) {
     } else {
         version = free_versions_.back();
         free_versions_.pop_back();
+        constexpr std::size_t kAhead = 8;
+        if (free_versions_.size() > kAhead) ask_for(&versions_[free_versions_[free_versions_.size() - kAhead]]);
     }
-    versions_[version] = {.catom = catom, .index = static_cast<std::int32_t>(catom), .since = since};
+    versions_[version] = {.catom = catom, .index = static_cast<std::int32_t>(catom)};
     return version;
 }
 
 std::int32_t Versions::take_index(u32 version, Holds holds) {
-    const Catom catom = versions_[version].catom, index = indices_.take(catom);
-    if (index >= number_of_.size()) {
-        if (index >= number_of_.capacity()) number_of_.reserve(index + index / 8 + std::size_t{64});
-        number_of_.resize(index + std::size_t{1}, kNone32);
+    Version& v = versions_[version];
+    const Catom index = indices_.take(v.catom);
+    if (copies_.empty()) first_copy_ = index;
+    // A catom that has gone may have left an index before the first.
+    if (index < first_copy_) {
+        copies_.insert(copies_.begin(), first_copy_ - index, Copy());
+        first_copy_ = index;
     }
-    number_of_[index] = version;
-    versions_[version].index = static_cast<std::int32_t>(index);
+    const std::size_t place = index - first_copy_;
+    if (place >= copies_.size()) {
+        if (place >= copies_.capacity()) copies_.reserve(place + place / 8 + 64);
+        copies_.resize(place + 1);
+    }
+    copies_[place] = {version, v.under_way};
+    v.index = static_cast<std::int32_t>(index);
     if (holds == Holds::AllThatIsSaid)
-        for (const u16 column : exported_) facts_.columns.copy(column, catom, index, 0);
-    return static_cast<std::int32_t>(index);
+        for (const u16 column : exported_) facts_.columns.copy(column, v.catom, index, 0);
+    return v.index;
+}
+
+void Versions::set_current(Catom catom, u32 version) {
+    if (catom >= current_.size()) current_.resize(members_.ensemble.index_count(), kNone32);
+    current_[catom] = version;
 }
 
 void Versions::leave(u32 version) {
-    Version& v = versions_[version];
-    if (v.under_way > 0 || v.readers > 0) return;
-    const auto index = static_cast<Catom>(v.index);
-    if (index == v.catom) {
-        if (current(v.catom) == version) current_[v.catom] = kNone32;
-    } else {
-        indices_.give_back(index);
-    }
+    const Version& v = versions_[version];
+    if (v.under_way > 0) return;
+    if (current(v.catom) == version) current_[v.catom] = kNone32;
     free_versions_.push_back(version);
 }
 
-void Versions::stop_reading(std::int32_t index, Catom other) {
-    if (index < 0 || static_cast<Catom>(index) == other) return;
-    const u32 version = number_of_[static_cast<std::size_t>(index)];
-    --versions_[version].readers;
-    leave(version);
+void Versions::release(u32 version) {
+    Version& v = versions_[version];
+    if (static_cast<Catom>(v.index) != v.catom) return release_copy(v.index);
+    if (--v.under_way == 0) leave(version);
+}
+
+void Versions::release_copy(std::int32_t index) {
+    Copy& copy = copy_at(index);
+    MELD_EXPECT(copy.needed > 0, "nobody reads at {}", index);
+    if (--copy.needed > 0) return;
+    free_versions_.push_back(copy.version);
+    indices_.give_back(static_cast<Catom>(index));
 }
 
 bool Versions::is_said(const Version& version) const {
@@ -108,88 +135,129 @@ u64 Versions::bits_of(const Version& version) const {
 
 // ---- changes
 
-void Versions::before_change(i64 now, Catom catom) {
-    u32 version = current(catom);
-    // Another column has changed in this tick, and what was said before is kept already.
-    if (version != kNone32 && versions_[version].since == now) return;
-    // Who still waits for what it says now gets the copy.
-    std::int32_t copy = version != kNone32 ? take_index(version, Holds::AllThatIsSaid) : -1;
+void Versions::ask_ahead(Catom catom) const {
+    members_.ensemble.links().ask_ahead(catom);
+    if (catom < current_.size()) ask_for(&current_[catom]);
+}
+
+void Versions::before_change(i64 now, std::span<const Catom> catoms) {
+    // Their readers lie anywhere in memory: where those of so many catoms read is asked for before it is looked at.
+    constexpr std::size_t kTogether = 16;
     world::Links& links = members_.ensemble.links();
-    each_readers(links, catom, [&](world::Port, std::span<const Reader> readers) {
-        for (const Reader& reader : readers) {
-            if (reader.index != static_cast<std::int32_t>(catom) || members_.ensemble.state(reader.catom) != kCatomOwned) continue;
-            if (copy < 0) {
-                version = take_version(catom, kBefore);
-                copy = take_index(version, Holds::AllThatIsSaid);
-            }
-            links.read_at(reader.catom, reader.port, copy);
-            ++versions_[version].readers;
+    const bool all_here = members_.ensemble.ghost_count() == 0;
+    const auto some = [&](std::size_t first) {
+        first = std::min(first, catoms.size());
+        return catoms.subspan(first, std::min(kTogether, catoms.size() - first));
+    };
+    for (const Catom catom : some(0)) ask_ahead(catom);
+    for (std::size_t first = 0; first < catoms.size(); first += kTogether) {
+        for (const Catom catom : some(first + kTogether)) ask_ahead(catom);
+        std::array<std::size_t, kTogether> ends;
+        std::size_t place = 0;
+        readers_.clear();
+        for (const Catom catom : some(first)) {
+            each_readers<Looks::WhoReads>(links, catom, [&](std::span<const Reader> readers) {
+                for (const Reader& reader : readers) links.ask_ahead_read(reader.catom, reader.port);
+                readers_.insert(readers_.end(), readers.begin(), readers.end());
+            });
+            ends[place++] = readers_.size();
+            if (const u32 version = current(catom); version != kNone32) ask_for(&versions_[version]);
         }
-    });
-    if (current(catom) != kNone32) current_[catom] = kNone32;
+        place = 0;
+        std::size_t at = 0;
+        for (const Catom catom : some(first)) {
+            const std::size_t end = ends[place++];
+            u32 version = current(catom);
+            // Another column has changed in this tick, and what was said before is kept already.
+            if (version != kNone32 && versions_[version].dated && versions_[version].since == static_cast<u32>(now)) {
+                at = end;
+                continue;
+            }
+            // Who still waits for what it says now gets the copy.
+            std::int32_t copy = version != kNone32 ? take_index(version, Holds::AllThatIsSaid) : -1;
+            for (; at < end; ++at) {
+                const Reader& reader = readers_[at];
+                if (links.read(reader.catom, reader.port) != static_cast<std::int32_t>(catom)) continue;
+                if (!all_here && members_.ensemble.state(reader.catom) != kCatomOwned) continue;
+                if (copy < 0) copy = take_index(take_version(catom), Holds::AllThatIsSaid);
+                links.read_at(reader.catom, reader.port, copy);
+                ++copy_at(copy).needed;
+            }
+            if (version != kNone32) current_[catom] = kNone32;
+        }
+    }
 }
 
 void Versions::changed(i64 now, Catom catom, u16 column) {
     const auto place = std::ranges::lower_bound(exported_, column) - exported_.begin();
     u32 version = current(catom);
-    if (version != kNone32 && versions_[version].since == now) {
+    if (version != kNone32 && versions_[version].dated && versions_[version].since == static_cast<u32>(now)) {
         // It travels with what has changed before it in this tick.
         versions_[version].columns |= u64{1} << place;
         return;
     }
     MELD_EXPECT(version == kNone32, "catom {} changes without a copy", catom);
-    version = take_version(catom, now);
+    version = take_version(catom);
+    versions_[version].dated = true;
+    versions_[version].since = static_cast<u32>(now);
     versions_[version].columns = u64{1} << place;
-    if (catom >= current_.size()) current_.resize(members_.ensemble.index_count(), kNone32);
-    current_[catom] = version;
-    each_readers(members_.ensemble.links(), catom,
-                 [&](world::Port first, std::span<const Reader> readers) { post(now, version, first, readers, false); });
+    set_current(catom, version);
+    each_readers<Looks::WhoReads>(members_.ensemble.links(), catom,
+                                  [&](std::span<const Reader> readers) { post(now, version, readers, false); });
     leave(version);
 }
 
-void Versions::post(i64 now, u32 version, world::Port first, std::span<const Reader> readers, bool whole) {
+void Versions::post(i64 now, u32 version, std::span<const Reader> readers, bool whole) {
     const Catom catom = versions_[version].catom;
-    std::array<Reader, kReadersAtOnce> here;
-    std::size_t count = 0;
-    for (const Reader& reader : readers)
-        // Another process has what is known of a link, but both know what is lost.
-        if (members_.ensemble.state(reader.catom) != kCatomOwned)
-            fates_.note_loss(now, catom, reader.catom);
-        else if (reader.index >= 0)
-            here[count++] = reader;
-    std::array<world::Fate, kReadersAtOnce> fates;
-    fates_.of(catom, {here.data(), count}, now, {fates.data(), count});
     world::Links& links = members_.ensemble.links();
-    std::array<i64, kReadersAtOnce> arrivals;
-    for (std::size_t i = 0; i < count; ++i) {
+    std::array<Reader, kReadersAtOnce> here;
+    if (members_.ensemble.ghost_count() > 0 || links.has_changes()) {
+        std::size_t count = 0;
+        for (const Reader& reader : readers)
+            // Another process has what is known of a link, but both know what is lost.
+            if (members_.ensemble.state(reader.catom) != kCatomOwned)
+                fates_.note_loss(now, catom, reader.catom);
+            else if (links.read(reader.catom, reader.port) >= 0)
+                here[count++] = reader;
+        readers = {here.data(), count};
+    }
+    if (same_ticks_ > 0) {
+        for (const Reader& reader : readers) push(now + same_ticks_, {version, reader.catom, reader.port, whole});
+        versions_[version].under_way += static_cast<u32>(readers.size());
+        return;
+    }
+    std::array<world::Fate, kReadersAtOnce> fates;
+    fates_.of(catom, readers, now, {fates.data(), readers.size()});
+    u32 sent = 0;
+    for (std::size_t i = 0; i < readers.size(); ++i) {
+        const Reader& reader = readers[i];
         // What was sent before arrives before; what comes after something that is lost finds the link down.
-        const i64 last = links.last_arrival(catom, here[i].from, now);
-        const i64 at = fates[i].arrives ? fates_.acts_from(here[i].catom, now + fates[i].ticks) : now + fates[i].ticks;
-        arrivals[i] = std::max(last, at);
-        links.set_last_arrival(catom, here[i].from, arrivals[i]);
-        if (fates[i].arrives) continue;
-        fates_.lose(at, catom, here[i].catom);
-        arrivals[i] = kBefore;
+        const i64 last = links.last_arrival(catom, reader.from, now);
+        const i64 at = fates[i].arrives ? fates_.acts_from(reader.catom, now + fates[i].ticks) : now + fates[i].ticks;
+        const i64 arrival = std::max(last, at);
+        links.set_last_arrival(catom, reader.from, arrival);
+        if (fates[i].arrives)
+            push(arrival, {version, reader.catom, reader.port, whole}), ++sent;
+        else
+            fates_.lose(at, catom, reader.catom);
     }
-    // Those to whom it comes in the same tick together.
-    for (std::size_t i = 0; i < count; ++i) {
-        const i64 arrival = arrivals[i];
-        if (arrival == kBefore) continue;
-        std::uint16_t ports = 0;
-        for (std::size_t j = i; j < count; ++j)
-            if (arrivals[j] == arrival) {
-                ports = static_cast<std::uint16_t>(ports | 1u << (here[j].from - first));
-                arrivals[j] = kBefore;
-            }
-        put(arrival, {version, first, ports, whole});
-    }
+    versions_[version].under_way += sent;
+}
+
+void Versions::push(i64 arrival, const Entry& entry) {
+    std::vector<Entry>& entries = arriving(arrival);
+    make_room(entries);
+    entries.push_back(entry);
+    ++under_way_;
 }
 
 void Versions::put(i64 arrival, const Entry& entry) {
-    arriving(arrival).push_back(entry);
-    const auto links = static_cast<u32>(std::popcount(entry.ports));
-    versions_[entry.version].under_way += links;
-    under_way_ += links;
+    push(arrival, entry);
+    Version& version = versions_[entry.version];
+    if (static_cast<Catom>(version.index) == version.catom)
+        ++version.under_way;
+    else
+        ++copy_at(version.index).needed;
 }
 
 // ---- links
@@ -197,10 +265,10 @@ void Versions::put(i64 arrival, const Entry& entry) {
 void Versions::follow_links(i64 now, bool tells) {
     world::Ensemble& ensemble = members_.ensemble;
     // Here every tick passes: nothing that has arrived seems to be to come, however long a run is.
-    if (constexpr i64 kBetween = i64{1} << 30; now > 0 && now % kBetween == 0) ensemble.links().forget_arrivals(now);
+    if (now > 0 && now % world::Links::kForgetTicks == 0) ensemble.links().forget_arrivals(now);
     const std::vector<world::Links::Change> changes = ensemble.links().take_changes();
     if (changes.empty()) return facts_.resize(ensemble.index_count());
-    std::vector<Sender> gone;
+    std::vector<Link> gone;
     for (const world::Links::Change& link : changes) {
         // What it holds of a link is there as long as it can read over it.
         facts_.touch(link.reader);
@@ -208,7 +276,7 @@ void Versions::follow_links(i64 now, bool tells) {
         stop_reading(link.read, link.other);
         gone.push_back({link.reader, link.port});
     }
-    if (under_way_ > 0 && !gone.empty()) cancel(std::move(gone));
+    if (under_way_ > 0 && !gone.empty()) cancel(gone);
     for (const world::Links::Change& link : changes) {
         // It may be gone again already.
         if (!link.made || link.port >= ensemble.links().ports(link.reader) || ensemble.links().at(link.reader, link.port) != link.other)
@@ -229,42 +297,33 @@ void Versions::follow_links(i64 now, bool tells) {
     facts_.resize(ensemble.index_count());
 }
 
-void Versions::cancel(std::vector<Sender> links) {
-    std::ranges::sort(links);
-    std::vector<bool> sends(members_.ensemble.index_count());
-    for (const Sender& link : links) sends[link.catom] = true;
-    std::vector<u32> left;
+void Versions::cancel(const std::vector<Link>& links) {
+    std::vector<u64> keys;
+    for (const Link& link : links) keys.push_back(key_of(link.reader, link.port));
+    std::ranges::sort(keys);
+    std::vector<bool> reads(members_.ensemble.index_count());
+    for (const Link& link : links) reads[link.reader] = true;
     for (std::vector<Entry>& entries : ring_) {
-        u32 lost = 0;
-        for (Entry& entry : entries) {
-            if (entry.version == kGone || !sends[versions_[entry.version].catom]) continue;
-            Version& version = versions_[entry.version];
-            for (u32 ports = entry.ports; ports != 0; ports &= ports - 1) {
-                const auto place = static_cast<u32>(std::countr_zero(ports));
-                if (!std::ranges::binary_search(links, Sender{version.catom, entry.first + place})) continue;
-                entry.ports = static_cast<std::uint16_t>(entry.ports & ~(1u << place));
-                ++lost;
-                if (--version.under_way == 0) left.push_back(entry.version);
-            }
-        }
-        std::erase_if(entries, [](const Entry& entry) { return entry.version != kGone && entry.ports == 0; });
+        const auto lost = std::erase_if(entries, [&](const Entry& entry) {
+            if (entry.version == kGone || !reads[entry.reader] || !std::ranges::binary_search(keys, key_of(entry.reader, entry.port)))
+                return false;
+            release(entry.version);
+            return true;
+        });
         // A run waits for it all the same.
-        if (lost > 0) entries.push_back({kGone, lost, 0});
+        if (lost > 0) put_gone(entries, static_cast<u32>(lost));
     }
-    for (const u32 version : left) leave(version);
 }
 
 void Versions::tell(i64 now, Catom reader, world::Port port, Catom other) {
     world::Links& links = members_.ensemble.links();
-    const u32 nothing = take_version(other, kBefore);
-    versions_[nothing].readers = 1;
-    links.read_at(reader, port, take_index(nothing, Holds::Nothing));
-    if (other >= current_.size()) current_.resize(members_.ensemble.index_count(), kNone32);
-    if (current_[other] == kNone32) current_[other] = take_version(other, kBefore);
-    const world::Port from = links.port_there(reader, port);
-    const Reader one = {reader, port, links.read(reader, port), from};
-    const u32 version = current_[other];
-    post(now, version, from, {&one, 1}, true);
+    const std::int32_t nothing = take_index(take_version(other), Holds::Nothing);
+    copy_at(nothing).needed = 1;
+    links.read_at(reader, port, nothing);
+    if (current(other) == kNone32) set_current(other, take_version(other));
+    const Reader one = {reader, port, nothing, links.port_there(reader, port)};
+    const u32 version = current(other);
+    post(now, version, {&one, 1}, true);
     leave(version);
 }
 
@@ -279,99 +338,78 @@ void Versions::tell_all(i64 now) {
 void Versions::arrive(i64 now) {
     entries_.clear();
     entries_.swap(arriving(now));
-    // What has waited for the end of a jam was sent before what comes in its time.
-    if (world_.longest_jam > 0) std::ranges::stable_partition(entries_, &Entry::late);
-    // So many messages at a time: what they need lies anywhere in memory, one after the other, and is asked for all of them together.
-    struct Message {
-        u32 version;
-        Catom reader;
-        world::Port port;  // Of the sender.
-        u64 bits;
-    };
+    if (entries_.empty()) return;
+    under_way_ -= entries_.size();
+    if (world_.longest_jam > 0) {
+        // What has waited for the end of a jam was sent before what comes in its time.
+        std::ranges::stable_partition(entries_, [](const Entry& entry) { return entry.late != 0; });
+        std::erase_if(entries_, [&](const Entry& entry) { return held_up(now, entry); });
+    }
+    if (gone_ > 0)
+        std::erase_if(entries_, [&](const Entry& entry) {
+            if (entry.version != kGone) return false;
+            under_way_ -= entry.reader - 1;
+            --gone_;
+            return true;
+        });
+    // Of so many at a time all that they need is asked for, one step after the other, since it lies anywhere in memory; of the next ones
+    // the first step.
     constexpr std::size_t kTogether = 64;
-    std::array<Message, kTogether> messages;
-    std::size_t count = 0;
     const world::Links& links = members_.ensemble.links();
-    const auto open_all = [&] {
-        const std::span<const Message> all(messages.data(), count);
-        const auto read_before = [&](const Message& m) {
-            return static_cast<std::size_t>(links.read(m.reader, links.port_there(versions_[m.version].catom, m.port)));
-        };
-        for (const Message& m : all) links.ask_ahead(m.reader);
-        for (const Message& m : all) links.ask_ahead_read(m.reader, links.port_there(versions_[m.version].catom, m.port));
-        for (const Message& m : all)
-            if (const std::size_t before = read_before(m); before < number_of_.size()) __builtin_prefetch(&number_of_[before]);
-        for (const Message& m : all)
-            if (const std::size_t before = read_before(m); before < number_of_.size() && number_of_[before] < versions_.size())
-                __builtin_prefetch(&versions_[number_of_[before]]);
-        for (const Message& m : all) {
-            Version& version = versions_[m.version];
-            open(version, m.port, m.bits);
-            --under_way_;
-            if (--version.under_way == 0) leave(m.version);
+    const auto ask = [&](std::size_t first) {
+        for (std::size_t i = first; i < std::min(first + kTogether, entries_.size()); ++i) {
+            links.ask_ahead_read(entries_[i].reader, entries_[i].port);
+            ask_for(&versions_[entries_[i].version]);
         }
-        count = 0;
     };
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-        ask_ahead(entries_, i);
-        const Entry& entry = entries_[i];
-        if (entry.version == kGone) {
-            under_way_ -= entry.first;
-            continue;
-        }
-        Version& version = versions_[entry.version];
-        const u64 bits = entry.whole ? readers_dirty_ : bits_of(version);
-        const u32 in = world_.longest_jam > 0 ? hold_up(now, entry) : entry.ports;
-        // What a jam holds up is under way twice.
-        const auto held = static_cast<u32>(std::popcount(entry.ports) - std::popcount(in));
-        version.under_way -= held;
-        under_way_ -= held;
-        for (u32 ports = in; ports != 0; ports &= ports - 1) {
-            const world::Port port = entry.first + static_cast<u32>(std::countr_zero(ports));
-            messages[count++] = {entry.version, *links.at(version.catom, port), port, bits};
-            if (count == kTogether) open_all();
-        }
+    ask(0);
+    for (std::size_t first = 0; first < entries_.size(); first += kTogether) {
+        ask(first + kTogether);
+        open(std::span<const Entry>(entries_).subspan(first, std::min(kTogether, entries_.size() - first)));
     }
-    open_all();
 }
 
-void Versions::ask_ahead(const std::vector<Entry>& entries, std::size_t at) const {
-    // They lie anywhere in memory.
-    constexpr std::size_t kFirst = 16, kThen = 8;
-    if (at + kFirst < entries.size() && entries[at + kFirst].version != kGone) __builtin_prefetch(&versions_[entries[at + kFirst].version]);
-    if (at + kThen < entries.size() && entries[at + kThen].version != kGone)
-        members_.ensemble.links().ask_ahead(versions_[entries[at + kThen].version].catom, entries[at + kThen].first);
+void Versions::put_gone(std::vector<Entry>& entries, u32 links) {
+    entries.push_back({kGone, links, 0, false});
+    ++gone_;
 }
 
-std::uint16_t Versions::hold_up(i64 now, const Entry& entry) {
-    const Catom catom = versions_[entry.version].catom;
-    u32 in = entry.ports;
-    for (u32 ports = entry.ports; ports != 0; ports &= ports - 1) {
-        const auto place = static_cast<u32>(std::countr_zero(ports));
-        const Catom reader = *members_.ensemble.links().at(catom, entry.first + place);
-        const i64 free = fates_.jammed_until(now, catom, reader);
-        if (free == now) continue;
-        in &= ~(1u << place);
-        put(fates_.acts_from(reader, free), {entry.version, entry.first, static_cast<std::uint16_t>(1u << place), entry.whole, true});
-    }
-    return static_cast<std::uint16_t>(in);
+bool Versions::held_up(i64 now, const Entry& entry) {
+    if (entry.version == kGone) return false;
+    const i64 free = fates_.jammed_until(now, versions_[entry.version].catom, entry.reader);
+    if (free == now) return false;
+    Entry later = entry;
+    later.late = 1;
+    put(fates_.acts_from(entry.reader, free), later);
+    release(entry.version);
+    return true;
 }
 
-void Versions::open(Version& version, world::Port port, u64 bits) {
+void Versions::open(std::span<const Entry> entries) {
     world::Links& links = members_.ensemble.links();
-    const std::optional<Catom> reader = links.at(version.catom, port);
-    MELD_EXPECT(reader.has_value(), "catom {} port {}", version.catom, port);
-    const world::Port there = links.port_there(version.catom, port);
-    // Where a run has gone on, the last one of those that are under way is what the catom says.
-    const std::int32_t to = version.alone && is_said(version) ? static_cast<std::int32_t>(version.catom) : version.index;
-    const std::int32_t before = links.read(*reader, there);
-    if (before != to) {
-        links.read_at(*reader, there, to);
-        if (static_cast<Catom>(to) != version.catom) ++version.readers;
-        stop_reading(before, version.catom);
+    for (const Entry& entry : entries)
+        if (const auto place = static_cast<Catom>(links.read(entry.reader, entry.port)) - first_copy_; place < copies_.size())
+            ask_for(&copies_[place]);
+    u32 last = kNone32;
+    u64 bits = 0;
+    for (const Entry& entry : entries) {
+        const Version& version = versions_[entry.version];
+        if (entry.version != last || entry.whole != 0) {
+            bits = entry.whole != 0 ? readers_dirty_ : bits_of(version);
+            last = entry.whole != 0 ? kNone32 : entry.version;
+        }
+        const std::int32_t before = links.read(entry.reader, entry.port);
+        MELD_EXPECT(before >= 0, "catom {} port {}", entry.reader, entry.port);
+        const auto catom = static_cast<std::int32_t>(version.catom);
+        // Where a run has gone on, the last one of those that are under way is what the catom says.
+        const std::int32_t to = version.alone && is_said(version) ? catom : version.index;
+        // Nobody need look at what no rule reads.
+        if (bits != 0) facts_.mark(entry.reader, bits);
+        if (before != to) links.read_at(entry.reader, entry.port, to);
+        // What is needed to arrive is needed to be read from then on.
+        if (to == catom || before == to) release(entry.version);
+        if (before != to) stop_reading(before, static_cast<Catom>(catom));
     }
-    // Nobody need look at what no rule reads.
-    if (bits != 0) facts_.mark(*reader, bits);
 }
 
 // ---- snapshots
@@ -379,28 +417,33 @@ void Versions::open(Version& version, world::Port port, u64 bits) {
 void Versions::save(i64 now, ByteWriter& out) const {
     const world::Ensemble& ensemble = members_.ensemble;
     const world::Links& links = ensemble.links();
-    // The numbers of links with something under way, by their senders. What a jam holds up comes later than was said when it was sent.
-    const auto key_of = [](Catom sender, world::Port port) { return u64{sender} << 32 | port; };
-    using Number = std::pair<u64, u32>;
-    std::vector<Number> numbers;
-    for (const std::vector<Entry>& entries : ring_)
-        for (const Entry& entry : entries)
-            for (u32 ports = entry.version == kGone ? u32{0} : entry.ports; ports != 0; ports &= ports - 1)
-                numbers.emplace_back(key_of(versions_[entry.version].catom, entry.first + static_cast<u32>(std::countr_zero(ports))),
-                                     kNone32);
-    std::ranges::sort(numbers);
-    numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
-    const auto number_of = [&](u64 key) { return std::ranges::lower_bound(numbers, key, {}, &Number::first); };
+    // The links with something under way, and the tick in which the last of it arrives.
+    struct Busy {
+        u64 link;
+        i64 last;
+        u32 number = kNone32;
+    };
+    std::vector<Busy> busy;
+    for (u32 ticks = 1; ticks <= ring_.size(); ++ticks)
+        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) & (ring_.size() - 1)])
+            if (entry.version != kGone) busy.push_back({key_of(entry.reader, entry.port), now + ticks});
+    std::ranges::sort(busy, [](const Busy& a, const Busy& b) { return std::tuple(a.link, -a.last) < std::tuple(b.link, -b.last); });
+    const auto same = std::ranges::unique(busy, {}, &Busy::link);
+    busy.erase(same.begin(), same.end());
     u64 count = 0;
     each_link_read(members_.ensemble, [&](Catom, world::Port, Catom, Catom) { ++count; });
     out.write_count(count);
     u32 next = 0;
+    auto next_busy = busy.begin();
     each_link_read(members_.ensemble, [&](Catom reader, world::Port port, Catom other, Catom index) {
-        const world::Port from = links.port_there(reader, port);
-        const i64 last = links.last_arrival(other, from, now);
-        if (last > now || world_.longest_jam > 0)
-            if (const auto at = number_of(key_of(other, from)); at != numbers.end() && at->first == key_of(other, from)) at->second = next;
+        const u64 link = key_of(reader, port);
+        while (next_busy != busy.end() && next_busy->link < link) ++next_busy;
+        const bool is_busy = next_busy != busy.end() && next_busy->link == link;
+        if (is_busy) next_busy->number = next;
         ++next;
+        i64 last = is_busy ? next_busy->last : now;
+        // What a jam holds up comes later than was said when it was sent, and what is lost does not come.
+        if (keeps_last()) last = links.last_arrival(other, links.port_there(reader, port), now);
         out.write(ensemble.id(reader));
         out.write(ensemble.id(other));
         out.write(last > now ? last : i64{0});
@@ -408,6 +451,9 @@ void Versions::save(i64 now, ByteWriter& out) const {
         facts_.columns.pack(index, tuple::Columns::Which::Exported, out);
         out.end_block(state);
     });
+    const auto number_of = [&](const Entry& entry) {
+        return std::ranges::lower_bound(busy, key_of(entry.reader, entry.port), {}, &Busy::link)->number;
+    };
     // By version, what it is as a whole and in one column.
     ByteWriter parcels;
     u32 parcel_count = 0;
@@ -428,21 +474,18 @@ void Versions::save(i64 now, ByteWriter& out) const {
     };
     std::vector<SavedEntry> sent;
     for (u32 ticks = 1; ticks <= ring_.size(); ++ticks)
-        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) % ring_.size()]) {
+        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) & (ring_.size() - 1)]) {
             if (entry.version == kGone) {
-                for (u32 i = 0; i < entry.first; ++i) sent.push_back({ticks, kNone32, parcel(kGone, kWhole), false});
+                for (u32 i = 0; i < entry.reader; ++i) sent.push_back({ticks, kNone32, parcel(kGone, kWhole), false});
                 continue;
             }
-            const Version& version = versions_[entry.version];
-            for (u32 ports = entry.ports; ports != 0; ports &= ports - 1) {
-                const u32 link = number_of(key_of(version.catom, entry.first + static_cast<u32>(std::countr_zero(ports))))->second;
-                if (entry.whole) {
-                    sent.push_back({ticks, link, parcel(entry.version, kWhole), entry.late});
-                    continue;
-                }
-                for (u64 left = version.columns; left != 0; left &= left - 1)
-                    sent.push_back({ticks, link, parcel(entry.version, static_cast<u32>(std::countr_zero(left))), entry.late});
+            const u32 link = number_of(entry);
+            if (entry.whole != 0) {
+                sent.push_back({ticks, link, parcel(entry.version, kWhole), entry.late != 0});
+                continue;
             }
+            for (u64 left = versions_[entry.version].columns; left != 0; left &= left - 1)
+                sent.push_back({ticks, link, parcel(entry.version, static_cast<u32>(std::countr_zero(left))), entry.late != 0});
         }
     out.write_count(parcel_count);
     out.write_bytes(parcels.view().data(), parcels.view().size());
@@ -453,12 +496,12 @@ void Versions::save(i64 now, ByteWriter& out) const {
 bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
     world::Ensemble& ensemble = members_.ensemble;
     world::Links& links = ensemble.links();
-    struct Link {
+    struct Known {
         Catom reader = 0, other = 0;
         world::Port port = 0;
         u32 latest = kNone32;  // Of the versions that are under way over it.
     };
-    std::vector<std::optional<Link>> known;
+    std::vector<std::optional<Known>> known;
     ByteWriter said;
     each_saved_link(
         in, [&](std::size_t count) { known.resize(count); },
@@ -472,13 +515,13 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
             known[number] = {*reader, *other, *port};
             said.clear();
             facts_.columns.pack(*other, tuple::Columns::Which::Exported, said);
-            if (saved.last > now) links.set_last_arrival(*other, links.port_there(*reader, *port), saved.last);
+            if (keeps_last() && saved.last > now) links.set_last_arrival(*other, links.port_there(*reader, *port), saved.last);
             if (std::ranges::equal(said.view(), saved.known)) return;
-            const u32 version = take_version(*other, kBefore);
-            versions_[version].readers = 1;
-            links.read_at(*reader, *port, take_index(version, Holds::Nothing));
+            const std::int32_t index = take_index(take_version(*other), Holds::Nothing);
+            copy_at(index).needed = 1;
+            links.read_at(*reader, *port, index);
             ByteReader state(saved.known, "what has arrived over a link", ByteReader::Origin::Outside);
-            facts_.columns.unpack(static_cast<Catom>(versions_[version].index), tuple::Columns::Which::Exported, state, 0);
+            facts_.columns.unpack(static_cast<Catom>(index), tuple::Columns::Which::Exported, state, 0);
         });
     if (in.failed()) return false;
     const std::vector<SavedParcel> parcels = read_parcels(in);
@@ -487,19 +530,19 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
         const i64 arrival = now + std::min<i64>(entry.ticks, world_.latency());
         if (entry.link == kNone32) {
             if (!takes_lost) return;
-            arriving(arrival).push_back({kGone, 1, 0});
+            put_gone(arriving(arrival), 1);
             ++under_way_;
             return;
         }
         if (entry.link >= known.size() || !known[entry.link]) return;
-        Link& link = *known[entry.link];
+        Known& link = *known[entry.link];
         const SavedParcel& parcel = parcels[entry.parcel];
         // Which column changes; none: all of it is new.
         const auto column = std::ranges::find(exported_, parcel.number);
         const bool whole = parcel.kind == ParcelKind::State;
         if (!whole && (parcel.kind != ParcelKind::Column || column == exported_.end())) return;
         const auto before = static_cast<Catom>(link.latest != kNone32 ? versions_[link.latest].index : links.read(link.reader, link.port));
-        const u32 version = take_version(link.other, kBefore);
+        const u32 version = take_version(link.other);
         const auto index = static_cast<Catom>(take_index(version, Holds::Nothing));
         ByteReader bytes(parcel.bytes, "what is under way over a link", ByteReader::Origin::Outside);
         if (whole) {
@@ -511,14 +554,14 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
         }
         versions_[version].alone = true;
         link.latest = version;
-        const world::Port from = links.port_there(link.reader, link.port);
-        put(arrival, {version, from, 1, whole, entry.late});
+        put(arrival, {version, link.reader, link.port, whole, entry.late});
     });
 }
 
 std::size_t Versions::bytes() const {
-    std::size_t all = versions_.capacity() * sizeof(Version) + entries_.capacity() * sizeof(Entry) + indices_.bytes();
-    for (const std::vector<u32>* each : {&free_versions_, &current_, &number_of_}) all += each->capacity() * sizeof(u32);
+    std::size_t all = versions_.capacity() * sizeof(Version) + copies_.capacity() * sizeof(Copy) + entries_.capacity() * sizeof(Entry) +
+                      readers_.capacity() * sizeof(Reader) + indices_.bytes();
+    for (const std::vector<u32>* each : {&free_versions_, &current_}) all += each->capacity() * sizeof(u32);
     for (const auto& slot : ring_) all += slot.capacity() * sizeof(Entry);
     return all;
 }

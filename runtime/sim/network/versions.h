@@ -5,14 +5,15 @@
 // lets a reader read elsewhere. A version goes when nobody reads it any more and it is under way to nobody.
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
 #include "runtime/base/bytes.h"
+#include "runtime/base/large_array.h"
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
@@ -31,8 +32,9 @@ class Versions {
     // As in Network.
     void follow_links(i64 now, bool tell);
     void arrive(i64 now);
-    void before_change(i64 now, Catom catom);
+    void before_change(i64 now, std::span<const Catom> catoms);
     void changed(i64 now, Catom catom, u16 column);
+    void ask_ahead(Catom catom) const;
     bool busy() const { return under_way_ != 0; }
 
     // The links with what is known over them, the parcels and who is to get them, as Network writes them of mailboxes.
@@ -45,57 +47,76 @@ class Versions {
     std::size_t bytes() const;
 
   private:
-    struct Version {
+    struct alignas(32) Version {
         Catom catom = 0;          // Whose.
         std::int32_t index = -1;  // Where it is read: the catom itself as long as it says this; later the index of a copy.
-        u32 readers = 0;          // Of the copy.
-        u32 under_way = 0;        // Over so many links.
-        i64 since = kBefore;      // The tick at the end of which it came.
-        u64 columns = 0;          // Those in which it differs from the one before, by their places in exported_.
+        u32 under_way = 0;        // Over so many links, as long as it has no copy.
+        u32 since = 0;            // The tick at the end of which it came, modulo 2^32,
+        u64 columns = 0;          // and the columns in which it differs from the one before, by their places in exported_.
+        bool dated = false;       // Whether a tick is known.
         bool alone = false;       // Of a snapshot, and for one reader. It may be what the catom says.
     };
-    static constexpr i64 kBefore = -1;
-    // On its way to those at some ports of the catom.
+    // Of a version that is read at an index of its own: how many read it there, or will when it has come to them.
+    struct Copy {
+        u32 version = kNone32;
+        u32 needed = 0;
+    };
+    // On its way to a reader.
     struct Entry {
         u32 version;
-        world::Port first;
-        std::uint16_t ports;  // From the first one on.
-        bool whole = false;   // The readers know nothing of the catom yet.
-        bool late = false;    // Held up by a jam, so it is before all that was sent to arrive now.
-    };
-    // In place of a version: as many as `first` says were under way over links that are gone.
-    static constexpr u32 kGone = kNone32;
-    static_assert(kReadersAtOnce == 16, "a bit for each in Entry::ports");
+        Catom reader;
+        world::Port port : 30;
+        u32 whole : 1;  // The reader knows nothing of the catom yet.
+        u32 late : 1;   // Held up by a jam, so it is before all that was sent to arrive now.
 
-    struct Sender {
-        Catom catom;
-        world::Port port;
-        auto operator<=>(const Sender&) const = default;
+        Entry(u32 its_version, Catom its_reader, world::Port its_port, bool is_whole, bool is_late = false)
+            : version(its_version), reader(its_reader), port(its_port & kMostPort), whole(is_whole), late(is_late) {}
+        static constexpr world::Port kMostPort = (world::Port{1} << 30) - 1;
     };
+    // In place of a version: as many as `reader` says were under way over links that are gone.
+    static constexpr u32 kGone = kNone32;
+
+    struct Link {
+        Catom reader;
+        world::Port port;
+    };
+    static u64 key_of(Catom reader, world::Port port) { return u64{reader} << 32 | port; }
     // What was under way over these is lost.
-    void cancel(std::vector<Sender> links);
+    void cancel(const std::vector<Link>& links);
     // All that a neighbour exports is sent to a reader who knows nothing of it.
     void tell(i64 now, Catom reader, world::Port port, Catom other);
-    void post(i64 now, u32 version, world::Port first, std::span<const Reader> readers, bool whole);
+    void post(i64 now, u32 version, std::span<const Reader> readers, bool whole);
     void put(i64 arrival, const Entry& entry);
-    // The reader at a port of its catom gets a version, and is to look at these changes.
-    void open(Version& version, world::Port port, u64 bits);
-    // What jams hold up is put to their end. Returns the ports at which the rest comes in.
-    std::uint16_t hold_up(i64 now, const Entry& entry);
-    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }
-    void ask_ahead(const std::vector<Entry>& entries, std::size_t at) const;
+    void push(i64 arrival, const Entry& entry);
+    // So many that a run still waits for, though their links are gone.
+    void put_gone(std::vector<Entry>& entries, u32 links);
+    // Some that arrive come in, one after the other.
+    void open(std::span<const Entry> entries);
+    // What a jam holds up is put to its end. Returns whether it does.
+    bool held_up(i64 now, const Entry& entry);
+    // The size of the ring is a power of two.
+    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) & (ring_.size() - 1)]; }
 
-    u32 take_version(Catom catom, i64 since);
-    // It goes if nobody needs it.
+    u32 take_version(Catom catom);
+    // It goes if nobody needs it: one that has no copy.
     void leave(u32 version);
-    void stop_reading(std::int32_t index, Catom other);
+    // It is under way over one link less, or a reader has gone.
+    void release(u32 version);
+    void release_copy(std::int32_t index);
+    void stop_reading(std::int32_t index, Catom other) {
+        if (index >= 0 && static_cast<Catom>(index) != other) release_copy(index);
+    }
+    Copy& copy_at(std::int32_t index) { return copies_[static_cast<Catom>(index) - first_copy_]; }
     // The version that a catom says now, if that is under way.
     u32 current(Catom catom) const { return catom < current_.size() ? current_[catom] : kNone32; }
+    void set_current(Catom catom, u32 version);
     // An index of its own for a version, empty or with what the catom says.
     enum class Holds { Nothing, AllThatIsSaid };
     std::int32_t take_index(u32 version, Holds holds);
     bool is_said(const Version& version) const;
     u64 bits_of(const Version& version) const;
+    // With all of a link's time the same, what is sent before arrives before.
+    bool keeps_last() const { return same_ticks_ == 0; }
 
     const ModuleInfo& module_;
     const world::World& world_;
@@ -104,14 +125,18 @@ class Versions {
     Fates& fates_;
     std::vector<u16> exported_;  // Columns.
     u64 readers_dirty_ = kDirtyLinks;
+    u32 same_ticks_ = 0;  // That each message takes; 0: they differ.
     MailboxIndices indices_;
-    std::vector<Version> versions_;
+    LargeArray<Version> versions_;
     std::vector<u32> free_versions_;
-    std::vector<u32> current_;              // By catom.
-    std::vector<u32> number_of_;            // Of versions, by index among the columns.
+    std::vector<u32> current_;  // By catom.
+    std::vector<Copy> copies_;  // By index among the columns, from first_copy_ on.
+    Catom first_copy_ = 0;
     std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
     std::vector<Entry> entries_;            // Room for those of a tick.
+    std::vector<Reader> readers_;           // Room for those of some catoms.
     u64 under_way_ = 0;
+    u32 gone_ = 0;  // Entries with kGone.
 };
 
 }  // namespace meld::sim

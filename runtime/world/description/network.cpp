@@ -95,6 +95,19 @@ void fates(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::ui
     }
 }
 
+std::int64_t ClockOptions::next(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {
+    if (synchronous() || gives_turns()) return tick;
+    const std::uint64_t own = random_bits(seed ^ kOfClock, id, 0, 0);
+    const std::uint64_t period = kind == ClockKind::Drift ? between(own, 1, most) : most;
+    const auto now = static_cast<std::uint64_t>(tick);
+    // When it acts at the latest.
+    const std::uint64_t latest = now + (period - (now + (own & 0xffff)) % period) % period;
+    std::uint64_t at = now;
+    if (kind == ClockKind::Drift) at = latest;
+    while (at < latest && unit(random_bits(seed ^ kOfClock, id, at, 1)) >= rate) ++at;
+    return static_cast<std::int64_t>(at);
+}
+
 bool ClockOptions::acts(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {
     if (synchronous() || gives_turns()) return true;
     const auto now = static_cast<std::uint64_t>(tick);

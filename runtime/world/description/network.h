@@ -86,11 +86,8 @@ struct ClockOptions {
 
     // Whether a catom acts in a tick, where no turns are given: there it does whenever it has its turn. Cost: a draw of random numbers.
     bool acts(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const;
-    // The first tick from this one on in which it acts.
-    std::int64_t next(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {
-        while (!acts(seed, id, tick)) ++tick;
-        return tick;
-    }
+    // The first tick from this one on in which it acts. Cost: a draw for each tick until then, and one.
+    std::int64_t next(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const;
 };
 
 }  // namespace meld::world

@@ -40,6 +40,8 @@ void Links::room(Catom catom, Port ports) {
     if (!last && left_behind_ > catom_.size() / 2) compact();
     const std::size_t from = first_[catom], to = last ? from : catom_.size();
     MELD_CHECK(to + ports <= std::numeric_limits<std::uint32_t>::max(), "{} entries of links", to + ports);
+    if (catom_.empty() && catom == 0) even_ = ports;
+    if (had > 0 || ports != even_ || to != std::size_t{catom} * even_) even_ = 0;
     catom_.resize(to + ports, kNobody);
     if (apart_) read_.resize(to + ports, kNobody);
     change_there([&](auto& there) { there.resize(to + ports, 0); });
@@ -148,14 +150,14 @@ std::vector<Links::Change> Links::take_changes() {
 }
 
 void Links::begin_arrivals(std::int64_t now) {
-    passed_ = static_cast<std::uint32_t>(now);
+    passed_ = static_cast<std::uint16_t>(now);
     std::ranges::fill(last_, passed_);
 }
 
 void Links::forget_arrivals(std::int64_t now) {
-    passed_ = static_cast<std::uint32_t>(now);
-    for (std::uint32_t& last : last_)
-        if (static_cast<std::int32_t>(last - static_cast<std::uint32_t>(now)) <= 0) last = passed_;
+    passed_ = static_cast<std::uint16_t>(now);
+    for (std::uint16_t& last : last_)
+        if (static_cast<std::int16_t>(last - passed_) <= 0) last = passed_;
 }
 
 void Links::add_to(Geometry& g) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/base/large_array.h"
+#include "runtime/base/prefetch.h"
 #include "runtime/module/abi/geometry_abi.h"
 
 namespace meld::world {
@@ -64,6 +65,7 @@ class Links {
     };
     // What has changed since the last call, in order. Nothing the first time, when all links are those of the start, and if not apart.
     std::vector<Change> take_changes();
+    bool has_changes() const { return !changes_.empty(); }
     void read_at(Catom catom, Port port, std::int32_t index) { read_[entry(catom, port)] = index; }
     std::int32_t read(Catom catom, Port port) const { return read_[entry(catom, port)]; }
 
@@ -75,27 +77,30 @@ class Links {
     }
     // The tick in which the latest arrives that was sent over a link, if it is after `now`; otherwise `now`.
     std::int64_t last_arrival(Catom catom, Port port, std::int64_t now) const {
-        const auto ticks = static_cast<std::int32_t>(last_[entry(catom, port)] - static_cast<std::uint32_t>(now));
+        const auto ticks = static_cast<std::int16_t>(last_[entry(catom, port)] - static_cast<std::uint16_t>(now));
         return ticks > 0 ? now + ticks : now;
     }
-    void set_last_arrival(Catom catom, Port port, std::int64_t tick) { last_[entry(catom, port)] = static_cast<std::uint32_t>(tick); }
+    void set_last_arrival(Catom catom, Port port, std::int64_t tick) { last_[entry(catom, port)] = static_cast<std::uint16_t>(tick); }
     // Where a run begins in a later tick than the first: nothing is under way.
     void begin_arrivals(std::int64_t now);
-    // To be called at least every 2^30 ticks: what has arrived before `now` is forgotten, so that it never seems to be to come.
+    // To be called at least every so many ticks, if nothing is longer under way: what has arrived before `now` is forgotten, so that it
+    // never seems to be to come.
+    static constexpr std::int64_t kForgetTicks = std::int64_t{1} << 14;
     void forget_arrivals(std::int64_t now);
 
-    // For what will be read of a catom's links from a port on.
-    void ask_ahead(Catom catom, Port port) const {
-        __builtin_prefetch(&catom_[entry(catom, port)]);
+    // ---- for loops over catoms that lie anywhere in memory: what they read soon is asked for ahead
+    // The links of a catom.
+    void ask_ahead(Catom catom) const {
+        const std::size_t first = entry(catom, 0);
+        ask_for(catom_.data() + first);
         if (wide())
-            __builtin_prefetch(&there_wide_[entry(catom, port)]);
+            ask_for(there_wide_.data() + first);
         else
-            __builtin_prefetch(&there_[entry(catom, port)]);
+            ask_for(there_.data() + first);
+        if (keeps_last_) ask_for(last_.data() + first);
     }
-
-    // For where its row is, and then for where it reads over a link.
-    void ask_ahead(Catom catom) const { __builtin_prefetch(&first_[catom]); }
-    void ask_ahead_read(Catom catom, Port port) const { __builtin_prefetch(&read_[entry(catom, port)]); }
+    // Where it reads over a link.
+    void ask_ahead_read(Catom catom, Port port) const { ask_for(read_.data() + entry(catom, port)); }
 
     // Another one after each link that is made or removed.
     std::uint64_t version() const { return version_; }
@@ -105,7 +110,7 @@ class Links {
     std::size_t bytes() const;
 
   private:
-    std::size_t entry(Catom catom, Port port) const { return std::size_t{first_[catom]} + port; }
+    std::size_t entry(Catom catom, Port port) const { return (even_ > 0 ? std::size_t{catom} * even_ : std::size_t{first_[catom]}) + port; }
     static constexpr Port kNarrowPorts = Port{1} << 16;
     bool wide() const { return most_ > kNarrowPorts; }
     // Calls change(column) for the one of the two that is in use.
@@ -129,9 +134,10 @@ class Links {
     // One of the two: the first until some catom has more ports than its numbers can say.
     LargeArray<std::uint16_t> there_;
     LargeArray<std::uint32_t> there_wide_;
-    LargeArray<std::uint32_t> last_;  // Ticks modulo 2^32; empty if nobody keeps them.
-    std::uint32_t passed_ = 0;        // The tick of the last forget_arrivals(): nothing was sent over a link that is made after it.
+    LargeArray<std::uint16_t> last_;  // Ticks modulo 2^16; empty if nobody keeps them.
+    std::uint16_t passed_ = 0;        // The tick of the last forget_arrivals(): nothing was sent over a link that is made after it.
     bool keeps_last_ = false;
+    Port even_ = 0;  // All rows have so many ports and follow each other, so first_ need not be read; 0: they do not.
     std::size_t left_behind_ = 0;
     std::uint64_t version_ = 0;
     Port most_ = 0;

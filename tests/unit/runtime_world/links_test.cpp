@@ -136,11 +136,16 @@ TEST(Links, KeepUntilWhenSomethingIsUnderWay) {
     links.set_last_arrival(0, 0, kLate + 7);
     links.room(0, 3);
     EXPECT_EQ(links.last_arrival(0, 0, kLate), kLate + 7);
-    // What arrived long ago does not come back.
-    links.forget_arrivals(kLate + (std::int64_t{1} << 30));
-    links.forget_arrivals(kLate + (std::int64_t{2} << 30));
-    const std::int64_t later = kLate + (std::int64_t{3} << 30);
-    EXPECT_EQ(links.last_arrival(0, 0, later), later);
+    // What arrived long ago does not come back, and what is to come stays.
+    constexpr std::int64_t kMostUnderWay = 10'000;
+    std::int64_t later = kLate;
+    for (int i = 0; i < 9; ++i) {
+        later += Links::kForgetTicks;
+        if (i == 4) links.set_last_arrival(1, 0, later + kMostUnderWay);
+        links.forget_arrivals(later);
+        EXPECT_EQ(links.last_arrival(0, 0, later + i * 1'000), later + i * 1'000);
+        EXPECT_EQ(links.last_arrival(1, 0, later), later + (i == 4 ? kMostUnderWay : 0));
+    }
     // A link that is made anew knows nothing of the one before.
     links.set_last_arrival(0, 0, later + 9);
     links.renew(0);
