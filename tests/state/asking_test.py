@@ -348,7 +348,7 @@ class History(Asking):
 
     def test_where_messages_take_time(self):
         """What a view has read of a neighbour is what had come over the link, however long ago that was said."""
-        self.write("heard.meld", "type beat(node, int).\ntype heard(node, int).\ntype latest(node, max int).\n"
+        self.write("heard.meld", "type source(node).\ntype beat(node, int).\ntype heard(node, int).\ntype latest(node, max int).\n"
                                  "beat(A, T) :- tick(A, T).\nheard(B, T) :- neighbor(A, B), beat(A, T).\n"
                                  "latest(B, T) :- neighbor(A, B), beat(A, T).\n")
         networks = {"far": '[network]\nkind = "latency"\nleast = 3\nmost = 3\n', "near": '[network]\nkind = "latency"\n',
@@ -359,7 +359,7 @@ class History(Asking):
         gone = '[[event]]\ntick = 20\ntake = { source = "id == 0" }\n[[event]]\ntick = 40\ngive = { source = "id == 3" }\n'
         for i, (name, network) in enumerate(networks.items()):
             self.write("line.toml", f'lattice = "graph"\ngraph = "line(4)"\n[facts]\nsource = "id == 0"\n{network}{gone}')
-            for program, fact, line in (("gradient", "dist(@2, _)", 6), ("heard", "heard(@1, _)", 5), ("heard", "latest(@1, _)", 6)):
+            for program, fact, line in (("gradient", "dist(@2, _)", 6), ("heard", "heard(@1, _)", 6), ("heard", "latest(@1, _)", 7)):
                 with self.subTest(network=name, fact=fact):
                     _, told = self.answers(["to 70", f"history {fact}"], f"{program}.meld", "--world", "line.toml", "-n", 1 + i % 3)
                     changes = [(t["tick"], c["is"], c["how"], [r["line"] for r in c["rules"]]) for t in told["ticks"]

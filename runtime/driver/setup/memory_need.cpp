@@ -247,10 +247,10 @@ class Counting {
 
     // Of a graph: process and catom of a node; a node and an end of a link in the ensemble; and of METIS, measured, an end of a link in a
     // geometric graph and in a random one.
-    static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 8, kDividedWell = 14, kDividedBadly = 42;
+    static constexpr double kNode = 4 + 4, kNodeHere = 8 + 4 + 1 + 24 + 8, kEndHere = 6, kDividedWell = 14, kDividedBadly = 42;
     // Of the table of links: a catom, an end of a link, where it is read, and until when something is under way. A mailbox, with its index
     // among the catoms. What is on its way for all links that it takes, and its place in the queue of each.
-    static constexpr double kLinkRow = 8, kLinkEnd = 8, kLinkRead = 4, kLastArrival = 4, kMailbox = 86, kParcel = 64, kUnderWay = 12;
+    static constexpr double kLinkRow = 8, kLinkEnd = 6, kLinkRead = 4, kLastArrival = 2, kMailbox = 86, kParcel = 64, kUnderWay = 12;
     // A change that waits: catom, column, number of rows and where they are.
     static constexpr double kPlace = 24;
     // A linear fact as its sender writes it, and the receivers' rows of this delivery and the last one. Where a network delays it: in the

@@ -40,6 +40,10 @@ class Fates {
     }
     // To be called every 2^31 ticks or more often: what acts_from() has found is forgotten.
     void forget_turns() { turns_.clear(); }
+    // The same of a catom whose links have changed: another one may have its index now.
+    void forget_turn(Catom catom) {
+        if (catom < turns_.size()) turns_[catom] = {};
+    }
     std::size_t bytes() const { return turns_.capacity() * sizeof(Turn); }
     // The first tick in which the jams of this one let something through; `now`, if none is about this link.
     i64 jammed_until(i64 now, Catom from, Catom to) const;

@@ -39,6 +39,7 @@ void Network::follow(i64 now, bool tell) {
     for (const world::Links::Change& link : ensemble.links().take_changes()) {
         // What it holds of a link is there as long as it can read over it.
         facts_.touch(link.reader);
+        fates_.forget_turn(link.reader);
         if (!link.made) {
             if (link.read >= 0 && static_cast<Catom>(link.read) != link.other)
                 close_mailbox(number_of_[static_cast<std::size_t>(link.read)]);

@@ -41,7 +41,7 @@ Versions::Versions(const ModuleInfo& module, const world::World& world, Membersh
       fates_(fates),
       same_ticks_(same_ticks(world)),
       indices_(members, facts),
-      ring_(std::bit_ceil(world.latency() + std::size_t{2})) {
+      ring_(world.latency() + std::size_t{2}) {
     if (keeps_last()) members_.ensemble.links().keep_last_arrivals();
     for (u16 c = 0; c < module.column_count; ++c) {
         if (!module.columns[c].exported) continue;
@@ -272,6 +272,7 @@ void Versions::follow_links(i64 now, bool tells) {
     for (const world::Links::Change& link : changes) {
         // What it holds of a link is there as long as it can read over it.
         facts_.touch(link.reader);
+        fates_.forget_turn(link.reader);
         if (link.made) continue;
         stop_reading(link.read, link.other);
         gone.push_back({link.reader, link.port});
@@ -425,7 +426,7 @@ void Versions::save(i64 now, ByteWriter& out) const {
     };
     std::vector<Busy> busy;
     for (u32 ticks = 1; ticks <= ring_.size(); ++ticks)
-        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) & (ring_.size() - 1)])
+        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) % ring_.size()])
             if (entry.version != kGone) busy.push_back({key_of(entry.reader, entry.port), now + ticks});
     std::ranges::sort(busy, [](const Busy& a, const Busy& b) { return std::tuple(a.link, -a.last) < std::tuple(b.link, -b.last); });
     const auto same = std::ranges::unique(busy, {}, &Busy::link);
@@ -474,7 +475,7 @@ void Versions::save(i64 now, ByteWriter& out) const {
     };
     std::vector<SavedEntry> sent;
     for (u32 ticks = 1; ticks <= ring_.size(); ++ticks)
-        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) & (ring_.size() - 1)]) {
+        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) % ring_.size()]) {
             if (entry.version == kGone) {
                 for (u32 i = 0; i < entry.reader; ++i) sent.push_back({ticks, kNone32, parcel(kGone, kWhole), false});
                 continue;

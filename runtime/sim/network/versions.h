@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "runtime/base/bytes.h"
-#include "runtime/base/large_array.h"
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
@@ -95,7 +94,7 @@ class Versions {
     // What a jam holds up is put to its end. Returns whether it does.
     bool held_up(i64 now, const Entry& entry);
     // The size of the ring is a power of two.
-    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) & (ring_.size() - 1)]; }
+    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }
 
     u32 take_version(Catom catom);
     // It goes if nobody needs it: one that has no copy.
@@ -127,7 +126,7 @@ class Versions {
     u64 readers_dirty_ = kDirtyLinks;
     u32 same_ticks_ = 0;  // That each message takes; 0: they differ.
     MailboxIndices indices_;
-    LargeArray<Version> versions_;
+    std::vector<Version> versions_;
     std::vector<u32> free_versions_;
     std::vector<u32> current_;  // By catom.
     std::vector<Copy> copies_;  // By index among the columns, from first_copy_ on.
