@@ -31,9 +31,9 @@ std::array<Vec, 2> across(const Vec& axis) {
 void add_bar(const Vec& from, const Vec& to, float radius, int sides, std::vector<Triangle>& out) {
     if (!((to - from).norm() > 0)) return;
     const auto [u, v] = across((to - from).normalized());
-    const auto corner = [&, u = u, v = v](int i) {
+    const auto corner = [&, one = u, other = v](int i) {
         const float angle = 2 * std::numbers::pi_v<float> * (static_cast<float>(i % sides) + 0.5F) / static_cast<float>(sides);
-        return Vec(radius * (std::cos(angle) * u + std::sin(angle) * v));
+        return Vec(radius * (std::cos(angle) * one + std::sin(angle) * other));
     };
     for (int i = 0; i < sides; ++i) {
         const Vec one = corner(i), next = corner(i + 1);

@@ -214,60 +214,27 @@ TEST(Cylinders, CollisionsKeepMomentum) {
     Settings settings = awake();
     settings.gravity_m_s2 = {};
     auto scene = make_scene(settings);
-    std::mt19937 random(9);
-    std::uniform_real_distribution<double> speed(-1, 1);
-    BodyId id = 0;
-    for (int x = 0; x < 5; ++x)
-        for (int y = 0; y < 5; ++y)
-            for (int z = 0; z < 5; ++z, ++id) {
-                const Vec3 at{1.6 * x - 3.2, 1.6 * y - 3.2, 1.6 * z - 3.2};
-                BodySpec spec{.id = id, .position_m = at, .linear_velocity_m_s = -0.5 * at};
-                spec.angular_velocity_rad_s = {speed(random), speed(random), speed(random)};
-                if (id % 4 == 0) spec.shape = box_shape({0.8, 0.7, 0.9}, 0.05);
-                if (id % 4 == 1) spec.shape = capsule_shape(0.3, 1.2);
-                if (id % 4 >= 2) spec.shape = cylinder_shape(0.4, id % 8 >= 4 ? 0.9 : 0.3, id % 4 == 2 ? 0.03 : 0);
-                need(scene->add_body(spec));
-            }
-    const Vec3 momentum = scene->momentum(), angular = scene->angular_momentum();
-    const double energy = scene->kinetic_energy_j();
-    Workers workers(2);
-    double most = energy;
-    for (int tick = 0; tick < 480; ++tick) {
-        run(*scene, 1, 2, workers);
-        most = std::max(most, scene->kinetic_energy_j());
-    }
-    EXPECT_LT(scene->kinetic_energy_j(), 0.7 * energy);
-    EXPECT_LT(most, 1.01 * energy);
-    EXPECT_LT(length(scene->momentum() - momentum), 1e-3);
-    EXPECT_LT(length(scene->angular_momentum() - angular), 0.01 * 125);
+    add_implosion(*scene, 9, [](BodySpec& spec) {
+        const BodyId id = spec.id;
+        if (id % 4 == 0) spec.shape = box_shape({0.8, 0.7, 0.9}, 0.05);
+        if (id % 4 == 1) spec.shape = capsule_shape(0.3, 1.2);
+        if (id % 4 >= 2) spec.shape = cylinder_shape(0.4, id % 8 >= 4 ? 0.9 : 0.3, id % 4 == 2 ? 0.03 : 0);
+    });
+    expect_kept_momentum(*scene);
 }
 
-// A walled box into which all kinds of shapes fall.
+// All kinds of shapes.
 std::unique_ptr<Scene> pile_of_all(int layers) {
-    auto scene = scene_on_plane();
-    for (const Vec3 side : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}}) need(scene->add_obstacle(Plane{side, -3}, 0));
-    need(scene->add_obstacle(Box{{0, 0, 0.5}, {1, 1, 1}, {std::cos(0.3), 0, 0, std::sin(0.3)}}, 0));
-    std::mt19937 random(11);
-    std::normal_distribution<double> normal;
-    BodyId id = 0;
-    for (int z = 0; z < layers; ++z)
-        for (int y = 0; y < 4; ++y)
-            for (int x = 0; x < 4; ++x, ++id) {
-                Quat q{normal(random), normal(random), normal(random), normal(random)};
-                const double n = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-                BodySpec spec{.id = id, .position_m = {1.4 * x - 2.1, 1.4 * y - 2.1, 2.5 + 1.5 * z}};
-                spec.orientation = {q.w / n, q.x / n, q.y / n, q.z / n};
-                const BodyId kind = id % 7;
-                if (kind == 0) spec.shape = box_shape({0.8, 0.8, 0.8}, 0.02);
-                if (kind == 1) spec.shape = capsule_shape(0.3, 1.2);
-                if (kind == 2) spec.radius_m = 0.4;
-                if (kind == 3) spec.shape = cylinder_shape(0.4, 0.8, 0.02);
-                if (kind == 4) spec.shape = cylinder_shape(0.3, 1.1, 0);
-                if (kind == 5) spec.shape = cylinder_shape(0.5, 0.2, 0.01);
-                if (kind == 6) spec.shape = cylinder_shape(0.35, 0.7, 0.1);
-                need(scene->add_body(spec));
-            }
-    return scene;
+    return walled_pile(layers, [](BodySpec& spec) {
+        const BodyId kind = spec.id % 7;
+        if (kind == 0) spec.shape = box_shape({0.8, 0.8, 0.8}, 0.02);
+        if (kind == 1) spec.shape = capsule_shape(0.3, 1.2);
+        if (kind == 2) spec.radius_m = 0.4;
+        if (kind == 3) spec.shape = cylinder_shape(0.4, 0.8, 0.02);
+        if (kind == 4) spec.shape = cylinder_shape(0.3, 1.1, 0);
+        if (kind == 5) spec.shape = cylinder_shape(0.5, 0.2, 0.01);
+        if (kind == 6) spec.shape = cylinder_shape(0.35, 0.7, 0.1);
+    });
 }
 
 double energy_of(const Scene& scene) {

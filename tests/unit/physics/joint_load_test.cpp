@@ -182,20 +182,8 @@ TEST(JointLoads, BreaksAreTheSameForAnyNumberOfWorkers) {
     std::vector<std::vector<ConnectionPair>> broken;
     for (const int threads : {1, 2}) {
         auto scene = scene_on_plane(settings_with({0, 0, -kGravity}));
-        // Chains that fall on each other and break as they land.
-        BodyId id = 0;
-        for (int c = 0; c < 40; ++c)
-            for (int i = 0; i < 5; ++i, ++id) {
-                const Vec3 at{1.0 * i + 0.1 * (c % 3), 1.2 * (c % 8), 1 + 1.1 * (c / 8)};
-                need(scene->add_body({.id = id, .position_m = at}));
-                if (i > 0)
-                    need(scene->add_joint({.first = id - 1,
-                                           .second = id,
-                                           .anchor_m = at - Vec3{0.5, 0, 0},
-                                           .axis = {0, 1, 0.2 * (c % 2)},
-                                           .breaking_force_n = 100,
-                                           .breaking_torque_nm = 25}));
-            }
+        // They break as they land.
+        add_falling_chains(*scene, {.breaking_force_n = 100, .breaking_torque_nm = 25});
         Workers workers(threads);
         broken.emplace_back();
         for (int tick = 0; tick < 240; ++tick) {

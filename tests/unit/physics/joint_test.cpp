@@ -408,16 +408,7 @@ TEST(Joints, TheStateDoesNotDependOnTheNumberOfWorkers) {
     for (const int threads : {1, 2}) {
         Settings settings;
         auto scene = scene_on_plane(settings);
-        // Many short chains that fall on each other.
-        BodyId id = 0;
-        for (int c = 0; c < 40; ++c)
-            for (int i = 0; i < 5; ++i, ++id) {
-                const Vec3 at{1.0 * i + 0.1 * (c % 3), 1.2 * (c % 8), 1 + 1.1 * (c / 8)};
-                need(scene->add_body({.id = id, .position_m = at}));
-                if (i > 0)
-                    need(
-                        scene->add_joint({.first = id - 1, .second = id, .anchor_m = at - Vec3{0.5, 0, 0}, .axis = {0, 1, 0.2 * (c % 2)}}));
-            }
+        add_falling_chains(*scene);
         Workers workers(threads);
         run(*scene, 240, 2, workers);
         digests.push_back(scene->digest());
