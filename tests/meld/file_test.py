@@ -173,11 +173,11 @@ def check_kinds(table, places):
 
 
 def check_passes(table, folder):
-    """A file pass_NAME.meld for each pass in the table; it stops after a pass, its own or the first whose result can be printed."""
+    """A file NAME.meld for each pass in the table; it stops after a pass, its own or the first whose result can be printed."""
     names = re.findall(r'^    \{\.name = "(\w+)"', pathlib.Path(table).read_text(), re.M)
-    missing = [name for name in names if "--after=" not in read_or_empty(folder / f"pass_{name}.meld")]
+    missing = [name for name in names if "--after=" not in read_or_empty(folder / f"{name}.meld")]
     for name in missing:
-        print(f"no file test {folder}/pass_{name}.meld with --after")
+        print(f"no file test {folder}/{name}.meld with --after")
     return 1 if missing or not names else 0
 
 

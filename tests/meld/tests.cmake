@@ -21,7 +21,7 @@ set_tests_properties(meld_sizes PROPERTIES TIMEOUT 1200 PROCESSORS 2 LABELS camp
 add_test(NAME meld_every_kind_is_shown COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --kinds ${CMAKE_SOURCE_DIR}/compiler/diagnostics/kinds.def ${CMAKE_CURRENT_LIST_DIR})
 add_test(NAME meld_every_pass_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
-  --passes ${CMAKE_SOURCE_DIR}/compiler/plan/plan.cpp ${CMAKE_CURRENT_LIST_DIR}/emit)
+  --passes ${CMAKE_SOURCE_DIR}/compiler/plan/plan.cpp ${CMAKE_CURRENT_LIST_DIR}/passes)
 add_test(NAME meld_every_construct_is_tested COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/file_test.py
   --constructs ${CMAKE_CURRENT_LIST_DIR}/constructs.toml ${CMAKE_SOURCE_DIR})
 add_test(NAME meld_fixes COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/fixes_test.py --meldc $<TARGET_FILE:meldc>)
