@@ -6,6 +6,7 @@ It is OUT/claymeld-VERSION-py3-none-linux_x86_64.whl, or with another platform, 
 system is not in it: PACKAGES in the package lists these libraries, each with the Debian package that has it.
 """
 import argparse
+import importlib.util
 import pathlib
 import re
 import shutil
@@ -50,6 +51,14 @@ def run(*command, **options):
     return done.stdout
 
 
+def missing_modules():
+    """What this Python lacks to make a wheel: setuptools, or the wheel that setuptools has in itself from 70.1 on."""
+    if importlib.util.find_spec("setuptools") is None:
+        return ["setuptools", "wheel"]
+    has_wheel = importlib.util.find_spec("setuptools.command.bdist_wheel") or importlib.util.find_spec("wheel")
+    return [] if has_wheel else ["wheel"]
+
+
 def libraries_of(programs):
     """The shared libraries that these programs and libraries ask for, but the loader, each with its Debian package where dpkg knows it."""
     found = {}
@@ -78,6 +87,12 @@ def main():
     options = arguments.parse_args()
     if not (options.build / "cmake_install.cmake").exists():
         print(f"packaging/wheel/make.py: {options.build} is not a build. Build Claymeld with scripts/build", file=sys.stderr)
+        return 2
+    missing = missing_modules()
+    if missing:
+        packages = " ".join(f"python3-{name}" for name in missing)
+        print(f"packaging/wheel/make.py: {sys.executable} has no {' and no '.join(missing)}. Install {packages}, or say "
+              f"{sys.executable} -m pip install {' '.join(missing)}", file=sys.stderr)
         return 2
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:

@@ -46,6 +46,13 @@ class Wheel(unittest.TestCase):
         self.assertEqual(done.returncode, code, f"{name} {words}\n{done.stdout}{done.stderr}")
         return done.stdout, done.stderr
 
+    def test_it_says_what_its_python_lacks(self):
+        subprocess.run([PYTHON, "-m", "venv", "--without-pip", self.folder / "bare"], check=True)
+        done = subprocess.run([self.folder / "bare/bin/python3", "-B", ROOT / "packaging/wheel/make.py", "--build", TOOLS.build,
+                               "--out", self.folder / "bare"], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertRegex(done.stderr, r"bare/bin/python3 has no setuptools and no wheel\. Install python3-setuptools python3-wheel, or")
+
     def test_its_name_says_version_and_platform(self):
         version = re.search(r'kVersion\[\] = "(.*)"', (ROOT / "runtime/base/version.h").read_text())[1]
         self.assertEqual(self.wheel.name, f"claymeld-{version}-py3-none-linux_{os.uname().machine}.whl")
