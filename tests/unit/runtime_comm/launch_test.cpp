@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <csignal>
 #include <cstdlib>
 
 namespace meld::comm {
@@ -51,12 +52,17 @@ TEST(LaunchMpi, SaysWhenThePathHasNoMpirun) {
     EXPECT_NE(describe_launch_failure(127).find("mpirun"), std::string::npos);
 }
 
+// Where tests run in the background, an interrupt may be ignored, and launch_mpi() leaves that so.
+void heed_interrupts() { std::signal(SIGINT, SIG_DFL); }
+
 TEST(LaunchMpi, GivesTheFirstInterruptToTheProcessesToEndWell) {
+    heed_interrupts();
     const std::string line = fmt::format("exec 2>/dev/null; trap 'exit 130' USR1; kill -INT {}; while :; do sleep 0.01; done", getpid());
     EXPECT_EQ(launch_mpi(1, {"sh", "-c", line}).exit_code, 130);
 }
 
 TEST(LaunchMpi, EndsTheProcessesAtTheSecondInterrupt) {
+    heed_interrupts();
     const std::string line =
         fmt::format("exec 2>/dev/null; trap 'kill -INT {0}' USR1; trap '' TERM; kill -INT {0}; while :; do sleep 0.01; done", getpid());
     EXPECT_NE(launch_mpi(1, {"sh", "-c", line}).exit_code, 0);
