@@ -69,6 +69,7 @@ class Claymeld(CMakePackage):
              when="+view target=aarch64:", sha256="9bda92d85337be3499f9cfce7dbbe3dfba123b03f93829a354d9b933cb742bdd")
 
     def cmake_args(self):
+        # Spack takes away the folder that all files of an archive of npm are in.
         source = self.stage.source_path
         arguments = [
             self.define("CLAYMELD_PROGRAMS_ONLY", True),
@@ -81,8 +82,8 @@ class Claymeld(CMakePackage):
             return arguments
         return [
             *arguments,
-            self.define("ESBUILD", join_path(source, "esbuild", "package", "bin", "esbuild")),
-            self.define("THREE_MODULE", join_path(source, "three", "package", "build", "three.module.js")),
+            self.define("ESBUILD", join_path(source, "esbuild", "bin", "esbuild")),
+            self.define("THREE_MODULE", join_path(source, "three", "build", "three.module.js")),
         ]
 
     def install(self, spec, prefix):
