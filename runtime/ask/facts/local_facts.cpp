@@ -189,7 +189,7 @@ bool LocalFacts::back(const Source& source, u64 to, const Visit& visit) {
         const i32 other = neighbour_at(g, *found, port);
         if (other < 0) continue;
         const std::array<Value, 2> arguments = {Value{.catom = to}, Value{.integer = port_there(g, *found, port)}};
-        if (!visit({.catom = id_of(g, other), .arguments = arguments.data()})) return false;
+        if (!visit({.catom = id_of(g, static_cast<u32>(other)), .arguments = arguments.data()})) return false;
     }
     return true;
 }

@@ -32,7 +32,7 @@ std::vector<const std::uint64_t*> fill(Kept<std::uint64_t>& kept, std::size_t ro
 
 TEST(Kept, HoldsRowsOfAnyLengthInPlaceUntilTheEndOfTheTick) {
     Kept<std::uint64_t> kept;
-    for (const std::size_t length : {1, 7, 100, 5'000, 200'000, 3, 40'000}) {
+    for (const std::size_t length : std::initializer_list<std::size_t>{1, 7, 100, 5'000, 200'000, 3, 40'000}) {
         fill(kept, 30, length);
         kept.clear();
     }
