@@ -145,12 +145,26 @@ void emit_lists(const plan::Plan& plan, Writer& w) {
     w.close();
 }
 
-// Whether the program is one of amoebots that are activated: by the linear fact of the prelude.
-bool activates(const plan::Plan& plan) {
-    return plan.program.by_links && std::ranges::any_of(plan.program.predicates.ids(), [&](PredicateId id) {
-               const Predicate& p = plan.program.predicates[id];
-               return p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == plan::Storage::Rows;
-           });
+// Whether the program is one of amoebots that are activated.
+bool activates(const plan::Plan& plan) { return plan::activated_fact(plan).has_value(); }
+
+// Whose turn it is has the fact, which lies nowhere.
+void emit_turn(const plan::Plan& plan, Writer& w) {
+    const std::optional<PredicateId> id = fact_by_turn(plan);
+    if (!id) return;
+    const std::string name = predicate_name(plan.program, *id);
+    w.open("if ((todo & kDirtyTurn) != 0) {");
+    w.line("todo |= {};", hex(plan.columns[plan.of(*id).column].own_dirty));
+    w.line("load_{}(s);", name);
+    w.line("s.{0}.insert(e, {0}_t::Row{{}});", name);
+    w.close();
+}
+
+// When all is stored: who keeps the fact.
+void emit_still_activated(const plan::Plan& plan, Writer& w) {
+    if (const std::optional<PredicateId> id = fact_by_turn(plan))
+        w.line("if ((e.dirty & kDirtyTurn) != 0 && s.{}.list.count > 0) e.still_activated[e.still_count++] = s.catom;",
+               predicate_name(plan.program, *id));
 }
 
 void emit_catom(const plan::Plan& plan, Writer& w) {
@@ -171,6 +185,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("s.raised = s.lowered = 0;");
     w.raw("s.again = false;");
     emit_hear(plan, w);
+    emit_turn(plan, w);
     if (!plan.initial_facts.empty()) {
         w.open("if (todo & kDirtyBorn && id_of(*s.g, s.catom) >= e.subdomain->first_unborn) {");
         for (const RulePlan& r : plan.initial_facts) w.line("{} {}(s);", now_at(plan, r), rule_function(plan, r.rule));
@@ -189,6 +204,7 @@ void emit_catom(const plan::Plan& plan, Writer& w) {
     w.raw("act(s);");
     if (plan.reads_tick) w.raw("e.host->wake(&e, e.subdomain->now + 1, kDirtyTick);");
     w.raw("save(s);");
+    emit_still_activated(plan, w);
     if (plan.counts) w.raw("end_counts(e);");
     w.close();
 }
@@ -260,6 +276,9 @@ void emit_heads_ahead(const plan::Plan& plan, Writer& w) {
             const std::uint64_t of = r.inputs & linear;
             if (std::has_single_bit(of) && makes(r, id)) when |= of;
         }
+        // Nobody reads the row of a fact that a turn gives.
+        const std::optional<PredicateId> turn = fact_by_turn(plan);
+        if (turn && turn != id && (when & own_dirty(*turn)) != 0) when |= kDirtyTurn;
         w.line("if ((todo & {}) != 0) __builtin_prefetch(&rows_of(s, {}, catom), 1);", hex(when), plan.of(id).column.index());
     }
 }

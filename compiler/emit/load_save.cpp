@@ -25,6 +25,8 @@ bool used_up(const plan::Plan& plan, PredicateId id) {
     });
 }
 
+std::optional<PredicateId> fact_by_turn(const plan::Plan& plan) { return plan.singles.apply() ? std::nullopt : plan::activated_fact(plan); }
+
 namespace {
 
 // For what a catom is evaluated, if it may hold facts of a predicate that is used up.

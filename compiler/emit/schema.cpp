@@ -68,18 +68,20 @@ std::set<PredicateId> predicates_read(const check::Program& program) {
     return read;
 }
 
-void emit_predicate_table(const plan::Plan& plan, const char* storage, Writer& w) {
+// by_turn: a predicate that is PredicateInfo::by_turn, which does not change how facts are stored.
+void emit_predicate_table(const plan::Plan& plan, const char* storage, std::optional<PredicateId> by_turn, Writer& w) {
     const std::set<PredicateId> read = predicates_read(plan.program);
     w.open(fmt::format("{} PredicateInfo kPredicates[] = {{", storage));
     for (const PredicateId id : plan.program.predicates.ids()) {
         const Predicate& p = plan.program.predicates[id];
         const Stored& s = plan.of(id);
         const bool stored = s.column.valid();
-        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}, {}}},", quoted(p.name), kind_name(p.kind),
-               abi_storage(s.storage), p.auxiliary || !s.used, p.repeats, p.arguments.size() - 1,
+        w.line("{{{}, PredicateKind::{}, Storage::{}, {}, {}, {}, {}, {}, {}, {}, {}, {:#x}, {}, {}{}}},", quoted(p.name),
+               kind_name(p.kind), abi_storage(s.storage), p.auxiliary || !s.used, p.repeats, p.arguments.size() - 1,
                p.arguments.size() > 1 ? fmt::format("kFields{}", id.index()) : "nullptr",
                stored ? fmt::format("{}", s.column.index()) : "kNone16", s.base.valid() ? fmt::format("{}", s.base.index()) : "kNone16",
-               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id), p.route);
+               s.ranked ? fmt::format("{}u", s.rank_offset) : "kNone32", s.presence_offset, s.presence_mask, read.contains(id), p.route,
+               by_turn == id ? ", true" : "");
     }
     w.close("};");
 }
@@ -340,7 +342,7 @@ std::uint64_t schema_hash(const plan::Plan& plan) {
     emit_fields(plan, types, w);
     // The same in pieces.
     constexpr const char* kStorage = "static constexpr";
-    emit_predicate_table(plan, kStorage, w);
+    emit_predicate_table(plan, kStorage, std::nullopt, w);
     emit_column_table(plan, types, kStorage, w);
     const std::string text = without_lines(w.text());
     return XXH3_64bits(text.data(), text.size());
@@ -370,7 +372,7 @@ void emit_schema(const plan::Plan& plan, Writer& w) {
     const TypeTable types(plan);
     if (plan.in_pieces()) declare_concerned(plan, w);
     emit_fields(plan, types, w);
-    emit_predicate_table(plan, shared_table(plan), w);
+    emit_predicate_table(plan, shared_table(plan), fact_by_turn(plan), w);
     emit_column_table(plan, types, shared_table(plan), w);
     emit_parameter_table(plan, types, w);
     w.part(kTablesPart);

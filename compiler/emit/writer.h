@@ -189,6 +189,9 @@ std::string first_rule(const plan::Plan& plan, PredicateId id);
 // evaluated, and there are some before only if they are what it is evaluated for: its row need not be read.
 bool used_up(const plan::Plan& plan, PredicateId id);
 
+// The predicate that is PredicateInfo::by_turn; not where facts are variables, which are read from rows.
+std::optional<PredicateId> fact_by_turn(const plan::Plan& plan);
+
 // A call of a function of the program.
 std::string call(const Scope& scope, check::FunctionId id, const std::vector<check::Term>& operands);
 // The same with arguments that are C++ expressions already.

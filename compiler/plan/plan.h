@@ -270,5 +270,7 @@ std::string print(const Plan& plan);
 std::string explain(const Plan& plan);
 // Bytes a catom of all columns, without what rows need beyond their heads.
 std::uint64_t bytes_per_catom(const Plan& plan);
+// The linear fact of the prelude by which amoebots are activated, if the program reads it in the links form. Storage must be chosen.
+std::optional<check::PredicateId> activated_fact(const Plan& plan);
 
 }  // namespace meld::plan

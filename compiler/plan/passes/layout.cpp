@@ -268,7 +268,8 @@ class Layout {
     // If there are more columns than bits, columns share bits: they are evaluated more often, never too seldom.
     void number_bits() {
         std::uint32_t next = 0;
-        const auto bit = [&] { return std::uint64_t{1} << (kFirstBit + next++ % kBits); };
+        const std::uint32_t bits = activated_fact(plan_) ? kBits - 1 : kBits;  // The highest one is kDirtyTurn.
+        const auto bit = [&] { return std::uint64_t{1} << (kFirstBit + next++ % bits); };
         for (Column& c : plan_.columns) {
             c.own_dirty = bit();
             if (c.exported) c.reader_dirty = bit();
@@ -290,6 +291,15 @@ bool has_ranks(const Program& program, const check::Stratum& stratum) {
         return member.aggregate != Aggregate::None || member.front != Aggregate::None;
     });
     return stratum.recursive && !stratum.tree && (stratum.links || aggregates);
+}
+
+std::optional<PredicateId> activated_fact(const Plan& plan) {
+    if (!plan.program.by_links) return std::nullopt;
+    for (const PredicateId id : plan.program.predicates.ids()) {
+        const Predicate& p = plan.program.predicates[id];
+        if (p.linear() && p.name == "activated" && p.arguments.size() == 1 && plan.of(id).storage == Storage::Rows) return id;
+    }
+    return std::nullopt;
 }
 
 std::uint64_t bytes_per_catom(const Plan& plan) {

@@ -89,12 +89,29 @@ class Agenda {
             if (s != 0) return false;
         return true;
     }
-    void clear() {
-        each_group([&](u32 group) {
-            for (u32 bits = active_[group]; bits != 0; bits &= bits - 1) plane(static_cast<u32>(std::countr_zero(bits)))[group] = 0;
-            active_[group] = 0;
-            summary_[group / 64] &= ~(u64{1} << (group % 64));
-        });
+    void clear() { clear(0, blocks()); }
+    // The same for some blocks of groups, from several threads at once; of each block by one of them.
+    std::size_t blocks() const { return summary_.size(); }
+    void clear(std::size_t from, std::size_t to) {
+        for (std::size_t s = from; s < to; ++s) {
+            for (u64 groups = summary_[s]; groups != 0; groups &= groups - 1) {
+                const std::size_t group = s * 64 + static_cast<std::size_t>(std::countr_zero(groups));
+                for (u32 bits = active_[group]; bits != 0; bits &= bits - 1) plane(static_cast<u32>(std::countr_zero(bits)))[group] = 0;
+                active_[group] = 0;
+            }
+            summary_[s] = 0;
+        }
+    }
+    // The groups of these blocks in which a catom has been marked: how many there are, and which.
+    std::size_t group_count(std::size_t from, std::size_t to) const {
+        std::size_t count = 0;
+        for (std::size_t s = from; s < to; ++s) count += static_cast<std::size_t>(std::popcount(summary_[s]));
+        return count;
+    }
+    void copy_groups(std::size_t from, std::size_t to, u32* out) const {
+        for (std::size_t s = from; s < to; ++s)
+            for (u64 groups = summary_[s]; groups != 0; groups &= groups - 1)
+                *out++ = static_cast<u32>(s * 64 + static_cast<std::size_t>(std::countr_zero(groups)));
     }
 
     // Calls visit(group) for each group in which a catom has been marked; it may have been forgotten since.

@@ -240,10 +240,12 @@ void Evaluator::evaluate_block(Thread& t, int worker, std::span<const u32> catom
     const double begin = log_ != nullptr ? seconds_now() : 0;
     if (samples_) samples_->note_worker(worker);
     if (counts_) counts_->begin_block(static_cast<std::size_t>(worker), catoms.size());
-    if (before_block_) before_block_(worker, catoms, dirty);
+    if (still_activated_ && t.still.size() < catoms.size()) t.still.resize(catoms.size());
+    t.still_activated = t.still.data();
+    t.still_count = 0;
     module_.evaluate(&t, catoms.data(), dirty.data(), static_cast<u32>(catoms.size()));
     t.reserved.clear();
-    if (after_block_) after_block_(worker, catoms, dirty);
+    if (t.still_count > 0) still_activated_(worker, {t.still_activated, t.still_count});
     if (counts_) counts_->end_block(static_cast<std::size_t>(worker), catoms);
     if (samples_) note_place(t, kPlaceNone);
     if (log_ != nullptr) log_->add_busy(worker, seconds_now() - begin);

@@ -87,13 +87,9 @@ class Evaluator {
         reader_ = std::move(reader);
     }
 
-    // For facts that are given for one evaluation: what a worker does before and after it evaluates some catoms, while they are in cache,
-    // and why each of them is evaluated. It may give these catoms facts, and look at what is left of them.
-    using AroundBlock = std::function<void(int worker, std::span<const u32> catoms, std::span<const u64> dirty)>;
-    void around_blocks(AroundBlock before, AroundBlock after) {
-        before_block_ = std::move(before);
-        after_block_ = std::move(after);
-    }
+    // Called by workers for catoms that had a fact because it was their turn (PredicateInfo::by_turn), and have not used it up.
+    using StillActivated = std::function<void(int worker, std::span<const u32> catoms)>;
+    void tell_still_activated(StillActivated call) { still_activated_ = std::move(call); }
 
     // Catoms that are not evaluated any more: what is new to them is dropped. Empty: there are none.
     void leave_out(std::function<bool(u32)> left_out) { left_out_ = std::move(left_out); }
@@ -228,14 +224,15 @@ class Evaluator {
     std::function<bool(u32)> acts_, left_out_;
     std::function<u32(u32)> reader_;
     std::function<void()> before_commit_;
-    AroundBlock before_block_, after_block_;
+    StillActivated still_activated_;
     std::function<u64(u32, u64)> next_hop_;
     bool anywhere_ = false;
     std::function<u64(u32, u32)> new_node_;
     std::vector<std::unique_ptr<Thread>> threads_;
     std::vector<Outbox*> outboxes_;  // Of the threads.
     std::vector<u16> linear_predicates_;
-    std::vector<u32> groups_;  // Of the agenda that is evaluated, ascending.
+    std::vector<u32> groups_;                 // Of the agenda that is evaluated, ascending.
+    std::vector<std::size_t> groups_before_;  // Of each part of them.
     std::vector<Message> messages_, unsorted_;
     std::vector<Keyed> order_, spare_;
     std::vector<FarMessage> far_messages_, births_;

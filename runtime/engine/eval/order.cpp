@@ -5,17 +5,38 @@
 
 namespace meld::eval {
 
+namespace {
+
+// So many groups are taken by all workers, so many blocks of them at once.
+constexpr std::size_t kManyGroups = 4096, kBlocksAtOnce = 16;
+
+}  // namespace
+
 void Evaluator::resize(std::size_t catoms) {
     for (Agenda& agenda : agendas_) agenda.resize(catoms);
 }
 
 // The agenda of this tick is taken as a whole, and marks go to the other one.
 void Evaluator::take_agenda(const Geometry& geometry) {
-    taken().clear();
+    Agenda& last = taken();
     next_agenda_ = 1 - next_agenda_;
-    if (acts_ || left_out_) leave_out_or_postpone(geometry);
-    groups_.clear();
-    taken().each_group([&](u32 group) { groups_.push_back(group); });
+    const bool some_wait = acts_ || left_out_;
+    if (some_wait) {
+        last.clear();
+        leave_out_or_postpone(geometry);
+    }
+    const std::size_t blocks = taken().blocks(), parts = (blocks + kBlocksAtOnce - 1) / kBlocksAtOnce, before = groups_.size();
+    const auto end_of = [&](std::size_t part) { return std::min(blocks, (part + 1) * kBlocksAtOnce); };
+    groups_before_.assign(parts + 1, 0);
+    for (std::size_t part = 0; part < parts; ++part)
+        groups_before_[part + 1] = groups_before_[part] + taken().group_count(part * kBlocksAtOnce, end_of(part));
+    groups_.resize(groups_before_[parts]);
+    const auto take = [&](int, std::size_t part) {
+        if (!some_wait) last.clear(part * kBlocksAtOnce, end_of(part));
+        taken().copy_groups(part * kBlocksAtOnce, end_of(part), groups_.data() + groups_before_[part]);
+    };
+    if (std::max(before, groups_.size()) >= kManyGroups) return workers_.run(parts, take);
+    for (std::size_t part = 0; part < parts; ++part) take(0, part);
 }
 
 void Evaluator::leave_out_or_postpone(const Geometry& geometry) {

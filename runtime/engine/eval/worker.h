@@ -87,6 +87,7 @@ struct Evaluator::Thread : Eval {
     Undefined::Entries undefined_here;
     std::vector<std::pair<u32, Undefined::Entries>> undefined_left;
     std::vector<u32> concerned;  // Of one record; used again and again.
+    std::vector<u32> still;      // Room for Eval::still_activated.
     bool passed_over = false;
 
     // Whether the catom under evaluation has made this node in this tick, and given it a fact.

@@ -46,7 +46,7 @@
 
 namespace meld {
 
-inline constexpr u32 kAbiVersion = 30;
+inline constexpr u32 kAbiVersion = 31;
 inline constexpr u16 kNone16 = 0xffff;
 inline constexpr u32 kNone32 = 0xffffffff;
 
@@ -107,6 +107,9 @@ struct PredicateInfo {
     u32 presence_mask;
     bool read = true;    // Some rule reads it.
     bool route = false;  // Its first field is the catom it leads to.
+    // Linear, without arguments: a catom that is evaluated with kDirtyTurn has one more of it than is stored. If some are left, the module
+    // stores them and says so (Eval::still_activated).
+    bool by_turn = false;
 };
 
 struct Eval;
@@ -314,6 +317,8 @@ struct Eval {
     Outgoing* outgoing = nullptr;             // By column; without room for those that Host::send_row takes.
     Counters* counters = nullptr;             // For a module that counts (counts_abi.h).
     bool tells_firings = false;               // Host::fired is to be called.
+    u32* still_activated = nullptr;           // Catoms of the block that keep the fact which they had for kDirtyTurn; room for all.
+    u32 still_count = 0;                      // How many these are.
     u32 place = kNone32;                      // Of a module that says where it is; written and read as an atomic word, by two threads.
 };
 // The thread is at a rule, or at one of the places of counts_abi.h.

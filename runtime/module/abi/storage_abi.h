@@ -17,6 +17,8 @@ enum DirtyBit : u64 {
     kDirtyBirths = 31,  // A new catom: all of the above.
     kDirtyGroups = 32,  // A quarantine of single groups has ended; the column's changes say of which.
     kFirstModuleBit = 64,
+    // The highest bit, which is the runtime's too in programs of amoebots that are activated: it is its turn (PredicateInfo::by_turn).
+    kDirtyTurn = u64{1} << 31,
 };
 // How many bits a dirty word has: the agenda stores them in 32 planes at most.
 inline constexpr u32 kDirtyWordBits = 32;

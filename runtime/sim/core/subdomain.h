@@ -158,10 +158,11 @@ class Subdomain {
     }
     // Marks catoms to which it has given the predicate, or from which it has taken it.
     void mark_given(u32 predicate, std::span<const Catom> catoms) { facts_.mark_given(predicate, catoms); }
-    // Evaluator::around_blocks.
-    void around_evaluation(eval::Evaluator::AroundBlock before, eval::Evaluator::AroundBlock after) {
-        facts_.evaluator.around_blocks(std::move(before), std::move(after));
-    }
+    // It is the turn of these catoms of a group of the agenda, a bit each: in their next evaluation they have the fact that is given by
+    // turns. From several workers at once, for groups of different blocks.
+    void give_turn(u32 group, u64 catoms) { facts_.evaluator.agenda().mark_group(group, catoms, kDirtyTurn); }
+    // Evaluator::tell_still_activated.
+    void tell_still_activated(eval::Evaluator::StillActivated call) { facts_.evaluator.tell_still_activated(std::move(call)); }
     void give_numbers(u32 predicate, Catom catom, const tuple::Numbers& numbers, int worker) {
         tuple::give_numbers(module, facts_.columns, predicate, catom, numbers, worker);
         facts_.touch_shared(catom);

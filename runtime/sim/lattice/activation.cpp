@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <numeric>
 #include <span>
@@ -20,10 +21,35 @@ using Activating = world::AmoebotOptions::Activation;
 constexpr std::uint64_t kDraw = 0x6163746976617465ull;
 // Amoebots of a class are far apart in memory: what is written for one is asked for while this many before it have their turn.
 constexpr std::size_t kAhead = 12;
-// Amoebots that a worker activates, or whose activation it ends, in one piece of its work.
+// Amoebots that a worker gives the fact or takes it from in one piece of its work.
 constexpr std::size_t kAtOnce = 1024;
-// Amoebots among which a worker searches for a class in one piece of its work.
-constexpr std::size_t kSearched = 1 << 16;
+// Amoebots among which a worker searches for those whose turn it is in one piece of its work: whole blocks of the agenda, which workers
+// mark at the same time.
+constexpr std::size_t kGroup = eval::Agenda::kGroup, kSearched = 16 * eval::Agenda::kBlock;
+
+// A bit for each of eight bytes that is this one, the first lowest.
+constexpr u64 equal_among_eight(u64 bytes, std::uint8_t byte) {
+    constexpr u64 kEach = 0x0101010101010101, kLow = 0x7f * kEach;
+    const u64 different = bytes ^ (byte * kEach);
+    const u64 same = ~(((different & kLow) + kLow) | different | kLow);  // The highest bit of each byte that is 0.
+    return same == 0 ? 0 : ((same >> 7) * 0x0102040810204080) >> 56;
+}
+static_assert(equal_among_eight(0x0503050505050305, 3) == 0b01000010 && equal_among_eight(0x83'00'03'02'7f'80'ff'03, 3) == 0b00100001);
+
+// The same of so many bytes, at most 64.
+u64 equal_bytes(const std::uint8_t* bytes, std::size_t count, std::uint8_t byte) {
+    u64 found = 0;
+    if (count == kGroup && std::endian::native == std::endian::little) {
+        for (std::size_t i = 0; i < kGroup; i += 8) {
+            u64 eight = 0;
+            std::memcpy(&eight, bytes + i, sizeof eight);
+            found |= equal_among_eight(eight, byte) << i;
+        }
+        return found;
+    }
+    for (std::size_t i = 0; i < count; ++i) found |= u64{bytes[i] == byte} << i;
+    return found;
+}
 
 void ask_for_facts(const Subdomain& subdomain, u32 predicate, Catom catom) {
     __builtin_prefetch(subdomain.columns.entry(subdomain.module.predicates[predicate].column, catom), 1);
@@ -45,41 +71,15 @@ void Activation::resume(Subdomain& subdomain) {
     const u32 base = subdomain.module.predicates[*found].base;
     if (base == kNone16 || subdomain.module.predicates[base].column == kNone16) return;
     activated_ = base;
-    dirty_ = subdomain.module.columns[subdomain.module.predicates[base].column].own_dirty;
-    given_.resize(static_cast<std::size_t>(subdomain.workers.threads()));
-    subdomain.around_evaluation(
-        [this, &subdomain](int worker, std::span<const Catom> catoms, std::span<const u64> dirty) {
-            if (in_blocks_) give_to_block(subdomain, worker, catoms, dirty);
-        },
-        [this, &subdomain](int worker, std::span<const Catom>, std::span<const u64>) {
-            if (in_blocks_) look_at_block(subdomain, worker);
-        });
-}
-
-void Activation::give_to_block(Subdomain& subdomain, int worker, std::span<const Catom> catoms, std::span<const u64> dirty) {
-    Given& given = given_[static_cast<std::size_t>(worker)];
-    given.now.clear();
-    for (std::size_t i = 0; i < catoms.size(); ++i)
-        if (waits_for_fact(catoms[i], dirty[i])) given.now.push_back(catoms[i]);
-    const std::size_t count = given.now.size();
-    for (std::size_t i = 0; i < std::min(kAhead, count); ++i) ask_for_facts(subdomain, *activated_, given.now[i]);
-    for (std::size_t i = 0; i < count; ++i) {
-        if (i + kAhead < count) ask_for_facts(subdomain, *activated_, given.now[i + kAhead]);
-        subdomain.give_shared(*activated_, given.now[i], nullptr, worker);
-    }
-    given.count += given.now.size();
-}
-
-void Activation::look_at_block(const Subdomain& subdomain, int worker) {
-    Given& given = given_[static_cast<std::size_t>(worker)];
-    for (const Catom catom : given.now)
-        if (holds(subdomain, *activated_, catom)) given.left.push_back(catom);
-}
-
-bool Activation::all_were_given() const {
-    std::size_t count = 0;
-    for (const Given& given : given_) count += given.count;
-    return in_blocks_ && count == now_.size();
+    // Modules that users have added may read the fact before it is evaluated.
+    by_turn_ = subdomain.module.predicates[base].by_turn && world_.components.empty();
+    of_worker_.clear();
+    of_worker_.resize(static_cast<std::size_t>(subdomain.workers.threads()));
+    subdomain.tell_still_activated([this](int worker, std::span<const Catom> catoms) {
+        std::vector<Catom>& left = of_worker_[static_cast<std::size_t>(worker)].left;
+        left.insert(left.end(), catoms.begin(), catoms.end());
+        for (const Catom catom : catoms) turn_[catom] |= kNow;
+    });
 }
 
 void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t turn) {
@@ -90,23 +90,21 @@ void Activation::set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t 
 
 void Activation::end(Subdomain& subdomain) {
     if (!activated_) return;
-    const bool known = all_were_given();
-    for (const Catom catom : now_) turn_[catom] &= static_cast<std::uint8_t>(~kNow);
     // Those that still have the fact: rules of most have used it up.
-    std::vector<std::vector<Catom>> left(static_cast<std::size_t>(subdomain.workers.threads()));
+    std::vector<std::vector<Catom>> taken(static_cast<std::size_t>(subdomain.workers.threads()));
     const auto take = [&](int worker, Catom catom) {
+        turn_[catom] &= static_cast<std::uint8_t>(~kNow);
         // It may have been killed since.
         if (subdomain.owned(catom) && holds(subdomain, *activated_, catom) && subdomain.take_shared(*activated_, catom, nullptr, worker))
-            left[static_cast<std::size_t>(worker)].push_back(catom);
+            taken[static_cast<std::size_t>(worker)].push_back(catom);
     };
-    if (known) {
-        for (const Given& given : given_)
-            for (const Catom catom : given.left) take(0, catom);
-    } else {
-        each_now(subdomain, take);
-    }
-    for (const std::vector<Catom>& catoms : left) subdomain.mark_given(*activated_, catoms);
+    each_now(subdomain, take);
     now_.clear();
+    for (OfWorker& w : of_worker_) {
+        for (const Catom catom : w.left) take(0, catom);
+        w.left.clear();
+    }
+    for (const std::vector<Catom>& catoms : taken) subdomain.mark_given(*activated_, catoms);
 }
 
 void Activation::begin(Subdomain& subdomain) {
@@ -116,31 +114,69 @@ void Activation::begin(Subdomain& subdomain) {
     subdomain.set_moving(true);
     turn_.resize(subdomain.ensemble.index_count());
     const Activating way = world_.motion.amoebots.activation;
-    switch (way) {
-        case Activating::All:
-            for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
-                if (subdomain.owned(c)) choose(c);
-            break;
-        case Activating::One:
-            choose_one(subdomain);
-            break;
-        case Activating::Random:
-        case Activating::Fair:
-            choose_class(subdomain, class_of_turn(subdomain), way == Activating::Fair);
-    }
-    activate_chosen(subdomain);
+    if (way == Activating::All)
+        activate(subdomain, [](std::size_t, std::size_t count) { return ~u64{0} >> (kGroup - count); });
+    else if (way == Activating::One)
+        activate_one(subdomain);
+    else
+        activate(subdomain,
+                 [classes = subdomain.ensemble.head_classes(), which = class_of_turn(subdomain)](std::size_t first, std::size_t count) {
+                     return equal_bytes(&classes[first], count, static_cast<std::uint8_t>(which));
+                 });
+    if (!by_turn_) give_now(subdomain);
     if (way == Activating::All) ++rounds_;
     if (way == Activating::Fair && ++step_ % kClasses == 0) end_pass(subdomain);
 }
 
-void Activation::activate_chosen(Subdomain& subdomain) {
-    // Modules that users have added may read the fact before it is evaluated.
-    in_blocks_ = world_.components.empty();
-    for (Given& given : given_) given.left.clear(), given.count = 0;
-    for (const Catom catom : now_) turn_[catom] = kNow | kInRound;
-    if (!in_blocks_) each_now(subdomain, [&](int worker, Catom catom) { subdomain.give_shared(*activated_, catom, nullptr, worker); });
+template <class Among>
+void Activation::activate(Subdomain& subdomain, const Among& among) {
+    const std::size_t all = subdomain.ensemble.index_count();
+    parts_.resize((all + kSearched - 1) / kSearched);
+    subdomain.workers.run(parts_.size(), [&](int, std::size_t number) {
+        Part part{0, std::move(parts_[number].catoms)};
+        part.catoms.clear();
+        const std::size_t end = std::min(all, (number + 1) * kSearched);
+        for (std::size_t first = number * kSearched; first < end; first += kGroup)
+            if (const u64 some = among(first, std::min(kGroup, end - first)); some != 0)
+                activate_group(subdomain, static_cast<Catom>(first), some, part);
+        parts_[number] = std::move(part);
+    });
+    for (const Part& part : parts_) {
+        activations_ += part.count;
+        now_.insert(now_.end(), part.catoms.begin(), part.catoms.end());
+    }
+}
+
+void Activation::activate_group(Subdomain& subdomain, Catom first, u64 some, Part& part) {
+    const bool fair = world_.motion.amoebots.activation == Activating::Fair;
+    u64 turns = 0;
+    for (u64 left = some; left != 0; left &= left - 1) {
+        const Catom catom = first + static_cast<Catom>(std::countr_zero(left));
+        if (!subdomain.owned(catom) || (fair && (turn_[catom] & kInRound) != 0)) continue;
+        turns |= left & -left;
+        ++part.count;
+        if (fair) turn_[catom] |= kInRound;
+        if (!by_turn_) part.catoms.push_back(catom);
+    }
+    if (by_turn_ && turns != 0) subdomain.give_turn(first / kGroup, turns);
+}
+
+// Whoever has been killed is drawn in vain, and the next tick draws another.
+void Activation::activate_one(Subdomain& subdomain) {
+    const std::uint64_t drawn = hash_combine(hash_combine(world_.seed, kDraw), static_cast<std::uint64_t>(subdomain.tick()));
+    if (subdomain.next_id() == 0) return;
+    const std::optional<Catom> catom = subdomain.ensemble.find(drawn % subdomain.next_id());
+    if (!catom) return;
+    Part part;
+    activate_group(subdomain, *catom - *catom % eval::Agenda::kGroup, u64{1} << (*catom % kGroup), part);
+    activations_ += part.count;
+    now_.insert(now_.end(), part.catoms.begin(), part.catoms.end());
+}
+
+void Activation::give_now(Subdomain& subdomain) {
+    for (const Catom catom : now_) turn_[catom] |= kNow;
+    each_now(subdomain, [&](int worker, Catom catom) { subdomain.give_shared(*activated_, catom, nullptr, worker); });
     subdomain.mark_given(*activated_, now_);
-    activations_ += now_.size();
 }
 
 template <class Visit>
@@ -168,31 +204,6 @@ std::int32_t Activation::class_of_turn(const Subdomain& subdomain) const {
         std::swap(order[left - 1], order[drawn % left]);
     }
     return order[static_cast<std::size_t>(step_ % kClasses)];
-}
-
-void Activation::choose_class(Subdomain& subdomain, std::int32_t which, bool once) {
-    const std::span<const std::uint8_t> classes = subdomain.ensemble.head_classes();
-    chosen_.resize((classes.size() + kSearched - 1) / kSearched);
-    subdomain.workers.run(chosen_.size(), [&](int, std::size_t part) {
-        const std::size_t end = std::min(classes.size(), (part + 1) * kSearched);
-        chosen_[part].clear();
-        for (std::size_t from = part * kSearched; from < end; ++from) {
-            const void* const found = std::memchr(&classes[from], which, end - from);
-            if (found == nullptr) return;
-            from = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - classes.data());
-            const auto catom = static_cast<Catom>(from);
-            if (subdomain.owned(catom) && !(once && (turn_[catom] & kInRound) != 0)) chosen_[part].push_back(catom);
-        }
-    });
-    for (const std::vector<Catom>& catoms : chosen_) now_.insert(now_.end(), catoms.begin(), catoms.end());
-}
-
-// Whoever has been killed is drawn in vain, and the next tick draws another.
-void Activation::choose_one(const Subdomain& subdomain) {
-    const std::uint64_t drawn = hash_combine(hash_combine(world_.seed, kDraw), static_cast<std::uint64_t>(subdomain.tick()));
-    if (subdomain.next_id() == 0) return;
-    const std::optional<Catom> catom = subdomain.ensemble.find(drawn % subdomain.next_id());
-    if (catom && subdomain.owned(*catom)) choose(*catom);
 }
 
 void Activation::end_pass(Subdomain& subdomain) {

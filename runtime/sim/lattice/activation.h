@@ -4,8 +4,8 @@
 // of the 36 classes, by their coordinates modulo 6. Two of them have no neighbour in common and no empty cell that both touch, so none
 // notices what another does in that tick, and the outcome is that of any order. Cost: a byte of each amoebot is read.
 //
-// The fact lasts for one evaluation. Workers give it just before they evaluate an amoebot, and look just afterwards whether it is left, so
-// that its row comes from memory once.
+// The fact lasts for one evaluation. Mostly it is only a bit of the agenda that says so, and the compiled program makes the fact of it
+// (PredicateInfo::by_turn), so that no row is read or written.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class Activation {
     // Afterwards: activates those of the next evaluation. Every process calls it.
     void begin(Subdomain& subdomain);
 
-    // What is kept for an amoebot between two ticks, as it migrates and is saved: whether it has been activated in this tick, and in this
-    // round.
+    // What is kept for an amoebot between two ticks, as it migrates and is saved: whether it has been activated in this tick and may still
+    // have the fact; if the activation is fair, whether it has been in this round.
     static constexpr std::uint8_t kNow = 1, kInRound = 2;
     std::uint8_t turn(Catom catom) const { return catom < turn_.size() ? turn_[catom] : 0; }
     void set_turn(const Subdomain& subdomain, Catom catom, std::uint8_t turn);
@@ -46,42 +46,38 @@ class Activation {
   private:
     static constexpr std::int32_t kClasses = world::Ensemble::kApart * world::Ensemble::kApart;
 
-    // What a worker has done in the last evaluation; in a line of memory of its own.
-    struct alignas(64) Given {
-        std::vector<Catom> now;   // Amoebots of the last block that were given the fact.
-        std::vector<Catom> left;  // Of all blocks those that still have it.
-        std::size_t count = 0;
+    // In a line of memory of its own.
+    struct alignas(64) OfWorker {
+        std::vector<Catom> left;  // Amoebots that still had the fact when they had been evaluated.
+    };
+    struct Part {
+        std::size_t count = 0;      // How many it has found whose turn it is,
+        std::vector<Catom> catoms;  // and which, if the fact is not given by turns.
     };
 
-    // Notes whose turn it is; then all of those are activated.
-    void choose(Catom catom) { now_.push_back(catom); }
-    void activate_chosen(Subdomain& subdomain);
-    // Whether it is this amoebot's turn, by what it is evaluated for: whatever has become of it since then has taken that away.
-    bool waits_for_fact(Catom catom, u64 dirty) const {
-        return (dirty & dirty_) != 0 && catom < turn_.size() && (turn_[catom] & kNow) != 0;
-    }
-    void give_to_block(Subdomain& subdomain, int worker, std::span<const Catom> catoms, std::span<const u64> dirty);
-    void look_at_block(const Subdomain& subdomain, int worker);
-    // Whether all whose turn it was had the fact in the last evaluation.
-    bool all_were_given() const;
-    // Calls visit(worker, catom) for those whose turn it is, from all workers at once.
+    // Activates those of this process among some, all workers at once: among(first, count) has a bit for each of so many amoebots from
+    // `first` on, at most 64.
+    template <class Among>
+    void activate(Subdomain& subdomain, const Among& among);
+    void activate_group(Subdomain& subdomain, Catom first, u64 some, Part& part);
+    void activate_one(Subdomain& subdomain);
+    // Those whose turn it is, where the fact is not given by turns.
+    void give_now(Subdomain& subdomain);
+    // Calls visit(worker, catom) for those of now_, from all workers at once.
     template <class Visit>
     void each_now(Subdomain& subdomain, const Visit& visit) const;
-    void choose_class(Subdomain& subdomain, std::int32_t which, bool once);
-    void choose_one(const Subdomain& subdomain);
     std::int32_t class_of_turn(const Subdomain& subdomain) const;
     // The round ends if all have been activated in it.
     void end_pass(Subdomain& subdomain);
 
     const world::World& world_;
     std::optional<u32> activated_;
-    u64 dirty_ = 0;                           // Of the fact.
-    bool in_blocks_ = false;                  // Workers give the fact, in this tick.
-    std::vector<Given> given_;                // By worker.
-    std::vector<Catom> now_;                  // Who has been activated in the last tick.
-    std::vector<std::vector<Catom>> chosen_;  // By each part of a search; memory for it.
-    std::vector<std::uint8_t> turn_;          // By catom.
-    std::int64_t step_ = 0;                   // Classes that have had their turn, in all passes. The same on all processes, as the next.
+    bool by_turn_ = false;             // It is given as a bit of the agenda,
+    std::vector<OfWorker> of_worker_;  // and workers learn who does not use it up.
+    std::vector<Catom> now_;           // Who else may still have it.
+    std::vector<Part> parts_;          // Of a search for those whose turn it is; memory for it.
+    std::vector<std::uint8_t> turn_;   // By catom.
+    std::int64_t step_ = 0;            // Classes that have had their turn, in all passes. The same on all processes, as the next.
     std::int64_t rounds_ = 0;
     std::uint64_t activations_ = 0;  // Of this process; after the end, of all.
 };
