@@ -64,8 +64,38 @@ void emit_views(const plan::Plan& plan, Writer& w) {
                plan.strata[i].deltas.inputs != 0 ? ", todo" : "");
 }
 
+// So many rules are found by a table.
+constexpr std::size_t kRulesByTable = 6;
+
+// For each bit of `bits` the rules that wait for it.
+void emit_woken(const plan::Plan& plan, const std::string& table, const std::string& bits, std::uint64_t RulePlan::* of, Writer& w) {
+    const std::size_t words = words_of_rules(plan);
+    std::uint64_t all = 0;
+    for (const RulePlan& r : plan.linear_rules) all |= r.*of;
+    if (all == 0) return;
+    w.open(fmt::format("static constexpr u64 {}[kDirtyWordBits][{}] = {{", table, words));
+    for (std::uint32_t bit = 0; bit < kDirtyWordBits; ++bit) {
+        std::vector<std::uint64_t> woken(words, 0);
+        for (std::size_t i = 0; i < plan.linear_rules.size(); ++i)
+            if ((plan.linear_rules[i].*of >> bit & 1) != 0) woken[i / 64] |= std::uint64_t{1} << (i % 64);
+        std::string row;
+        for (const std::uint64_t rules : woken) row += fmt::format("{}{}", row.empty() ? "" : ", ", hex(rules));
+        w.line("{{{}}},", row);
+    }
+    w.close("};");
+    w.open(fmt::format("for (u64 left = {} & {}; left != 0; left &= left - 1) {{", bits, hex(all)));
+    w.line("const auto& woken = {}[__builtin_ctzll(left)];", table);
+    for (std::size_t i = 0; i < words; ++i) w.line("active[{0}] |= woken[{0}];", i);
+    w.close();
+}
+
 // Which rules are to be tried, by what has changed. `consumed`: facts may have been consumed since that was asked last.
 void emit_active(const plan::Plan& plan, bool consumed, Writer& w) {
+    if (consumed && plan.linear_rules.size() >= kRulesByTable) {
+        emit_woken(plan, "kWoken", "todo", &RulePlan::inputs, w);
+        emit_woken(plan, "kWokenByAbsence", "lowered", &RulePlan::absent, w);
+        return;
+    }
     for (std::size_t i = 0; i < plan.linear_rules.size(); ++i) {
         const RulePlan& r = plan.linear_rules[i];
         const std::string absent = !consumed || r.absent == 0 ? "" : fmt::format(" | (lowered & {})", hex(r.absent));
