@@ -73,8 +73,10 @@ void emit_woken(const plan::Plan& plan, const std::string& table, const std::str
     std::uint64_t all = 0;
     for (const RulePlan& r : plan.linear_rules) all |= r.*of;
     if (all == 0) return;
-    w.open(fmt::format("static constexpr u64 {}[kDirtyWordBits][{}] = {{", table, words));
-    for (std::uint32_t bit = 0; bit < kDirtyWordBits; ++bit) {
+    w.line("// For each bit of {} the rules that it wakes.", bits);
+    const auto rows = static_cast<std::uint32_t>(std::bit_width(all));
+    w.open(fmt::format("static constexpr u64 {}[{}][{}] = {{", table, rows, words));
+    for (std::uint32_t bit = 0; bit < rows; ++bit) {
         std::vector<std::uint64_t> woken(words, 0);
         for (std::size_t i = 0; i < plan.linear_rules.size(); ++i)
             if ((plan.linear_rules[i].*of >> bit & 1) != 0) woken[i / 64] |= std::uint64_t{1} << (i % 64);
