@@ -1,7 +1,7 @@
 """Changes that concern no neighbour: concerned_test.py --meldc PATH --meldsim PATH [unittest options]
 
 A catom is not evaluated because a neighbour's value changes that offers it nothing better and has not been what its own rests on.
-Facts and digests of all ticks are those of runs that evaluate it: over a network that takes one tick for each message.
+Facts and digests of all ticks are those of runs that evaluate it: of programs with linear facts, in a network that takes as long.
 """
 import itertools
 import json
@@ -58,7 +58,9 @@ WORLDS = {
              "[[event]]\ntick = 60\njoin = [[1, 200], [90, 91]]\n",
     "lattice": BOX + TROUBLE,
 }
-SLOW = '[network]\nkind = "latency"\nleast = 1\n'
+SLOW = '[network]\nkind = "latency"\nleast = {}\nmost = {}\n'
+# With it, each link has a mailbox, and a catom is evaluated for each message. There are no such facts.
+EACH = "type linear spare(node).\ntype spent(node).\nspare(A) -o spent(A).\n"
 
 
 class Concerned(Case):
@@ -91,7 +93,7 @@ class Concerned(Case):
     def test_all_ticks_are_as_if_every_neighbour_were_evaluated(self):
         runs = [(1, 1), (1, 2), (2, 1), (3, 2), (4, 1)] if CAMPAIGN else [(1, 2), (3, 1)]
         for (name, program), (place, world) in itertools.product(PROGRAMS.items(), WORLDS.items()):
-            told = self.run_in(program, world + SLOW, "--ticks", 400)
+            told = self.run_in(program + EACH, world + SLOW.format(1, 1), "--ticks", 400)
             seen = set()
             for n, threads in runs:
                 with self.subTest(name, world=place, processes=n, threads=threads):
@@ -106,13 +108,33 @@ class Concerned(Case):
                 self.call("meldsim", "resume", f"c-{name}-{place}", "--ticks", 400, "--quiet", "-n", 1)
                 self.assertEqual(self.read("d"), told[2])
 
+    def test_all_ticks_of_a_network_are_as_if_every_message_were_followed_by_an_evaluation(self):
+        runs = [(1, 1), (1, 2), (2, 1), (3, 2), (4, 1)] if CAMPAIGN else [(1, 2), (3, 1)]
+        delays = [(1, 1), (1, 4)] if CAMPAIGN else [(1, 4)]
+        for (name, program), (place, world), (least, most) in itertools.product(PROGRAMS.items(), WORLDS.items(), delays):
+            told = self.run_in(program + EACH, world + SLOW.format(least, most), "--ticks", 400)
+            seen = set()
+            for n, threads in runs:
+                with self.subTest(name, world=place, most=most, processes=n, threads=threads):
+                    found, facts, digests = self.run_in(program, world + SLOW.format(least, most), "-n", n, "--threads", threads,
+                                                        "--ticks", 400)
+                    self.assertEqual(facts, told[1])
+                    self.assertEqual(digests, told[2])
+                    seen.add((found["evaluations"], found["derivations"]))
+            self.assertEqual(len(seen), 1)
+            self.assertLessEqual(seen.pop()[0], told[0]["evaluations"] / (2 if name == "distance" else 1))
+            with self.subTest(name, world=place, most=most, checkpoint=True):
+                self.run_in(program, world + SLOW.format(least, most), "-n", 2, "--ticks", 62, "--checkpoint", f"s-{name}-{place}-{most}")
+                self.call("meldsim", "resume", f"s-{name}-{place}-{most}", "--ticks", 400, "--quiet", "-n", 1)
+                self.assertEqual(self.read("d"), told[2])
+
     def test_an_offer_without_a_value_is_found(self):
         # Worse than what the other node has, but an error wherever it is derived and remains.
         self.write("p.meld", "type start(node, int).\ntype least(node, min int).\nleast(A, N) :- start(A, N).\n"
                              "least(B, 3000000000 * N) :- neighbor(A, B), least(A, N).\n")
         world = 'lattice = "graph"\ngraph = "line(5)"\n[facts]\nstart = [{ where = "id == 2", args = [1] }]\n'
         seen = set()
-        for more, options in (("", ()), ("", ("-n", 2)), (SLOW, ())):
+        for more, options in (("", ()), ("", ("-n", 2)), (SLOW.format(1, 1), ())):
             self.write("w.toml", world + more)
             _, err = self.call("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet", "--digest", "d", *options, code=1)
             seen.add((err.partition("meldsim: ")[2], self.read("d")))

@@ -1,5 +1,6 @@
 // Marks the neighbours whom a change of a record concerns, for columns that say so (ColumnInfo::concerned). All records of the tick are
-// visible by then: a catom is compared with what it holds when it would be evaluated.
+// visible by then: a catom is compared with what it holds when it would be evaluated. Where neighbours are read apart, this is asked when
+// a reader begins to read something else.
 #include <algorithm>
 #include <array>
 #include <span>
@@ -77,6 +78,17 @@ void Evaluator::mark_concerned(Thread& t, std::span<const i32> neighbours, u32 c
         for (u32 i = 0; i < count; ++i) agenda().mark_shared(t.concerned[i], info.reader_dirty);
     if (!t.passed_over && count < ports)
         t.passed_over = std::ranges::count_if(neighbours, [](i32 other) { return other >= 0; }) > std::ptrdiff_t{count};
+}
+
+void Evaluator::mark_concerned(const SubdomainView& subdomain, const Change& of, const u8* before, const u8* after,
+                               std::span<const i32> readers) {
+    MELD_EXPECT(apart_ && can_concern(of.column), "column {} of catom {}", of.column, of.catom);
+    Thread& t = *threads_[0];
+    t.subdomain = &subdomain;
+    if (t.concerned.size() < readers.size()) t.concerned.resize(readers.size());
+    const ColumnInfo& info = module_.columns[of.column];
+    const u32 count = info.concerned(&t, of.catom, before, after, readers.data(), static_cast<u32>(readers.size()), t.concerned.data());
+    if (count > 0) agenda().mark_all({t.concerned.data(), count}, info.reader_dirty);
 }
 
 void Evaluator::mark_concerned(const Geometry& g, u32 catom, u16 column, const u8* before) {

@@ -371,6 +371,17 @@ void Evaluator::add_changed(const std::vector<bool>& columns, std::vector<u32>& 
     }
 }
 
+void Evaluator::add_changes(std::vector<Change>& changes) const {
+    const auto add = [&](const auto& pending) {
+        for (const auto& change : pending) changes.push_back({change.catom, change.column});
+    };
+    for (const auto& t : threads_) {
+        add(t->records);
+        add(t->rows);
+        add(t->row_changes);
+    }
+}
+
 void Evaluator::restore_action(u32 catom, u16 predicate, const Value* arguments) {
     MELD_EXPECT(module_.predicates[predicate].kind == PredicateKind::Action, "predicate {}", predicate);
     actions_.push_back({catom, predicate, threads_[0]->keep_values(arguments, module_.predicates[predicate])});

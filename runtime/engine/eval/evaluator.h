@@ -39,6 +39,12 @@ struct Statistics {
     bool cut = false;                 // Catoms were skipped, because a signal asked for the end of the run.
 };
 
+// An exported column of a catom that has changed, or is about to.
+struct Change {
+    u32 catom;
+    u16 column;
+};
+
 // Linear facts that were sent, whichever way they went, with their arguments.
 struct Sent {
     std::vector<Message> messages;
@@ -78,7 +84,7 @@ class Evaluator {
 
     // What catoms read of their neighbours lies apart from these, in mailboxes: a change marks nobody, and facts sent to a mailbox are for
     // the catom that is read there. `acts`: whether a catom is evaluated in this tick; one that is not stays on the agenda. Empty: all are.
-    // `before_commit` is called in each evaluation when its changes are known and not yet made: see add_changed(). It may make room for
+    // `before_commit` is called in each evaluation when its changes are known and not yet made: see add_changes(). It may make room for
     // more indices. `reader`: the catom that reads a mailbox, if something may arrive there for one that is not evaluated.
     void read_apart(std::function<void()> before_commit, std::function<bool(u32)> acts, std::function<u32(u32)> reader = {}) {
         apart_ = true;
@@ -106,6 +112,10 @@ class Evaluator {
 
     // A record of a ghost was `before` and has changed: marks those of its neighbours that this concerns.
     void mark_concerned(const Geometry& geometry, u32 catom, u16 column, const u8* before);
+    // Where neighbours are read apart: these neighbours of a catom have read `before` of a column until now, and read `after` from now on.
+    // Marks those whom this concerns, who are evaluated in this tick or a later one; all of them, unless can_concern().
+    void mark_concerned(const SubdomainView& subdomain, const Change& of, const u8* before, const u8* after, std::span<const i32> readers);
+    bool can_concern(u16 column) const { return module_.columns[column].concerned != nullptr; }
     // Some record has changed in the last tick, and a neighbour is not looked at again because of it, as it is not concerned. The change
     // has been on its way to that neighbour all the same, and so the run takes another tick.
     bool passed_over() const { return passed_over_; }
@@ -159,6 +169,8 @@ class Evaluator {
     }
     // Adds those of them that have changed one of these exported columns, or are about to, in any order; some may come again.
     void add_changed(const std::vector<bool>& columns, std::vector<u32>& catoms) const;
+    // The same of all exported columns. Those of a catom follow each other.
+    void add_changes(std::vector<Change>& changes) const;
     const Statistics& statistics() const { return statistics_; }
     // What is counted over the run; null: nothing.
     Counts* counts() { return counts_ ? &*counts_ : nullptr; }

@@ -18,7 +18,7 @@ Exchange::Exchange(Subdomain& subdomain)
       births_(subdomain) {}
 
 void Exchange::note_export(int worker, Catom catom, u16 column) {
-    if (subdomain_.network_) changed_[static_cast<std::size_t>(worker)].push_back({catom, column});
+    if (network_follows()) changed_[static_cast<std::size_t>(worker)].push_back({catom, column});
     if (subdomain_.alone()) return;
     MELD_EXPECT(subdomain_.owned(catom) && subdomain_.module.columns[column].exported, "catom {}, column {}", catom, column);
     auto& by_destination = exports_[static_cast<std::size_t>(worker)];
@@ -30,16 +30,10 @@ void Exchange::run() {
     MELD_EXPECT(std::ranges::all_of(packets_, &ByteWriter::empty), "something of an earlier tick is still to be sent");
     sent_bytes_ = 0;
     arrivals_.clear();
-    if (subdomain_.network_) {
-        // In any order of workers: a column of a catom changes once.
-        for (auto& changed : changed_) {
-            constexpr std::size_t kAhead = 8;
-            for (std::size_t i = 0; i < changed.size(); ++i) {
-                if (i + kAhead < changed.size()) subdomain_.network_->ask_ahead(changed[i + kAhead].catom);
-                subdomain_.network_->changed(subdomain_.tick(), changed[i].catom, changed[i].column);
-            }
-            changed.clear();
-        }
+    // In any order of workers: a column of a catom changes once.
+    for (auto& changed : changed_) {
+        for (const Export& each : changed) subdomain_.network_->changed(subdomain_.tick(), each.catom, each.column);
+        changed.clear();
     }
     if (subdomain_.alone()) {
         for (const eval::Message& m : subdomain_.facts_.evaluator.messages()) come(m.to, m.from, m.predicate, m.arguments);
@@ -241,7 +235,8 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
         MELD_ASSERT(!subdomain_.owned(catom) && subdomain_.owner_of(catom) == packet.process, "catom {} of process {}", catom,
                     packet.process);
         MELD_ASSERT(number < module.column_count, "catom {}, column {}", catom, number);
-        if (subdomain_.network_) subdomain_.network_->before_change(subdomain_.tick(), {&catom, 1});
+        const eval::Change change{catom, number};
+        if (subdomain_.network_) subdomain_.network_->before_change(subdomain_.tick(), {&change, 1});
         const bool asks = module.columns[number].concerned != nullptr && !subdomain_.network_;
         if (asks) {
             const u8* const entry = subdomain_.columns.entry(number, catom);
@@ -251,8 +246,10 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
             unpack_rows(number, catom, in);
         else
             subdomain_.facts_.columns.unpack_column(number, catom, in, 0);
-        if (subdomain_.network_)
+        if (network_follows())
             subdomain_.network_->changed(subdomain_.tick(), catom, number);
+        else if (subdomain_.network_)
+            continue;
         else if (asks)
             subdomain_.facts_.evaluator.mark_concerned(subdomain_.geometry(), catom, number, before_.data());
         else

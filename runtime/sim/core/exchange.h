@@ -23,7 +23,7 @@ class Exchange {
     explicit Exchange(Subdomain& subdomain);
 
     // Whether somebody wants to know of changed exports: other processes, or the network.
-    bool follows_exports() const { return !subdomain_.alone() || subdomain_.network_.has_value(); }
+    bool follows_exports() const { return !subdomain_.alone() || network_follows(); }
     // Notes a changed column of exports; each worker notes its own.
     void note_export(int worker, Catom catom, u16 column);
     // After the evaluation, on every process: sends and receives. Programs see the facts in the next tick.
@@ -34,6 +34,9 @@ class Exchange {
     std::uint64_t take_lost() { return std::exchange(lost_, 0); }
 
   private:
+    // Whether the network wants to know of changes after they have been made.
+    bool network_follows() const { return subdomain_.network_ && subdomain_.network_->follows_changes(); }
+
     enum class Record : std::uint8_t { Export, Rows, Message, Far, Birth };
     // A linear or given fact that has arrived for a catom of this process in this tick.
     struct Arrival {

@@ -31,10 +31,10 @@ Subdomain::Subdomain(const ModuleInfo& module_info, const world::World& the_worl
     if (module.makes_nodes && world.is_graph())
         facts_.evaluator.make_nodes([this](u32 catom, u32 n) { return Births::number(members_, catom, n); });
     if (!world.apart()) return;
-    network_.emplace(module, world, members_, facts_);
-    const auto before_commit = [this, all = std::vector<bool>(module.column_count, true), changing = std::vector<u32>()]() mutable {
+    network_.emplace(module, world, members_, facts_, abi_);
+    const auto before_commit = [this, changing = std::vector<eval::Change>()]() mutable {
         changing.clear();
-        facts_.evaluator.add_changed(all, changing);
+        facts_.evaluator.add_changes(changing);
         network_->before_change(tick(), changing);
         refresh();
     };

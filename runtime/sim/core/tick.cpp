@@ -34,6 +34,7 @@ void Tick::begin() {
     // Mailboxes are taken away before anything arrives in them.
     s.network_->follow_links(now);
     s.network_->settle(now);
+    s.refresh();
     s.network_->arrive(s.tick());
 }
 
@@ -42,6 +43,7 @@ const Totals& Tick::end() {
     if (s.network_) {
         // What a new neighbour tells may be known at once.
         s.network_->follow_links(s.tick());
+        s.refresh();
         s.network_->arrive(s.tick());
     }
     s.refresh();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "runtime/sim/catoms/fact_store.h"
@@ -13,7 +14,7 @@ class MailboxIndices {
   public:
     MailboxIndices(Membership& members, FactStore& facts) : members_(members), facts_(facts) {}
 
-    // One for what this catom says, empty.
+    // One for what this catom says. It holds what it held when it was given back.
     Catom take(Catom catom) {
         Catom index = 0;
         if (spare_.empty()) {
@@ -21,6 +22,7 @@ class MailboxIndices {
         } else {
             index = spare_.back();
             spare_.pop_back();
+            if (spare_.size() > kAhead) members_.ensemble.ask_ahead_mailbox(spare_[spare_.size() - 1 - kAhead]);
             members_.ensemble.use_mailbox(index, catom);
         }
         // Not one by one: a wave takes thousands in a tick.
@@ -28,13 +30,18 @@ class MailboxIndices {
         return index;
     }
     // Nobody reads it any more.
-    void give_back(Catom index) {
-        facts_.columns.clear(index, 0);
+    enum class Leaves { Nothing, WhatItHolds };
+    void give_back(Catom index, Leaves leaves = Leaves::Nothing) {
+        if (leaves == Leaves::Nothing) facts_.columns.clear(index, 0);
         spare_.push_back(index);
     }
+    // One that is taken soon, if there are so many.
+    std::optional<Catom> soon() const { return spare_.size() > kAhead ? std::optional(spare_[spare_.size() - 1 - kAhead]) : std::nullopt; }
     std::size_t bytes() const { return spare_.capacity() * sizeof(Catom); }
 
   private:
+    static constexpr std::size_t kAhead = 8;
+
     Membership& members_;
     FactStore& facts_;
     std::vector<Catom> spare_;

@@ -12,7 +12,7 @@
 
 namespace meld::sim {
 
-Network::Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts)
+Network::Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts, const SubdomainView& subdomain)
     : module_(module),
       world_(world),
       members_(members),
@@ -20,7 +20,7 @@ Network::Network(const ModuleInfo& module, const world::World& world, Membership
       fates_(world, members),
       indices_(members, facts),
       ring_(world.latency() + 2) {
-    if (Versions::suit(module, world)) versions_.emplace(module, world, members, facts, fates_);
+    if (Versions::suit(module, world)) versions_.emplace(module, world, members, facts, fates_, subdomain);
     for (u16 c = 0; c < module.column_count; ++c) {
         if (!module.columns[c].exported) continue;
         exported_.push_back(c);
@@ -101,12 +101,12 @@ static void each_reader(const world::Links& links, Catom catom, const Visit& vis
     });
 }
 
-void Network::before_change(i64 now, std::span<const Catom> catoms) {
-    if (versions_) return versions_->before_change(now, catoms);
-    for (const Catom catom : catoms)
-        each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
-            if (index == static_cast<std::int32_t>(catom) && members_.ensemble.state(reader) == kCatomOwned)
-                open_mailbox(reader, port, catom, Holds::AllThatIsSaid);
+void Network::before_change(i64 now, std::span<const eval::Change> changes) {
+    if (versions_) return versions_->change(now, changes);
+    for (const eval::Change& change : changes)
+        each_reader(members_.ensemble.links(), change.catom, [&](Catom reader, world::Port port, std::int32_t index) {
+            if (index == static_cast<std::int32_t>(change.catom) && members_.ensemble.state(reader) == kCatomOwned)
+                open_mailbox(reader, port, change.catom, Holds::AllThatIsSaid);
         });
 }
 
@@ -202,7 +202,7 @@ void Network::post(i64 now, u32 mailbox, u32 parcel, bool linear) {
 }
 
 void Network::changed(i64 now, Catom catom, u16 column) {
-    if (versions_) return versions_->changed(now, catom, column);
+    MELD_EXPECT(follows_changes(), "catom {} column {}", catom, column);
     std::optional<u32> parcel;
     each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
         if (members_.ensemble.state(reader) != kCatomOwned) return fates_.note_loss(now, catom, reader);

@@ -35,14 +35,16 @@ namespace meld::sim {
 
 class Network {
   public:
-    Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts);
+    // subdomain: what modules see of this process, up to date whenever something arrives.
+    Network(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts, const SubdomainView& subdomain);
 
     // In a tick: what has arrived is put into the mailboxes, and the readers are marked.
     void arrive(i64 now);
     // In a tick, before arrive(): from time to time, mailboxes go that hold what the neighbour says now. Cost: theirs, every few ticks.
     void settle(i64 now);
-    // Exported columns of these catoms, owned or ghosts, are about to change: readers here that read them in place get mailboxes.
-    void before_change(i64 now, std::span<const Catom> catoms);
+    // These exported columns of catoms, owned or ghosts, are about to change at the end of this tick: readers here that read them in place
+    // get mailboxes. One column of a catom changes once in a tick.
+    void before_change(i64 now, std::span<const eval::Change> changes);
     // At the end of the tick before `next`: `deliver` gets the linear facts that rules can use from `next` on, by receivers and senders.
     // Their arguments live until it returns.
     struct Arrived {
@@ -56,12 +58,11 @@ class Network {
     // After links were made or removed: new ones get mailboxes, with all that the neighbour tells under way. What was under way over
     // those that are gone is lost.
     void follow_links(i64 now);
-    // At the end of a tick: a column of a catom, owned or ghost, has changed; a catom of this process was sent a linear fact.
+    // At the end of a tick, if follows_changes(): a column of a catom, owned or ghost, has changed.
     void changed(i64 now, Catom catom, u16 column);
-    // For what changed() will read of a catom.
-    void ask_ahead(Catom catom) const {
-        if (versions_) versions_->ask_ahead(catom);
-    }
+    // Otherwise before_change() has done all of it.
+    bool follows_changes() const { return !versions_; }
+    // At the end of a tick: a catom of this process was sent a linear fact.
     void sent(i64 now, Catom to, u64 from, u16 predicate, const Value* arguments);
 
     // A linear fact has gone to a catom of this process without a link, from any node of a graph. It takes as long as over a link.

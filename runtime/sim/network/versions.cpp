@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <tuple>
-#include <utility>
+#include <cstring>
 
-#include "runtime/base/assert.h"
-#include "runtime/sim/network/saved_links.h"
+#include "runtime/base/prefetch.h"
 
 namespace meld::sim {
 
@@ -33,21 +31,28 @@ static u32 same_ticks(const world::World& world) {
     return same ? network.terms.least : 0;
 }
 
-Versions::Versions(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts, Fates& fates)
+Versions::Versions(const ModuleInfo& module, const world::World& world, Membership& members, FactStore& facts, Fates& fates,
+                   const SubdomainView& subdomain)
     : module_(module),
       world_(world),
       members_(members),
       facts_(facts),
       fates_(fates),
+      subdomain_(subdomain),
       same_ticks_(same_ticks(world)),
       indices_(members, facts),
       ring_(world.latency() + std::size_t{2}) {
     if (keeps_last()) members_.ensemble.links().keep_last_arrivals();
     for (u16 c = 0; c < module.column_count; ++c) {
-        if (!module.columns[c].exported) continue;
+        const ColumnInfo& column = module.columns[c];
+        if (!column.exported) continue;
         exported_.push_back(c);
-        readers_dirty_ |= module.columns[c].reader_dirty;
+        readers_dirty_ |= column.reader_dirty;
+        has_lists_ = has_lists_ || column.list_count > 0;
+        if (column.reader_dirty != 0 && facts.evaluator.can_concern(c)) asked_.push_back(c);
     }
+    for (std::size_t place = 0; place < exported_.size(); ++place) add_kind(u64{1} << place);
+    add_kind(0);
 }
 
 // ---- versions
@@ -59,156 +64,170 @@ static void make_room(Array& all) {
     if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / kShare + kLeast);
 }
 
-u32 Versions::take_version(Catom catom) {
-    u32 version = static_cast<u32>(versions_.size());
-    if (free_versions_.empty()) {
+void Versions::add_kind(u64 columns) {
+    Kind kind{columns};
+    for (u64 left = columns; left != 0; left &= left - 1) {
+        const u16 column = exported_[static_cast<std::size_t>(std::countr_zero(left))];
+        if (std::ranges::binary_search(asked_, column))
+            kind.asks |= left & -left;
+        else
+            kind.marks |= module_.columns[column].reader_dirty;
+    }
+    kind_of_[columns] = static_cast<u32>(kinds_.size());
+    kinds_.push_back(kind);
+}
+
+u32 Versions::kind_with(u32 kind, u32 place) {
+    const u64 columns = kinds_[kind].columns | u64{1} << place;
+    if (!kind_of_.contains(columns)) add_kind(columns);
+    return kind_of_[columns];
+}
+
+u32 Versions::place(u16 column) const { return static_cast<u32>(std::ranges::lower_bound(exported_, column) - exported_.begin()); }
+
+Catom Versions::take(Catom catom, Holds holds) {
+    const Catom index = indices_.take(catom);
+    if (versions_.empty()) first_ = index;
+    // A catom that has gone may have left an index before the first.
+    if (index < first_) {
+        versions_.insert(versions_.begin(), first_ - index, Version());
+        first_ = index;
+    }
+    while (!is_version(index)) {
         make_room(versions_);
         versions_.emplace_back();
-    } else {
-        version = free_versions_.back();
-        free_versions_.pop_back();
-        constexpr std::size_t kAhead = 8;
-        if (free_versions_.size() > kAhead) ask_for(&versions_[free_versions_[free_versions_.size() - kAhead]]);
     }
-    versions_[version] = {.catom = catom, .index = static_cast<std::int32_t>(catom)};
-    return version;
+    // Word by word, also where it is set and read: what has just been written in parts is not there yet for whoever reads the whole.
+    Version& version = version_at(index);
+    version.catom = catom;
+    version.needed = version.since = 0;
+    version.kind = no_kind() & Version::kMostKind;
+    version.said = version.dated = version.alone = 0;
+    if (const auto soon = indices_.soon(); soon && is_version(*soon)) ask_for(&version_at(*soon));
+    if (holds == Holds::Nothing) facts_.columns.clear(index, 0);
+    return index;
 }
 
-std::int32_t Versions::take_index(u32 version, Holds holds) {
-    Version& v = versions_[version];
-    const Catom index = indices_.take(v.catom);
-    if (copies_.empty()) first_copy_ = index;
-    // A catom that has gone may have left an index before the first.
-    if (index < first_copy_) {
-        copies_.insert(copies_.begin(), first_copy_ - index, Copy());
-        first_copy_ = index;
-    }
-    const std::size_t place = index - first_copy_;
-    if (place >= copies_.size()) {
-        if (place >= copies_.capacity()) copies_.reserve(place + place / 8 + 64);
-        copies_.resize(place + 1);
-    }
-    copies_[place] = {version, v.under_way};
-    v.index = static_cast<std::int32_t>(index);
-    if (holds == Holds::AllThatIsSaid)
-        for (const u16 column : exported_) facts_.columns.copy(column, v.catom, index, 0);
-    return v.index;
+void Versions::keep(Catom catom, Catom index) {
+    for (const u16 column : exported_)
+        if (has_lists_)
+            facts_.columns.copy(column, catom, index, 0);
+        else
+            std::memcpy(facts_.columns.entry(column, index), facts_.columns.entry(column, catom), module_.columns[column].stride);
 }
 
-void Versions::set_current(Catom catom, u32 version) {
-    if (catom >= current_.size()) current_.resize(members_.ensemble.index_count(), kNone32);
-    current_[catom] = version;
+void Versions::give_back(Catom index) {
+    const Version& version = version_at(index);
+    if (version.said != 0) current_[version.catom] = kGone;
+    indices_.give_back(index, has_lists_ ? MailboxIndices::Leaves::Nothing : MailboxIndices::Leaves::WhatItHolds);
 }
 
-void Versions::leave(u32 version) {
-    const Version& v = versions_[version];
-    if (v.under_way > 0) return;
-    if (current(v.catom) == version) current_[v.catom] = kNone32;
-    free_versions_.push_back(version);
+void Versions::set_current(Catom catom, Catom index) {
+    if (catom >= current_.size()) current_.resize(members_.ensemble.index_count(), kGone);
+    current_[catom] = index;
 }
 
-void Versions::release(u32 version) {
-    Version& v = versions_[version];
-    if (static_cast<Catom>(v.index) != v.catom) return release_copy(v.index);
-    if (--v.under_way == 0) leave(version);
-}
-
-void Versions::release_copy(std::int32_t index) {
-    Copy& copy = copy_at(index);
-    MELD_EXPECT(copy.needed > 0, "nobody reads at {}", index);
-    if (--copy.needed > 0) return;
-    free_versions_.push_back(copy.version);
-    indices_.give_back(static_cast<Catom>(index));
-}
-
-bool Versions::is_said(const Version& version) const {
-    return std::ranges::all_of(exported_,
-                               [&](u16 column) { return facts_.columns.same(column, static_cast<Catom>(version.index), version.catom); });
-}
-
-u64 Versions::bits_of(const Version& version) const {
-    u64 bits = 0;
-    for (u64 left = version.columns; left != 0; left &= left - 1)
-        bits |= module_.columns[exported_[static_cast<std::size_t>(std::countr_zero(left))]].reader_dirty;
-    return bits;
+bool Versions::is_said(Catom catom, Catom index) const {
+    return std::ranges::all_of(exported_, [&](u16 column) { return facts_.columns.same(column, index, catom); });
 }
 
 // ---- changes
 
-void Versions::ask_ahead(Catom catom) const {
-    members_.ensemble.links().ask_ahead(catom);
-    if (catom < current_.size()) ask_for(&current_[catom]);
-}
-
-void Versions::before_change(i64 now, std::span<const Catom> catoms) {
+void Versions::change(i64 now, std::span<const eval::Change> changes) {
     // Their readers lie anywhere in memory: where those of so many catoms read is asked for before it is looked at.
     constexpr std::size_t kTogether = 16;
-    world::Links& links = members_.ensemble.links();
-    const bool all_here = members_.ensemble.ghost_count() == 0;
+    const world::Links& links = members_.ensemble.links();
     const auto some = [&](std::size_t first) {
-        first = std::min(first, catoms.size());
-        return catoms.subspan(first, std::min(kTogether, catoms.size() - first));
+        first = std::min(first, changes.size());
+        return changes.subspan(first, std::min(kTogether, changes.size() - first));
     };
-    for (const Catom catom : some(0)) ask_ahead(catom);
-    for (std::size_t first = 0; first < catoms.size(); first += kTogether) {
-        for (const Catom catom : some(first + kTogether)) ask_ahead(catom);
+    const auto ask_ahead = [&](Catom catom) {
+        links.ask_ahead(catom);
+        // The end of its row, which most often lies before that of the next.
+        if (std::size_t{catom} + 1 < current_.size()) links.ask_ahead(catom + 1);
+        if (catom < current_.size()) ask_for(&current_[catom]);
+    };
+    for (const eval::Change& each : some(0)) ask_ahead(each.catom);
+    for (std::size_t first = 0; first < changes.size(); first += kTogether) {
+        for (const eval::Change& each : some(first + kTogether)) ask_ahead(each.catom);
         std::array<std::size_t, kTogether> ends;
         std::size_t place = 0;
         readers_.clear();
-        for (const Catom catom : some(first)) {
-            each_readers<Looks::WhoReads>(links, catom, [&](std::span<const Reader> readers) {
-                for (const Reader& reader : readers) links.ask_ahead_read(reader.catom, reader.port);
-                readers_.insert(readers_.end(), readers.begin(), readers.end());
+        for (const eval::Change& each : some(first)) {
+            links.each(each.catom, [&](world::Port port, Catom other) {
+                Reader& reader = readers_.emplace_back();
+                reader.catom = other;
+                reader.port = links.port_there(each.catom, port);
+                reader.from = port;
+                links.ask_ahead_read(reader.catom, reader.port);
             });
             ends[place++] = readers_.size();
-            if (const u32 version = current(catom); version != kNone32) ask_for(&versions_[version]);
+            if (const Catom index = current(each.catom); index != kGone) {
+                ask_for(&version_at(index));
+                ask_for(facts_.columns.entry(each.column, index));
+            }
         }
         place = 0;
-        std::size_t at = 0;
-        for (const Catom catom : some(first)) {
-            const std::size_t end = ends[place++];
-            u32 version = current(catom);
-            // Another column has changed in this tick, and what was said before is kept already.
-            if (version != kNone32 && versions_[version].dated && versions_[version].since == static_cast<u32>(now)) {
-                at = end;
-                continue;
-            }
-            // Who still waits for what it says now gets the copy.
-            std::int32_t copy = version != kNone32 ? take_index(version, Holds::AllThatIsSaid) : -1;
-            for (; at < end; ++at) {
-                const Reader& reader = readers_[at];
-                if (links.read(reader.catom, reader.port) != static_cast<std::int32_t>(catom)) continue;
-                if (!all_here && members_.ensemble.state(reader.catom) != kCatomOwned) continue;
-                if (copy < 0) copy = take_index(take_version(catom), Holds::AllThatIsSaid);
-                links.read_at(reader.catom, reader.port, copy);
-                ++copy_at(copy).needed;
-            }
-            if (version != kNone32) current_[catom] = kNone32;
+        std::size_t from = 0;
+        for (const eval::Change& each : some(first)) {
+            const std::size_t to = ends[place++];
+            change(now, each, std::span<const Reader>(readers_).subspan(from, to - from));
+            from = to;
         }
     }
 }
 
-void Versions::changed(i64 now, Catom catom, u16 column) {
-    const auto place = std::ranges::lower_bound(exported_, column) - exported_.begin();
-    u32 version = current(catom);
-    if (version != kNone32 && versions_[version].dated && versions_[version].since == static_cast<u32>(now)) {
-        // It travels with what has changed before it in this tick.
-        versions_[version].columns |= u64{1} << place;
-        return;
+void Versions::change(i64 now, const eval::Change& change, std::span<const Reader> readers) {
+    const Catom catom = change.catom;
+    world::Links& links = members_.ensemble.links();
+    Catom copy = current(catom);
+    if (copy != kGone) {
+        Version& version = version_at(copy);
+        if (version.dated != 0 && version.since == static_cast<u32>(now)) {
+            // Another column changes in this tick: what was said before is kept already, and this travels with it.
+            version.kind = kind_with(version.kind, place(change.column)) & Version::kMostKind;
+            return;
+        }
+        // Who still waits for what it says now gets the copy.
+        version.said = 0;
+        keep(catom, copy);
     }
-    MELD_EXPECT(version == kNone32, "catom {} changes without a copy", catom);
-    version = take_version(catom);
-    versions_[version].dated = true;
-    versions_[version].since = static_cast<u32>(now);
-    versions_[version].columns = u64{1} << place;
-    set_current(catom, version);
-    each_readers<Looks::WhoReads>(members_.ensemble.links(), catom,
-                                  [&](std::span<const Reader> readers) { post(now, version, readers, false); });
-    leave(version);
+    const bool all_here = members_.ensemble.ghost_count() == 0;
+    u32 reading = 0;
+    for (const Reader& reader : readers) {
+        if (links.read(reader.catom, reader.port) != static_cast<std::int32_t>(catom)) continue;
+        if (!all_here && members_.ensemble.state(reader.catom) != kCatomOwned) continue;
+        if (copy == kGone) {
+            copy = take(catom, Holds::Anything);
+            keep(catom, copy);
+        }
+        links.read_at(reader.catom, reader.port, static_cast<std::int32_t>(copy));
+        ++reading;
+    }
+    if (copy != kGone) version_at(copy).needed += reading;
+    const Catom index = take(catom, Holds::Anything);
+    Version& version = version_at(index);
+    version.since = static_cast<u32>(now);
+    version.kind = place(change.column) & Version::kMostKind;
+    version.said = version.dated = 1;
+    set_current(catom, index);
+    for (std::size_t first = 0; first < readers.size(); first += kReadersAtOnce)
+        post(now, index, readers.subspan(first, std::min<std::size_t>(kReadersAtOnce, readers.size() - first)), false);
+    leave(index);
 }
 
-void Versions::post(i64 now, u32 version, std::span<const Reader> readers, bool whole) {
-    const Catom catom = versions_[version].catom;
+[[gnu::always_inline]] inline void Versions::push(std::vector<Entry>& entries, Catom index, Catom reader, world::Port port, bool whole,
+                                                  bool late) {
+    // Memory of a tick that has passed is enough for those of the next.
+    if (entries.capacity() == 0 && entries_.empty()) entries.swap(entries_);
+    if (entries.size() == entries.capacity()) [[unlikely]]
+        make_room(entries);
+    entries.emplace_back(index, reader, port, whole, late);
+    ++under_way_;
+}
+
+void Versions::post(i64 now, Catom index, std::span<const Reader> readers, bool whole) {
+    const Catom catom = version_at(index).catom;
     world::Links& links = members_.ensemble.links();
     std::array<Reader, kReadersAtOnce> here;
     if (members_.ensemble.ghost_count() > 0 || links.has_changes()) {
@@ -222,12 +241,14 @@ void Versions::post(i64 now, u32 version, std::span<const Reader> readers, bool 
         readers = {here.data(), count};
     }
     if (same_ticks_ > 0) {
-        for (const Reader& reader : readers) push(now + same_ticks_, {version, reader.catom, reader.port, whole});
-        versions_[version].under_way += static_cast<u32>(readers.size());
+        std::vector<Entry>& entries = arriving(now + same_ticks_);
+        for (const Reader& reader : readers) push(entries, index, reader.catom, reader.port, whole);
+        version_at(index).needed += static_cast<u32>(readers.size());
         return;
     }
     std::array<world::Fate, kReadersAtOnce> fates;
     fates_.of(catom, readers, now, {fates.data(), readers.size()});
+    const std::size_t this_slot = slot(now);
     u32 sent = 0;
     for (std::size_t i = 0; i < readers.size(); ++i) {
         const Reader& reader = readers[i];
@@ -236,28 +257,23 @@ void Versions::post(i64 now, u32 version, std::span<const Reader> readers, bool 
         const i64 at = fates[i].arrives ? fates_.acts_from(reader.catom, now + fates[i].ticks) : now + fates[i].ticks;
         const i64 arrival = std::max(last, at);
         links.set_last_arrival(catom, reader.from, arrival);
-        if (fates[i].arrives)
-            push(arrival, {version, reader.catom, reader.port, whole}), ++sent;
-        else
+        if (!fates[i].arrives) {
             fates_.lose(at, catom, reader.catom);
+            continue;
+        }
+        // A division takes longer than all else here.
+        std::size_t its_slot = this_slot + static_cast<std::size_t>(arrival - now);
+        if (its_slot >= ring_.size()) its_slot -= ring_.size();
+        MELD_EXPECT(its_slot == slot(arrival), "tick {} from {}", arrival, now);
+        push(ring_[its_slot], index, reader.catom, reader.port, whole);
+        ++sent;
     }
-    versions_[version].under_way += sent;
-}
-
-void Versions::push(i64 arrival, const Entry& entry) {
-    std::vector<Entry>& entries = arriving(arrival);
-    make_room(entries);
-    entries.push_back(entry);
-    ++under_way_;
+    version_at(index).needed += sent;
 }
 
 void Versions::put(i64 arrival, const Entry& entry) {
-    push(arrival, entry);
-    Version& version = versions_[entry.version];
-    if (static_cast<Catom>(version.index) == version.catom)
-        ++version.under_way;
-    else
-        ++copy_at(version.index).needed;
+    push(arriving(arrival), entry.index, entry.reader, entry.port, entry.whole != 0, entry.late != 0);
+    ++version_at(entry.index).needed;
 }
 
 // ---- links
@@ -306,9 +322,9 @@ void Versions::cancel(const std::vector<Link>& links) {
     for (const Link& link : links) reads[link.reader] = true;
     for (std::vector<Entry>& entries : ring_) {
         const auto lost = std::erase_if(entries, [&](const Entry& entry) {
-            if (entry.version == kGone || !reads[entry.reader] || !std::ranges::binary_search(keys, key_of(entry.reader, entry.port)))
+            if (entry.index == kGone || !reads[entry.reader] || !std::ranges::binary_search(keys, key_of(entry.reader, entry.port)))
                 return false;
-            release(entry.version);
+            release(entry.index);
             return true;
         });
         // A run waits for it all the same.
@@ -318,14 +334,17 @@ void Versions::cancel(const std::vector<Link>& links) {
 
 void Versions::tell(i64 now, Catom reader, world::Port port, Catom other) {
     world::Links& links = members_.ensemble.links();
-    const std::int32_t nothing = take_index(take_version(other), Holds::Nothing);
-    copy_at(nothing).needed = 1;
-    links.read_at(reader, port, nothing);
-    if (current(other) == kNone32) set_current(other, take_version(other));
-    const Reader one = {reader, port, nothing, links.port_there(reader, port)};
-    const u32 version = current(other);
-    post(now, version, {&one, 1}, true);
-    leave(version);
+    const Catom nothing = take(other, Holds::Nothing);
+    version_at(nothing).needed = 1;
+    links.read_at(reader, port, static_cast<std::int32_t>(nothing));
+    if (current(other) == kGone) {
+        set_current(other, take(other, Holds::Anything));
+        version_at(current(other)).said = 1;
+    }
+    const Reader one = {reader, port, static_cast<std::int32_t>(nothing), links.port_there(reader, port)};
+    const Catom index = current(other);
+    post(now, index, {&one, 1}, true);
+    leave(index);
 }
 
 void Versions::tell_all(i64 now) {
@@ -337,9 +356,8 @@ void Versions::tell_all(i64 now) {
 // ---- arrivals
 
 void Versions::arrive(i64 now) {
-    entries_.clear();
+    if (arriving(now).empty()) return;
     entries_.swap(arriving(now));
-    if (entries_.empty()) return;
     under_way_ -= entries_.size();
     if (world_.longest_jam > 0) {
         // What has waited for the end of a jam was sent before what comes in its time.
@@ -348,26 +366,26 @@ void Versions::arrive(i64 now) {
     }
     if (gone_ > 0)
         std::erase_if(entries_, [&](const Entry& entry) {
-            if (entry.version != kGone) return false;
+            if (entry.index != kGone) return false;
             under_way_ -= entry.reader - 1;
             --gone_;
             return true;
         });
     // Of so many at a time all that they need is asked for, one step after the other, since it lies anywhere in memory; of the next ones
     // the first step.
-    constexpr std::size_t kTogether = 64;
     const world::Links& links = members_.ensemble.links();
     const auto ask = [&](std::size_t first) {
-        for (std::size_t i = first; i < std::min(first + kTogether, entries_.size()); ++i) {
+        for (std::size_t i = first; i < std::min(first + kOpenedAtOnce, entries_.size()); ++i) {
             links.ask_ahead_read(entries_[i].reader, entries_[i].port);
-            ask_for(&versions_[entries_[i].version]);
+            ask_for(&version_at(entries_[i].index));
         }
     };
     ask(0);
-    for (std::size_t first = 0; first < entries_.size(); first += kTogether) {
-        ask(first + kTogether);
-        open(std::span<const Entry>(entries_).subspan(first, std::min(kTogether, entries_.size() - first)));
+    for (std::size_t first = 0; first < entries_.size(); first += kOpenedAtOnce) {
+        ask(first + kOpenedAtOnce);
+        open(std::span<const Entry>(entries_).subspan(first, std::min(kOpenedAtOnce, entries_.size() - first)));
     }
+    entries_.clear();
 }
 
 void Versions::put_gone(std::vector<Entry>& entries, u32 links) {
@@ -376,193 +394,68 @@ void Versions::put_gone(std::vector<Entry>& entries, u32 links) {
 }
 
 bool Versions::held_up(i64 now, const Entry& entry) {
-    if (entry.version == kGone) return false;
-    const i64 free = fates_.jammed_until(now, versions_[entry.version].catom, entry.reader);
+    if (entry.index == kGone) return false;
+    const i64 free = fates_.jammed_until(now, version_at(entry.index).catom, entry.reader);
     if (free == now) return false;
     Entry later = entry;
     later.late = 1;
     put(fates_.acts_from(entry.reader, free), later);
-    release(entry.version);
+    release(entry.index);
     return true;
 }
 
 void Versions::open(std::span<const Entry> entries) {
     world::Links& links = members_.ensemble.links();
-    for (const Entry& entry : entries)
-        if (const auto place = static_cast<Catom>(links.read(entry.reader, entry.port)) - first_copy_; place < copies_.size())
-            ask_for(&copies_[place]);
-    u32 last = kNone32;
-    u64 bits = 0;
     for (const Entry& entry : entries) {
-        const Version& version = versions_[entry.version];
-        if (entry.version != last || entry.whole != 0) {
-            bits = entry.whole != 0 ? readers_dirty_ : bits_of(version);
-            last = entry.whole != 0 ? kNone32 : entry.version;
-        }
-        const std::int32_t before = links.read(entry.reader, entry.port);
-        MELD_EXPECT(before >= 0, "catom {} port {}", entry.reader, entry.port);
-        const auto catom = static_cast<std::int32_t>(version.catom);
+        const auto before = static_cast<Catom>(links.read(entry.reader, entry.port));
+        if (is_version(before)) ask_for(&version_at(before));
+        for (const u16 column : asked_)
+            for (const Catom index : {before, place_of(entry.index), entry.reader}) ask_for(facts_.columns.entry(column, index));
+    }
+    std::array<Catom, kOpenedAtOnce> readers;
+    for (auto next = entries.begin(); next != entries.end();) {
+        const Entry& first = *next;
+        const Version& version = version_at(first.index);
+        const std::int32_t before = links.read(first.reader, first.port);
+        MELD_EXPECT(before >= 0, "catom {} port {}", first.reader, first.port);
+        const auto reads = static_cast<Catom>(before);
         // Where a run has gone on, the last one of those that are under way is what the catom says.
-        const std::int32_t to = version.alone && is_said(version) ? catom : version.index;
-        // Nobody need look at what no rule reads.
-        if (bits != 0) facts_.mark(entry.reader, bits);
-        if (before != to) links.read_at(entry.reader, entry.port, to);
+        const bool said = version.said != 0 || (version.alone != 0 && is_said(version.catom, first.index));
+        const Catom catom = version.catom, to = said ? catom : first.index;
+        // Those who have read the same are looked at together.
+        u32 count = 0;
+        do {
+            links.read_at(next->reader, next->port, static_cast<std::int32_t>(to));
+            readers[count++] = next->reader;
+            ++next;
+        } while (first.whole == 0 && next != entries.end() && next->index == first.index && next->whole == 0 &&
+                 links.read(next->reader, next->port) == before);
+        if (first.whole != 0)
+            facts_.mark(first.reader, readers_dirty_);
+        else
+            mark_readers(version, reads, to, {readers.data(), count});
         // What is needed to arrive is needed to be read from then on.
-        if (to == catom || before == to) release(entry.version);
-        if (before != to) stop_reading(before, static_cast<Catom>(catom));
+        if (said || reads == to) release(first.index, count);
+        if (reads != to && reads != catom) release(reads, count);
     }
 }
 
-// ---- snapshots
-
-void Versions::save(i64 now, ByteWriter& out) const {
-    const world::Ensemble& ensemble = members_.ensemble;
-    const world::Links& links = ensemble.links();
-    // The links with something under way, and the tick in which the last of it arrives.
-    struct Busy {
-        u64 link;
-        i64 last;
-        u32 number = kNone32;
-    };
-    std::vector<Busy> busy;
-    for (u32 ticks = 1; ticks <= ring_.size(); ++ticks)
-        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) % ring_.size()])
-            if (entry.version != kGone) busy.push_back({key_of(entry.reader, entry.port), now + ticks});
-    std::ranges::sort(busy, [](const Busy& a, const Busy& b) { return std::tuple(a.link, -a.last) < std::tuple(b.link, -b.last); });
-    const auto same = std::ranges::unique(busy, {}, &Busy::link);
-    busy.erase(same.begin(), same.end());
-    u64 count = 0;
-    each_link_read(members_.ensemble, [&](Catom, world::Port, Catom, Catom) { ++count; });
-    out.write_count(count);
-    u32 next = 0;
-    auto next_busy = busy.begin();
-    each_link_read(members_.ensemble, [&](Catom reader, world::Port port, Catom other, Catom index) {
-        const u64 link = key_of(reader, port);
-        while (next_busy != busy.end() && next_busy->link < link) ++next_busy;
-        const bool is_busy = next_busy != busy.end() && next_busy->link == link;
-        if (is_busy) next_busy->number = next;
-        ++next;
-        i64 last = is_busy ? next_busy->last : now;
-        // What a jam holds up comes later than was said when it was sent, and what is lost does not come.
-        if (keeps_last()) last = links.last_arrival(other, links.port_there(reader, port), now);
-        out.write(ensemble.id(reader));
-        out.write(ensemble.id(other));
-        out.write(last > now ? last : i64{0});
-        const std::size_t state = out.begin_block();
-        facts_.columns.pack(index, tuple::Columns::Which::Exported, out);
-        out.end_block(state);
-    });
-    const auto number_of = [&](const Entry& entry) {
-        return std::ranges::lower_bound(busy, key_of(entry.reader, entry.port), {}, &Busy::link)->number;
-    };
-    // By version, what it is as a whole and in one column.
-    ByteWriter parcels;
-    u32 parcel_count = 0;
-    std::unordered_map<u64, u32> parcel_of;
-    constexpr u32 kWhole = 64;
-    const auto parcel = [&](u32 version, u32 place) {
-        const auto [at, made] = parcel_of.try_emplace(u64{version} << 32 | place, parcel_count);
-        if (!made) return at->second;
-        ++parcel_count;
-        ByteWriter bytes;
-        const auto kind = place == kWhole ? ParcelKind::State : ParcelKind::Column;
-        if (version != kGone && place == kWhole)
-            facts_.columns.pack(static_cast<Catom>(versions_[version].index), tuple::Columns::Which::Exported, bytes);
-        else if (version != kGone)
-            facts_.columns.pack_column(exported_[place], static_cast<Catom>(versions_[version].index), bytes);
-        write(parcels, SavedParcel{kind, place == kWhole ? u16{0} : exported_[place], bytes.view()});
-        return at->second;
-    };
-    std::vector<SavedEntry> sent;
-    for (u32 ticks = 1; ticks <= ring_.size(); ++ticks)
-        for (const Entry& entry : ring_[(static_cast<std::size_t>(now) + ticks) % ring_.size()]) {
-            if (entry.version == kGone) {
-                for (u32 i = 0; i < entry.reader; ++i) sent.push_back({ticks, kNone32, parcel(kGone, kWhole), false});
-                continue;
-            }
-            const u32 link = number_of(entry);
-            if (entry.whole != 0) {
-                sent.push_back({ticks, link, parcel(entry.version, kWhole), entry.late != 0});
-                continue;
-            }
-            for (u64 left = versions_[entry.version].columns; left != 0; left &= left - 1)
-                sent.push_back({ticks, link, parcel(entry.version, static_cast<u32>(std::countr_zero(left))), entry.late != 0});
-        }
-    out.write_count(parcel_count);
-    out.write_bytes(parcels.view().data(), parcels.view().size());
-    out.write_count(sent.size());
-    for (const SavedEntry& entry : sent) write(out, entry);
-}
-
-bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in) {
-    world::Ensemble& ensemble = members_.ensemble;
-    world::Links& links = ensemble.links();
-    struct Known {
-        Catom reader = 0, other = 0;
-        world::Port port = 0;
-        u32 latest = kNone32;  // Of the versions that are under way over it.
-    };
-    std::vector<std::optional<Known>> known;
-    ByteWriter said;
-    each_saved_link(
-        in, [&](std::size_t count) { known.resize(count); },
-        [&](std::size_t number, const SavedLink& saved) {
-            const auto reader = find(saved.reader);
-            const auto other = ensemble.find(saved.other);
-            // Else it is one of another process.
-            if (!reader || !other) return;
-            const std::optional<world::Port> port = links.towards(*reader, *other);
-            if (!port || links.read(*reader, *port) < 0) return;
-            known[number] = {*reader, *other, *port};
-            said.clear();
-            facts_.columns.pack(*other, tuple::Columns::Which::Exported, said);
-            if (keeps_last() && saved.last > now) links.set_last_arrival(*other, links.port_there(*reader, *port), saved.last);
-            if (std::ranges::equal(said.view(), saved.known)) return;
-            const std::int32_t index = take_index(take_version(*other), Holds::Nothing);
-            copy_at(index).needed = 1;
-            links.read_at(*reader, *port, index);
-            ByteReader state(saved.known, "what has arrived over a link", ByteReader::Origin::Outside);
-            facts_.columns.unpack(static_cast<Catom>(index), tuple::Columns::Which::Exported, state, 0);
-        });
-    if (in.failed()) return false;
-    const std::vector<SavedParcel> parcels = read_parcels(in);
-    return each_saved_entry(in, parcels.size(), [&](const SavedEntry& entry) {
-        // This world's network may be faster.
-        const i64 arrival = now + std::min<i64>(entry.ticks, world_.latency());
-        if (entry.link == kNone32) {
-            if (!takes_lost) return;
-            put_gone(arriving(arrival), 1);
-            ++under_way_;
-            return;
-        }
-        if (entry.link >= known.size() || !known[entry.link]) return;
-        Known& link = *known[entry.link];
-        const SavedParcel& parcel = parcels[entry.parcel];
-        // Which column changes; none: all of it is new.
-        const auto column = std::ranges::find(exported_, parcel.number);
-        const bool whole = parcel.kind == ParcelKind::State;
-        if (!whole && (parcel.kind != ParcelKind::Column || column == exported_.end())) return;
-        const auto before = static_cast<Catom>(link.latest != kNone32 ? versions_[link.latest].index : links.read(link.reader, link.port));
-        const u32 version = take_version(link.other);
-        const auto index = static_cast<Catom>(take_index(version, Holds::Nothing));
-        ByteReader bytes(parcel.bytes, "what is under way over a link", ByteReader::Origin::Outside);
-        if (whole) {
-            facts_.columns.unpack(index, tuple::Columns::Which::Exported, bytes, 0);
-        } else {
-            for (const u16 each : exported_) facts_.columns.copy(each, before, index, 0);
-            facts_.columns.unpack_column(parcel.number, index, bytes, 0);
-            versions_[version].columns = u64{1} << (column - exported_.begin());
-        }
-        versions_[version].alone = true;
-        link.latest = version;
-        put(arrival, {version, link.reader, link.port, whole, entry.late});
-    });
+void Versions::mark_readers(const Version& version, Catom before, Catom to, std::span<const Catom> readers) {
+    const Kind& kind = kinds_[version.kind];
+    // Nobody need look at what no rule reads.
+    if ((kind.marks | kind.asks) == 0) return;
+    if (kind.marks != 0) facts_.evaluator.agenda().mark_all(readers, kind.marks);
+    for (u64 left = kind.asks; left != 0; left &= left - 1) {
+        const u16 column = exported_[static_cast<std::size_t>(std::countr_zero(left))];
+        facts_.evaluator.mark_concerned(subdomain_, {version.catom, column}, facts_.columns.entry(column, before),
+                                        facts_.columns.entry(column, to), {reinterpret_cast<const i32*>(readers.data()), readers.size()});
+    }
+    for (const Catom reader : readers) facts_.touch(reader);
 }
 
 std::size_t Versions::bytes() const {
-    std::size_t all = versions_.capacity() * sizeof(Version) + copies_.capacity() * sizeof(Copy) + entries_.capacity() * sizeof(Entry) +
-                      readers_.capacity() * sizeof(Reader) + indices_.bytes();
-    for (const std::vector<u32>* each : {&free_versions_, &current_}) all += each->capacity() * sizeof(u32);
+    std::size_t all = versions_.capacity() * sizeof(Version) + entries_.capacity() * sizeof(Entry) + readers_.capacity() * sizeof(Reader) +
+                      current_.capacity() * sizeof(Catom) + indices_.bytes();
     for (const auto& slot : ring_) all += slot.capacity() * sizeof(Entry);
     return all;
 }

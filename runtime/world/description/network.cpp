@@ -88,6 +88,11 @@ void fates(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::ui
         const std::span<const std::uint64_t> some = to.subspan(first, std::min(kTogether, to.size() - first));
         for (std::size_t number = 0; number < sure; ++number)
             random_bits(seed ^ kOfLink, of_draw(from, number), some, now, {drawn[number].data(), some.size()});
+        if (kind == NetworkKind::Latency) {
+            for (std::size_t i = 0; i < some.size(); ++i)
+                out[first + i] = {.ticks = delays ? between(drawn[0][i], terms.least, terms.most) : terms.least};
+            continue;
+        }
         for (std::size_t i = 0; i < some.size(); ++i)
             out[first + i] = fate_by(kind, terms, [&](std::uint64_t number) {
                 return number < sure ? drawn[number][i] : random_bits(seed ^ kOfLink, of_draw(from, number), some[i], now);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/base/prefetch.h"
 #include "runtime/module/abi/geometry_abi.h"
 #include "runtime/world/ensemble/brick_table.h"
 
@@ -18,6 +19,10 @@ class CatomIds {
     // One more index, and more with consecutive ids.
     void add(std::uint64_t id) { add_run(id, 1); }
     void add_run(std::uint64_t first_id, std::uint32_t count);
+    // What replace() will write to is asked for ahead.
+    void ask_ahead(std::uint32_t index) const {
+        if (index >= implied_) ask_for(&stored_[index - implied_]);
+    }
     // The index gets another id.
     void replace(std::uint32_t index, std::uint64_t id);
     void add_to(Geometry& g) const;

@@ -255,10 +255,18 @@ Catom Ensemble::add_run(std::uint64_t first_id, Slot slot, std::uint32_t first_n
     return first;
 }
 
+// For one more, without doubling what is large: after the set-up, only some catoms and mailboxes come.
+template <class Array>
+static void make_room(Array& all) {
+    constexpr std::size_t kLeast = 64, kShare = 8;
+    if (all.size() == all.capacity()) all.reserve(all.size() + all.size() / kShare + kLeast);
+}
+
 Catom Ensemble::take_index(std::uint64_t id, std::uint32_t site, CatomState state) {
     Catom catom = static_cast<Catom>(index_count());
     if (free_.empty()) {
         ids_.add(id);
+        make_room(site_), make_room(state_);
         site_.push_back(site);
         state_.push_back(state);
     } else {

@@ -82,6 +82,11 @@ class Ensemble {
     Catom add_mailbox(Catom of);
     // One that is not read any more is read in the place of another.
     void use_mailbox(Catom mailbox, Catom of);
+    // What that will write to is asked for ahead.
+    void ask_ahead_mailbox(Catom mailbox) const {
+        ids_.ask_ahead(mailbox);
+        ask_for(&site_[mailbox]);
+    }
 
     // ---- amoebots: catoms of one or two cells (amoebot_ensemble.cpp)
     // Catoms have a head and a tail from now on, both on cell() at first, and ports of a compass of their own: 0 to 5 at the head, 6 to 11

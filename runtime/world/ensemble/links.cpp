@@ -28,6 +28,10 @@ void Links::widen() {
 
 void Links::room(Catom catom, Port ports) {
     if (catom >= first_.size()) {
+        // Where one more does not fit, an eighth more does, since all are many.
+        constexpr std::size_t kShare = 8;
+        if (catom >= first_.capacity() && !first_.empty())
+            for (auto* const each : {&first_, &ports_}) each->reserve(catom + catom / kShare + 64);
         first_.resize(catom + std::size_t{1}, static_cast<std::uint32_t>(catom_.size()));
         ports_.resize(catom + std::size_t{1}, 0);
     }
