@@ -19,8 +19,10 @@ struct StepTimes {
 
 struct Stage {
     enum class Kind {
-        // Makes the candidate list if needed, copies the state, decides which blocks may sleep.
+        // Makes the candidate list if needed, and copies the state.
         Prepare,
+        // Decides which blocks may sleep.
+        FindResting,
         // Blocks fall asleep or wake; gaps and normals are recomputed if they are not up to date.
         UpdateSleep,
         // Magnets and plates of the blocks of one colour.
@@ -31,6 +33,10 @@ struct Stage {
         WarmStart,
         Solve,
         Relax,
+        // The same of joints, after all contacts.
+        WarmStartJoints,
+        SolveJoints,
+        RelaxJoints,
         // Which colours have contacts that would bounce now; then, by colour, a sweep of restitution.
         FindBounces,
         Bounce,
@@ -45,9 +51,11 @@ struct Stage {
     int bounce_stages = 0;
     // For Refresh: whether the step goes on after it, so that contacts of shapes may follow their bodies until its end.
     bool goes_on = false;
+    // For Prepare: whether subdomains tell each other which blocks joints link.
+    bool shares_links = false;
 
     // Whether other subdomains must receive its results before the next stage (subdomain.h).
-    bool must_exchange() const { return colour >= 0 || kind == Kind::Prepare; }
+    bool must_exchange() const { return colour >= 0 || kind == Kind::FindResting || shares_links; }
     // Whether the subdomains must combine the results of this stage, and may then skip stages.
     bool must_agree() const { return kind == Kind::FindBounces; }
     // How many of the following stages do nothing if the contacts that would bounce have these colours (bits). A sweep changes nothing

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <utility>
 
@@ -90,14 +89,30 @@ Result<void> Joints::settle(const Bodies& bodies) {
     return fail("joints hold bodies together in too many loops to be solved", "Use fewer joints, or connect bodies rigidly");
 }
 
-// Bodies that nothing can move join nothing.
-bool Joints::lay_out(const Bodies& bodies) {
+void Joints::add_all(std::span<const Joint> more) {
+    if (more.empty()) return;
+    joints_.insert(joints_.end(), more.begin(), more.end());
+    std::ranges::sort(joints_, {}, key_of);
+    MELD_CHECK(std::ranges::adjacent_find(joints_, {}, key_of) == joints_.end(), "two bodies have two joints");
+    changed_ = true;
+}
+
+void Joints::keep(const std::vector<bool>& chosen) {
+    MELD_EXPECT(chosen.size() == joints_.size(), "{} of {} joints", chosen.size(), joints_.size());
+    std::size_t kept = 0;
+    for (std::size_t j = 0; j < joints_.size(); ++j)
+        if (chosen[j]) joints_[kept++] = joints_[j];
+    if (kept == joints_.size()) return;
+    joints_.resize(kept);
+    changed_ = true;
+}
+
+Joints::Groups Joints::groups(const std::function<bool(BodyId)>& movable) const {
     std::map<BodyId, BodyId> above;
     const auto lowest = [&](BodyId body) {
         while (above.at(body) != body) body = above[body] = above.at(above.at(body));
         return body;
     };
-    const auto movable = [&](BodyId body) { return (bodies.properties[bodies.slot(body)].flags & kFixed) == 0; };
     for (const Joint& joint : joints_)
         for (const BodyId body : {joint.first, joint.second})
             if (movable(body)) above.emplace(body, body);
@@ -106,12 +121,20 @@ bool Joints::lay_out(const Bodies& bodies) {
         const BodyId one = lowest(joint.first), other = lowest(joint.second);
         above[std::max(one, other)] = std::min(one, other);
     }
-    std::map<BodyId, std::vector<std::uint32_t>> groups;
+    Groups groups;
     for (std::uint32_t j = 0; j < joints_.size(); ++j)
         groups[lowest(movable(joints_[j].first) ? joints_[j].first : joints_[j].second)].push_back(j);
+    return groups;
+}
+
+Joints::Groups Joints::groups(const Bodies& bodies) const {
+    return groups([&](BodyId body) { return (bodies.properties[bodies.slot(body)].flags & kFixed) == 0; });
+}
+
+bool Joints::lay_out(const Bodies& bodies) {
     assemblies_.clear();
     bool fine = true;
-    for (auto& [body, list] : groups) fine = assemblies_.emplace_back().lay_out(std::move(list), joints_, bodies) && fine;
+    for (auto& [body, list] : groups(bodies)) fine = assemblies_.emplace_back().lay_out(list, joints_, bodies) && fine;
     return fine;
 }
 
@@ -164,18 +187,21 @@ void Joints::run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes
     });
 }
 
-void Joints::write(ByteWriter& out) const {
-    out.write_count(joints_.size());
-    for (const Joint& joint : joints_) out.write(joint);
+void Joints::write(ByteWriter& out) const { write(out, std::vector<bool>(joints_.size(), true)); }
+
+void Joints::write(ByteWriter& out, const std::vector<bool>& chosen) const {
+    MELD_EXPECT(chosen.size() == joints_.size(), "{} of {} joints", chosen.size(), joints_.size());
+    out.write_count(static_cast<std::size_t>(std::ranges::count(chosen, true)));
+    for (std::size_t j = 0; j < joints_.size(); ++j)
+        if (chosen[j]) out.write(joints_[j]);
 }
 
 bool Joints::read(ByteReader& in) {
-    joints_.resize(in.read_count(sizeof(Joint)));
-    for (Joint& joint : joints_) joint = in.read<Joint>();
+    for (auto left = in.read_count(sizeof(Joint)); left > 0; --left) joints_.push_back(in.read<Joint>());
     changed_ = true;
-    const auto sorted = [](const Joint& one, const Joint& other) { return key_of(one) < key_of(other); };
-    return !in.failed() && std::ranges::all_of(joints_, is_sound) &&
-           std::ranges::adjacent_find(joints_, std::not_fn(sorted)) == joints_.end();
+    if (in.failed() || !std::ranges::all_of(joints_, is_sound)) return false;
+    std::ranges::sort(joints_, {}, key_of);
+    return std::ranges::adjacent_find(joints_, {}, key_of) == joints_.end();
 }
 
 bool Joints::fits(const Bodies& bodies) const {

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -31,6 +33,15 @@ class Joints {
     void remove_all(BodyId body);
     void remove(BodyId one, BodyId other);
     void drive(BodyId one, BodyId other, const JointDrive& drive);
+    // Joints of bodies that have none with each other yet, in any order; and leaves those that are chosen here, by their places in all().
+    void add_all(std::span<const Joint> more);
+    void keep(const std::vector<bool>& chosen);
+
+    // Which joints hang together: their places in all(), by the lowest of their bodies that can be moved. Bodies that nothing can move join
+    // nothing.
+    using Groups = std::map<BodyId, std::vector<std::uint32_t>>;
+    Groups groups(const std::function<bool(BodyId)>& movable) const;
+    Groups groups(const Bodies& bodies) const;
 
     // Bodies have other slots, or joints have changed. Errors: a body has too many joints, or an assembly too many loops.
     Result<void> settle(const Bodies& bodies);
@@ -53,7 +64,10 @@ class Joints {
     void run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes, double step_s, Workers& workers);
 
     void write(ByteWriter& out) const;
-    // False if what was written is no joint; and if there is no body of one, when all are there.
+    // Those that are chosen, by their places in all().
+    void write(ByteWriter& out, const std::vector<bool>& chosen) const;
+    // Adds what was written, several times in a divided world. False if that is no joint; and if there is no body of one, when all are
+    // there.
     bool read(ByteReader& in);
     bool fits(const Bodies& bodies) const;
     std::size_t bytes() const;

@@ -227,6 +227,12 @@ Result<void> Scene::add_body(const BodySpec& given) {
     return {};
 }
 
+Result<void> Scene::add_ghost(const BodySpec& spec) {
+    if (auto added = add_body(spec); !added) return added;
+    world_->bodies.properties[world_->bodies.slot(spec.id)].flags |= kGhost;
+    return {};
+}
+
 Result<void> Scene::known(BodyId body) const {
     if (has(body)) return {};
     return fail(fmt::format("there is no body {}", body));

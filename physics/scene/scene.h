@@ -112,6 +112,8 @@ class Scene {
     // Reserves memory for `bodies` bodies with ids below `ids`, so that arrays need not grow.
     void reserve(std::size_t bodies, std::size_t ids);
     Result<void> add_body(const BodySpec& spec);
+    // A body that another subdomain has, to which joints lead from here; before the world is divided (subdomain.h).
+    Result<void> add_ghost(const BodySpec& spec);
     Result<void> remove_body(BodyId body);
 
     // Acting. A wrench stays until it is set again; setting it wakes the body.
@@ -144,14 +146,17 @@ class Scene {
     // Joints (scene_joints.cpp) let two bodies turn or slide against each other and hold them otherwise; the two do not collide. One may be
     // fixed. Bodies have joints or connections, not both, and two bodies have one joint at most. It ends with one of its bodies, or breaks
     // at the end of a step in which it carried more than it can: of those that hang together, the one that did so by the greatest factor.
-    // The engines Blocks, in an undivided world, and Ode have joints. Cost of a step: in proportion to the joints, but for loops.
+    // The engines Blocks and Ode have joints. They are added before the world is divided (subdomain.h). Cost of a step: in proportion to
+    // the joints, but for loops.
     Result<void> add_joint(const JointSpec& joint);
     // The two have a joint that moves along an axis.
     Result<void> drive_joint(BodyId body, BodyId other, const JointDrive& drive);
     bool joined(BodyId body, BodyId other) const;
     // Sorted; valid until a joint begins or ends.
     std::span<const BodyId> joined_to(BodyId body) const;
+    // In a divided world, of those that this subdomain counts, so that the sum over all is the count.
     std::size_t joint_count() const;
+    bool counts(const Joint& joint) const;
     std::optional<JointKind> joint_kind(BodyId body, BodyId other) const;
     // Whether they have a joint whose motor has any strength.
     bool has_motor(BodyId body, BodyId other) const;

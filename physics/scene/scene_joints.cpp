@@ -62,7 +62,7 @@ Result<void> Scene::add_joint(const JointSpec& joint) {
     if (engine == EngineKind::Hash) return cannot("the engine Hash has no joints", "Use the engine Blocks or Ode");
     if (engine == EngineKind::Ode)
         if (auto fine = check_for_ode(joint); !fine) return fine;
-    if (engine_->divided()) return cannot("the world is divided", "Use one process");
+    if (engine_->divided()) return cannot("the world is divided", "Join them before");
     if (joined(joint.first, joint.second)) return cannot("they are joined already", "Give two bodies one joint");
     for (const BodyId one : {joint.first, joint.second})
         if (!connected_to(one).empty()) return cannot(fmt::format("body {} is connected", one), "Join bodies that are not connected");
@@ -101,7 +101,12 @@ bool Scene::joined(BodyId body, BodyId other) const { return world_->composites.
 
 std::span<const BodyId> Scene::joined_to(BodyId body) const { return world_->composites.joined().of(body); }
 
-std::size_t Scene::joint_count() const { return world_->joints.all().size(); }
+std::size_t Scene::joint_count() const {
+    const auto joints = world_->joints.all();
+    return static_cast<std::size_t>(std::ranges::count_if(joints, [&](const Joint& joint) { return counts(joint); }));
+}
+
+bool Scene::counts(const Joint& joint) const { return (world_->bodies.properties[world_->bodies.slot(joint.first)].flags & kGhost) == 0; }
 
 std::optional<JointKind> Scene::joint_kind(BodyId body, BodyId other) const {
     const Joint* joint = world_->joints.find(body, other);

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <numeric>
 #include <optional>
 
 #include "physics/solver/block_engine.h"
 #include "physics/solver/engine.h"
+#include "physics/solver/saved_bodies.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 
@@ -45,16 +48,44 @@ struct PackedFeatureWrench {
 
 struct PackedRest {
     std::uint64_t key;
-    std::uint64_t rests;
+    // kRests; kJoined: it is for what all say of blocks with joints.
+    std::uint64_t flags;
 };
+constexpr std::uint64_t kRests = 1, kJoined = 2;
+
+// A block with joints: one that it is linked with, and whether it does not stay.
+struct PackedLink {
+    std::uint64_t key, linked;
+    std::uint64_t moves;
+};
+
+// A block of a snapshot of which some bodies go where joints hold them.
+struct PackedHome {
+    Home home;
+    std::uint64_t asleep;
+};
+
+void unite(std::vector<int>& to, const std::vector<int>& more) {
+    std::vector<int> all;
+    std::ranges::set_union(to, more, std::back_inserter(all));
+    to = std::move(all);
+}
+bool contains(const std::vector<int>& parts, int part) { return std::ranges::binary_search(parts, part); }
 
 }  // namespace
 
-Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self)
-    : scene_(scene), world_(scene.world()), engine_(static_cast<BlockEngine&>(scene.engine())), owner_(std::move(owner)), self_(self) {
+Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self, int parts)
+    : scene_(scene),
+      world_(scene.world()),
+      engine_(static_cast<BlockEngine&>(scene.engine())),
+      owner_(std::move(owner)),
+      self_(self),
+      parts_(parts) {
+    MELD_EXPECT(self >= 0 && self < parts, "subdomain {} of {}", self, parts);
     MELD_CHECK(scene.world().settings.engine == EngineKind::Blocks, "only the engine 'blocks' is divided");
     MELD_CHECK(scene.world().composites.empty(), "a divided world has no connections");
     engine_.owns_ = [this](BlockCoordinates block) { return owner_(block) == self_; };
+    engine_.divided_joints_ = !world_.joints.empty();
 }
 
 bool Subdomain::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
@@ -63,13 +94,74 @@ Velocities Subdomain::velocities() const { return velocities_of(world_.bodies); 
 
 void Subdomain::set_velocities(const Velocities& all, double dt_s, int substeps) { engine_.set_velocities(all, {dt_s, substeps}); }
 
-std::vector<int> Subdomain::holders(BlockCoordinates c) const {
+std::vector<int> Subdomain::holding(BlockCoordinates c) const {
     std::vector<int> parts;
-    for (int i = 0; i < 27; ++i)
-        if (const int owner = owner_({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}); owner != self_) parts.push_back(owner);
+    for (int i = 0; i < 27; ++i) parts.push_back(owner_({c.x + i % 3 - 1, c.y + i / 3 % 3 - 1, c.z + i / 9 - 1}));
     std::sort(parts.begin(), parts.end());
     parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
     return parts;
+}
+
+std::vector<int> Subdomain::holders(BlockCoordinates c) const {
+    std::vector<int> parts = holding(c);
+    std::erase(parts, self_);
+    return parts;
+}
+
+const std::vector<int>& Subdomain::holders_of(BodyId body) const {
+    const auto joined = joined_holders_.find(body);
+    return joined != joined_holders_.end() ? joined->second : holders_of_block_[block_with(body)];
+}
+
+Subdomain::Holding Subdomain::holding_joined(const Joints::Groups& groups, Pairs also,
+                                             const std::function<BlockCoordinates(BodyId)>& block_of) const {
+    std::unordered_map<std::uint64_t, std::vector<int>> of_block;
+    Holding all;
+    const auto hold_together = [&](std::vector<BodyId> bodies) {
+        std::ranges::sort(bodies);
+        bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+        std::vector<int> parts;
+        for (const BodyId body : bodies) {
+            const BlockCoordinates block = block_of(body);
+            const auto [found, is_new] = of_block.try_emplace(physics::pack(block));
+            if (is_new) found->second = holding(block);
+            if (!std::ranges::includes(parts, found->second)) unite(parts, found->second);
+        }
+        for (const BodyId body : bodies) unite(all[body], parts);
+    };
+    for (const auto& [lowest, joints] : groups) {
+        std::vector<BodyId> bodies;
+        for (const std::uint32_t joint : joints)
+            for (const BodyId body : {world_.joints.all()[joint].first, world_.joints.all()[joint].second}) bodies.push_back(body);
+        hold_together(std::move(bodies));
+    }
+    for (const auto& [one, other] : also) hold_together({one, other});
+    return all;
+}
+
+void Subdomain::keep_joints(const std::vector<bool>& kept) {
+    for (std::size_t j = 0; j < kept.size(); ++j)
+        if (const Joint& joint = world_.joints.all()[j]; !kept[j]) world_.composites.joined().remove(joint.first, joint.second);
+    world_.joints.keep(kept);
+}
+
+// Who has the lowest body of a mechanism gives its joints to those that come near it; all others that have it have the same bits of it.
+std::map<int, std::vector<Joint>> Subdomain::hand_over_joints(const Joints::Groups& groups, const Holding& holding) {
+    std::map<int, std::vector<Joint>> sent;
+    std::vector<bool> kept(world_.joints.all().size());
+    for (const auto& [lowest, joints] : groups) {
+        const std::vector<int>& parts = holding.at(lowest);
+        const bool stays = contains(parts, self_), ours = (world_.bodies.properties[world_.bodies.slot(lowest)].flags & kGhost) == 0;
+        for (const std::uint32_t joint : joints) kept[joint] = stays;
+        if (!ours || all_have_joints_) continue;
+        const std::vector<int>& had = holders_of(lowest);
+        for (const int part : parts)
+            if (part != self_ && !contains(had, part))
+                for (const std::uint32_t joint : joints) sent[part].push_back(world_.joints.all()[joint]);
+    }
+    all_have_joints_ = false;
+    keep_joints(kept);
+    return sent;
 }
 
 Subdomain::Standing Subdomain::standing(BlockCoordinates c) const {
@@ -113,33 +205,49 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     // The blocks of our bodies now, as the coming rebuild will divide space.
     const double block_m = engine_.next_shape().block_m();
     std::vector<std::uint32_t> kept;
-    std::map<int, std::vector<std::uint32_t>> leaving;
+    // By destination: the slots of bodies, and whether their contacts may be found there.
+    std::map<int, std::vector<std::pair<std::uint32_t, bool>>> leaving;
     std::optional<Standing> at;
+    Holding holding;
+    std::map<int, std::vector<Joint>> joints;
+    if (!world_.joints.empty()) {
+        const Joints::Groups groups = world_.joints.groups(bodies);
+        holding = holding_joined(groups, {}, [&](BodyId body) { return block_of(bodies.place[bodies.slot(body)], block_m); });
+        joints = hand_over_joints(groups, holding);
+    }
     departed_.clear();
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
         BodyProperties& properties = bodies.properties[slot];
         if (properties.flags & (kGhost | kRemoved)) continue;
         // Bodies of a block are contiguous.
         if (const BlockCoordinates block = block_of(bodies.place[slot], block_m); !at || !(at->block == block)) at = standing(block);
-        for (const int part : at->holders) leaving[part].push_back(slot);
+        for (const int part : at->holders) leaving[part].emplace_back(slot, true);
         if (at->owner != self_) departed_.emplace_back(properties.id, at->owner);
-        if (at->near_us) kept.push_back(slot);
+        const auto joined = holding.empty() ? holding.end() : holding.find(properties.id);
+        const bool is_joined = joined != holding.end();
+        for (const int part : is_joined ? joined->second : std::vector<int>())
+            if (part != self_ && !contains(at->holders, part)) leaving[part].emplace_back(slot, false);
+        if (at->near_us || (is_joined && contains(joined->second, self_))) kept.push_back(slot);
     }
     Messages messages;
     for (const auto& [part, slots] : leaving) {
         std::vector<bool> ids;
         ByteWriter& bytes = messages[part];
         bytes.write(static_cast<std::uint64_t>(slots.size()));
-        for (const std::uint32_t slot : slots) {
+        for (const auto& [slot, is_near] : slots) {
             const BodyId id = bodies.properties[slot].id;
             if (ids.size() <= id) ids.resize(id + 1u);
-            ids[id] = true;
+            ids[id] = is_near;
             bytes.write(PackedBody{bodies.place[slot], bodies.orientation[slot], bodies.velocity[slot], bodies.properties[slot],
                                    bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
                                    bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
                                    bodies.energy.empty() ? 0 : bodies.energy[slot]});
             if ((bodies.properties[slot].flags & kShaped) != 0) bytes.write(world_.shapes.shape(id));
         }
+        const auto with_joints = joints.find(part);
+        bytes.write_count(with_joints == joints.end() ? 0 : with_joints->second.size());
+        if (with_joints != joints.end())
+            for (const Joint& joint : with_joints->second) bytes.write(joint);
         engine_.shape_contacts_.pack_kept(ids, bytes);
         for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) bytes.write(contact);
     }
@@ -176,6 +284,12 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
         if (world_.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
         bodies.restore_masses(slot);
     }
+    std::vector<Joint> joints(in.read_count(sizeof(Joint)));
+    for (Joint& joint : joints) {
+        joint = in.read<Joint>();
+        world_.composites.joined().add(joint.first, joint.second);
+    }
+    world_.joints.add_all(joints);
     engine_.shape_contacts_.unpack_kept(in);
     std::vector<CachedContact> contacts;
     while (!in.done()) contacts.push_back(in.read<CachedContact>());
@@ -186,9 +300,98 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
 void Subdomain::unpacked() { engine_.rebuild_ = true; }
 
 void Subdomain::loaded() {
+    loading_joined_.clear();
     if (engine_.last_dt_s_ == 0) return;
     times_ = {engine_.last_dt_s_, static_cast<int>(std::lround(engine_.last_dt_s_ / engine_.last_substep_s_))};
     plan_exchange();
+}
+
+bool Subdomain::has_joints() const { return !world_.joints.empty(); }
+
+std::vector<Subdomain::JoinedBody> Subdomain::joined_bodies(Pairs also) const {
+    std::unordered_map<std::uint32_t, Home> homes;
+    for (const BlockEngine::LoadedBlock& block : engine_.loading_.blocks)
+        for (std::uint32_t i = 0; i < block.count; ++i) homes.emplace(block.first + i, block.key);
+    std::vector<JoinedBody> ours;
+    const auto add = [&](BodyId body) {
+        if (!world_.bodies.has(body)) return;
+        const std::uint32_t slot = world_.bodies.slot(body);
+        const std::uint8_t flags = world_.bodies.properties[slot].flags;
+        if ((flags & kGhost) != 0) return;
+        const auto home = homes.find(slot);
+        ours.push_back({body, (flags & kFixed) != 0 ? 1u : 0u, home == homes.end() ? Home{0} : home->second});
+    };
+    for (const Joint& joint : world_.joints.all()) add(joint.first), add(joint.second);
+    for (const auto& [one, other] : also) add(one), add(other);
+    std::ranges::sort(ours, {}, &JoinedBody::id);
+    const auto twice = std::ranges::unique(ours, {}, &JoinedBody::id);
+    ours.erase(twice.begin(), twice.end());
+    return ours;
+}
+
+// Before the first step no body is in a block, and all have all.
+void Subdomain::learn_joined(std::span<const JoinedBody> all, Pairs also) {
+    std::unordered_map<BodyId, const JoinedBody*> known;
+    for (const JoinedBody& body : all) known.emplace(body.id, &body);
+    // Bodies that the snapshot has not are found by Scene::loaded.
+    std::vector<bool> kept(world_.joints.all().size());
+    for (std::size_t j = 0; j < kept.size(); ++j)
+        kept[j] = known.contains(world_.joints.all()[j].first) && known.contains(world_.joints.all()[j].second);
+    if (std::ranges::find(kept, false) != kept.end()) return;
+    std::vector<std::pair<BodyId, BodyId>> pairs;
+    for (const auto& pair : also)
+        if (known.contains(pair.first) && known.contains(pair.second)) pairs.push_back(pair);
+    engine_.divided_joints_ = !world_.joints.empty();
+    for (const Joint& joint : world_.joints.all()) world_.composites.joined().add(joint.first, joint.second);
+    if (engine_.last_dt_s_ == 0) {
+        std::vector<int> everybody(static_cast<std::size_t>(parts_));
+        std::iota(everybody.begin(), everybody.end(), 0);
+        for (const JoinedBody& body : all) loading_joined_[body.id] = everybody;
+        return;
+    }
+    all_have_joints_ = false;
+    const Joints::Groups groups = world_.joints.groups([&](BodyId body) { return known.at(body)->fixed == 0; });
+    loading_joined_ = holding_joined(groups, pairs, [&](BodyId body) { return physics::unpack(known.at(body)->home); });
+    for (const auto& [lowest, joints] : groups)
+        for (const std::uint32_t joint : joints) kept[joint] = contains(loading_joined_.at(lowest), self_);
+    keep_joints(kept);
+}
+
+Subdomain::Messages Subdomain::pack_joined() const {
+    Messages messages;
+    const auto pack_some = [&](const PackedHome& home, std::uint32_t first, std::uint32_t count, const std::vector<int>& holders) {
+        std::map<int, std::vector<std::uint32_t>> leaving;
+        for (std::uint32_t slot = first; slot < first + count; ++slot) {
+            const BodyProperties& what = world_.bodies.properties[slot];
+            const auto joined = loading_joined_.find(what.id);
+            if (joined == loading_joined_.end() || (what.flags & kGhost) != 0) continue;
+            for (const int part : joined->second)
+                if (part != self_ && !contains(holders, part)) leaving[part].push_back(slot);
+        }
+        for (const auto& [part, slots] : leaving) {
+            messages[part].write(home);
+            save_bodies(world_, slots, messages[part]);
+        }
+    };
+    if (engine_.last_dt_s_ == 0) pack_some({}, 0, static_cast<std::uint32_t>(world_.bodies.count()), {});
+    for (const BlockEngine::LoadedBlock& block : engine_.loading_.blocks)
+        if (block.state.owned) pack_some({block.key, block.state.asleep}, block.first, block.count, holders(physics::unpack(block.key)));
+    return messages;
+}
+
+Result<void> Subdomain::unpack_joined(Bytes bytes) {
+    ByteReader in(bytes, "bodies of a snapshot that joints hold");
+    while (!in.done()) {
+        const auto home = in.read<PackedHome>();
+        const auto first = static_cast<std::uint32_t>(world_.bodies.count());
+        if (auto added = load_bodies(world_, Holds::Ghosts, in); !added) return added;
+        if (engine_.last_dt_s_ == 0) continue;
+        BlockEngine::LoadedBlock& block = engine_.loading_.blocks.emplace_back();
+        block.key = home.home, block.first = first, block.count = static_cast<std::uint32_t>(world_.bodies.count()) - first;
+        block.state.asleep = block.state.rests = home.asleep != 0;
+        block.state.owned = false;
+    }
+    return {};
 }
 
 std::vector<Stage> Subdomain::stages(double dt_s, int substeps) {
@@ -199,6 +402,8 @@ std::vector<Stage> Subdomain::stages(double dt_s, int substeps) {
 Result<void> Subdomain::run(const Stage& stage, Workers& workers) {
     if (auto done = engine_.run(stage, times_, workers); !done) return done;
     if (stage.kind == Stage::Kind::Prepare && engine_.rebuilt_in_step_) plan_exchange();
+    if (engine_.divided_joints_ && stage.kind == Stage::Kind::Prepare) engine_.say_links_and_stays();
+    if (engine_.divided_joints_ && stage.kind == Stage::Kind::FindResting) engine_.say_rests();
     return {};
 }
 
@@ -214,6 +419,17 @@ void Subdomain::plan_exchange() {
         if (engine_.states_[b].owned)
             for (const int part : holders_of_block_[b]) border_[part].push_back(static_cast<std::uint32_t>(b));
     }
+    joined_holders_.clear();
+    std::vector<const std::vector<int>*> of_joined;
+    if (!world_.joints.empty()) {
+        joined_holders_ = holding_joined(world_.joints.groups(world_.bodies), {},
+                                         [&](BodyId body) { return physics::unpack(blocks[block_with(body)].key); });
+        of_joined.resize(world_.bodies.count());
+        for (auto& [body, parts] : joined_holders_) {
+            std::erase(parts, self_);
+            of_joined[world_.bodies.slot(body)] = &parts;
+        }
+    }
     std::vector<std::uint32_t> block_of(world_.bodies.count());
     for (std::size_t b = 0; b < blocks.size(); ++b)
         std::fill_n(block_of.begin() + blocks[b].first, blocks[b].count, static_cast<std::uint32_t>(b));
@@ -223,9 +439,11 @@ void Subdomain::plan_exchange() {
         const auto touch = [&](const auto& batches) {
             for (const auto& batch : batches)
                 for (int i = 0; i < kLanes; ++i)
-                    for (const std::uint32_t slot : {batch.a[i], batch.b[i]})
-                        if (slot < block_of.size())
-                            for (const int part : holders_of_block_[block_of[slot]]) lists[part].push_back(slot);
+                    for (const std::uint32_t slot : {batch.a[i], batch.b[i]}) {
+                        if (slot >= block_of.size()) continue;
+                        const std::vector<int>* joined = of_joined.empty() ? nullptr : of_joined[slot];
+                        for (const int part : joined != nullptr ? *joined : holders_of_block_[block_of[slot]]) lists[part].push_back(slot);
+                    }
         };
         touch(engine_.contacts_.pairs(b)), touch(engine_.contacts_.obstacle_contacts(b)), touch(engine_.shape_contacts_.batches(b));
     }
@@ -240,9 +458,24 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
     MELD_EXPECT(stage.must_exchange(), "nothing is exchanged after stage {}", static_cast<int>(stage.kind));
     Messages messages;
     const Bodies& bodies = world_.bodies;
+    const auto blocks = engine_.grid_.blocks();
+    // To all others.
+    const auto tell = [&](const auto& record) {
+        for (int part = 0; part < parts_; ++part)
+            if (part != self_) messages[part].write(record);
+    };
     if (stage.kind == Stage::Kind::Prepare) {
-        for (const auto& [part, blocks] : border_)
-            for (const std::uint32_t b : blocks) messages[part].write(PackedRest{engine_.grid_.blocks()[b].key, engine_.states_[b].rests});
+        for (std::uint32_t b = 0; b < engine_.has_joined_.size(); ++b)
+            if (engine_.has_joined_[b] != 0)
+                tell(PackedLink{blocks[b].key, blocks[engine_.linked_[b]].key, engine_.states_[b].owned && !engine_.states_[b].stays});
+        return messages;
+    }
+    if (stage.kind == Stage::Kind::FindResting) {
+        for (const auto& [part, list] : border_)
+            for (const std::uint32_t b : list) messages[part].write(PackedRest{blocks[b].key, engine_.states_[b].rests ? kRests : 0});
+        for (std::uint32_t b = 0; b < engine_.has_joined_.size(); ++b)
+            if (engine_.has_joined_[b] != 0 && engine_.states_[b].owned)
+                tell(PackedRest{blocks[b].key, kJoined | (engine_.states_[b].rests ? kRests : 0)});
         return messages;
     }
     for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)]) {
@@ -269,8 +502,17 @@ void Subdomain::unpack(const Stage& stage, Bytes bytes) {
     ByteReader in(bytes, "a message between subdomains of the physics");
     while (!in.done()) {
         if (stage.kind == Stage::Kind::Prepare) {
+            const auto link = in.read<PackedLink>();
+            engine_.all_links_.link(link.linked, link.key);
+            if (link.moves != 0) engine_.all_links_.say_no(link.key);
+        } else if (stage.kind == Stage::Kind::FindResting) {
             const auto rest = in.read<PackedRest>();
-            if (const std::uint32_t block = engine_.grid_.find(rest.key); block != kNoBlock) engine_.states_[block].rests = rest.rests != 0;
+            const bool rests = (rest.flags & kRests) != 0;
+            if ((rest.flags & kJoined) == 0) {
+                if (const std::uint32_t block = engine_.grid_.find(rest.key); block != kNoBlock) engine_.states_[block].rests = rests;
+            } else if (!rests) {
+                engine_.all_links_.say_no(rest.key);
+            }
         } else if (stage.kind == Stage::Kind::Actuate) {
             const auto pull = in.read<PackedFeatureWrench>();
             if (!bodies.has(pull.id)) continue;

@@ -16,8 +16,12 @@
 //     }
 //     part.finish();
 //
+// A subdomain that has a body of a mechanism, its own or a ghost, has all bodies that joints hold to it, as ghosts, wherever they are, and
+// the joints. It solves the mechanism as all others do that have it: from the same velocities, with the same bits.
+//
 // The settings name the least and the largest radius, and the least thickness if bodies have shapes. Feature tables, materials and
-// obstacles are added on all subdomains alike, and every action on a body is repeated on each subdomain that has it.
+// obstacles are added on all subdomains alike, and every action on a body is repeated on each subdomain that has it. So are all joints, and
+// before them the bodies that they hold, as ghosts where they are not the subdomain's own.
 #pragma once
 
 #include <array>
@@ -26,12 +30,14 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "physics/bodies/stage.h"
 #include "physics/collision/block_grid.h"
 #include "physics/collision/broadphase.h"
+#include "physics/joints/joints.h"
 #include "physics/scene/scene.h"
 #include "runtime/base/bytes.h"
 
@@ -46,9 +52,9 @@ class Subdomain {
     using Messages = std::map<int, ByteWriter>;
     using OwnerOf = std::function<int(BlockCoordinates)>;
 
-    // The scene has the engine Blocks and outlives the subdomain. `owner` returns the same on all subdomains and may change between ticks,
-    // before a rebuild.
-    Subdomain(Scene& scene, OwnerOf owner, int self);
+    // The scene has the engine Blocks and outlives the subdomain, the one with the number `self` of `parts`. `owner` returns the same on
+    // all subdomains and may change between ticks, before a rebuild.
+    Subdomain(Scene& scene, OwnerOf owner, int self, int parts);
 
     bool must_rebuild(double dt_s, int substeps) const;
     // The velocities of our bodies; then, before any other step of a rebuild, those of the bodies of all subdomains.
@@ -64,11 +70,26 @@ class Subdomain {
     // After Scene::loaded: the bodies of our blocks and, as ghosts, those around them came from a snapshot.
     void loaded();
 
+    // Of a snapshot with joints, before Scene::loaded, when the rest of all subdomains and the homes are there: each subdomain learns where
+    // the bodies with joints are, and gets those that it needs. `also`: more pairs of bodies that are needed where one of them is.
+    struct JoinedBody {
+        BodyId id;
+        std::uint32_t fixed;
+        Home home;
+    };
+    using Pairs = std::span<const std::pair<BodyId, BodyId>>;
+    bool has_joints() const;
+    std::vector<JoinedBody> joined_bodies(Pairs also) const;
+    void learn_joined(std::span<const JoinedBody> all, Pairs also);
+    Messages pack_joined() const;
+    Result<void> unpack_joined(Bytes bytes);
+
     std::vector<Stage> stages(double dt_s, int substeps);
     Result<void> run(const Stage& stage, Workers& workers);
     // After a stage that must_agree(); see Stage::left_out.
     std::uint8_t bouncing_colours() const;
-    // What the stage changed in bodies that others hold: velocities (28 bytes a body), feature wrenches, or which blocks rest.
+    // What the stage changed in bodies that others hold: velocities (28 bytes a body), feature wrenches, or which blocks rest, and which of
+    // them joints link.
     Messages pack(const Stage& stage) const;
     void unpack(const Stage& stage, Bytes bytes);
     StepReport finish();
@@ -79,7 +100,7 @@ class Subdomain {
     // The owner of a body in one of our blocks or next to them, since the last rebuild.
     int owner_of(BodyId body) const;
     // The other subdomains that have such a body, as its owner or as a ghost. Ascending.
-    const std::vector<int>& holders_of(BodyId body) const { return holders_of_block_[block_with(body)]; }
+    const std::vector<int>& holders_of(BodyId body) const;
     // The work that our bodies cause, by the block that each is in now, as the coming rebuild will divide space; a block may occur several
     // times. Bodies that sleep or are fixed weigh little.
     std::vector<std::pair<BlockCoordinates, std::uint32_t>> weights() const;
@@ -103,6 +124,14 @@ class Subdomain {
         std::vector<int> holders;
     };
     Standing standing(BlockCoordinates block) const;
+    // All subdomains that hold a block. Ascending.
+    std::vector<int> holding(BlockCoordinates block) const;
+    // By body with joints, those that have it: they hold a block of some body of its mechanisms, or of the pair. Ascending.
+    using Holding = std::unordered_map<BodyId, std::vector<int>>;
+    Holding holding_joined(const Joints::Groups& groups, Pairs also, const std::function<BlockCoordinates(BodyId)>& block_of) const;
+    // Takes out the joints that are not needed here any more; returns those that others need and do not have.
+    std::map<int, std::vector<Joint>> hand_over_joints(const Joints::Groups& groups, const Holding& holding);
+    void keep_joints(const std::vector<bool>& kept);
     // After a rebuild: by colour and destination, the slots that our blocks of the colour touch and that the destination holds.
     void plan_exchange();
 
@@ -110,12 +139,17 @@ class Subdomain {
     World& world_;
     BlockEngine& engine_;
     OwnerOf owner_;
-    int self_;
+    int self_, parts_;
     StepTimes times_{1, 1};
     std::array<std::map<int, std::vector<std::uint32_t>>, kColours> touched_;
     std::map<int, std::vector<std::uint32_t>> border_;
     std::vector<std::vector<int>> holders_of_block_;
     std::vector<std::pair<BodyId, int>> departed_;
+    // By body with joints: the other subdomains that have it. Before the first rebuild, all have all.
+    Holding joined_holders_;
+    bool all_have_joints_ = true;
+    // While a snapshot is loaded.
+    Holding loading_joined_;
 };
 
 }  // namespace meld::physics

@@ -11,7 +11,7 @@
 namespace meld::physics {
 
 void BlockEngine::link_blocks() {
-    linked_.clear();
+    linked_.clear(), has_joined_.clear();
     const Composites& composites = world_.composites;
     if (composites.all().empty() && world_.joints.empty()) return;
     const std::span<const Block> blocks = grid_.blocks();
@@ -36,6 +36,10 @@ void BlockEngine::link_blocks() {
             linked_[std::max(one, other)] = std::min(one, other);
         }
     for (std::uint32_t b = 0; b < linked_.size(); ++b) linked_[b] = first(b);
+    if (!divided()) return;
+    has_joined_.resize(blocks.size());
+    for (const Assembly& assembly : world_.joints.assemblies())
+        for (const Assembly::Member& member : assembly.members()) has_joined_[block_of[member.slot]] = 1;
 }
 
 void BlockEngine::all_or_none(std::vector<std::uint8_t>& of_block) const {

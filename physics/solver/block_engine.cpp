@@ -52,18 +52,27 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
             coloured(Kind::Bounce);
         }
     };
-    stages.push_back({.kind = Kind::Prepare});
+    const bool joins = has_joints();
+    stages.push_back({.kind = Kind::Prepare, .shares_links = joins && divided()});
+    stages.push_back({.kind = Kind::FindResting});
     stages.push_back({.kind = Kind::UpdateSleep});
     if (world_.has_features()) coloured(Kind::Actuate);
     bounce();
     for (int substep = 0; substep < times.substeps; ++substep) {
         stages.push_back({.kind = Kind::Accelerate});
         if (soft) coloured(Kind::WarmStart);
-        for (int sweep = 0; sweep < solver.sweeps; ++sweep) coloured(Kind::Solve);
+        if (soft && joins) stages.push_back({.kind = Kind::WarmStartJoints});
+        for (int sweep = 0; sweep < solver.sweeps; ++sweep) {
+            coloured(Kind::Solve);
+            if (joins) stages.push_back({.kind = Kind::SolveJoints});
+        }
         stages.push_back({.kind = Kind::Move});
         stages.push_back({.kind = Kind::Refresh, .goes_on = substep + 1 < times.substeps});
         bounce();
-        for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) coloured(Kind::Relax);
+        for (int sweep = 0; soft && sweep < solver.relax_sweeps; ++sweep) {
+            coloured(Kind::Relax);
+            if (joins) stages.push_back({.kind = Kind::RelaxJoints});
+        }
     }
     stages.push_back({.kind = Kind::Finish});
     return stages;
@@ -98,16 +107,29 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         over_colour(f);
         if (stage.colour == kColours - 1) rows_.average(bodies, workers);
     };
-    // Joints come after all contacts, in each sweep.
     const auto sweep_joints = [&](Assembly::Phase phase) {
-        if (stage.colour == kColours - 1 && !world_.joints.empty())
-            world_.joints.run(phase, bodies, world_.shapes, times.substep_s(), workers);
+        const StageClock clock(world_.times.solve);
+        world_.joints.run(phase, bodies, world_.shapes, times.substep_s(), workers);
     };
     switch (stage.kind) {
         case Stage::Kind::Prepare:
             return prepare(times, workers);
+        case Stage::Kind::FindResting:
+            find_resting();
+            return {};
         case Stage::Kind::UpdateSleep:
             return settle(times, workers);
+        case Stage::Kind::WarmStartJoints: {
+            const StageClock clock(world_.times.solve);
+            world_.joints.warm_start(bodies, world_.shapes, workers);
+            return {};
+        }
+        case Stage::Kind::SolveJoints:
+            sweep_joints(Assembly::Phase::Solve);
+            return {};
+        case Stage::Kind::RelaxJoints:
+            sweep_joints(Assembly::Phase::Relax);
+            return {};
         case Stage::Kind::Actuate: {
             const StageClock clock(world_.times.actuation);
             if (stage.colour == 0) begin_actuation(times.dt_s, workers);
@@ -141,21 +163,18 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
                 rows_.warm_start(contacts_, block, bodies.velocity.data());
                 shape_contacts_.warm_start(block, bodies.velocity.data());
             });
-            if (stage.colour == kColours - 1 && !world_.joints.empty()) world_.joints.warm_start(bodies, world_.shapes, workers);
             return {};
         }
         case Stage::Kind::Solve: {
             const StageClock clock(world_.times.solve);
             sweep_colour(
                 [&](std::uint32_t block) { solve_block(block, rules.solve, world_.settings.solver.inner_sweeps, rules.move.step_s); });
-            sweep_joints(Assembly::Phase::Solve);
             return {};
         }
         case Stage::Kind::Relax: {
             const StageClock clock(world_.times.solve);
             if (stage.colour == 0 && loads_wanted()) load_contacts_.before_relaxation(shape_contacts_, bodies);
             sweep_colour([&](std::uint32_t block) { solve_block(block, rules.relax, 1, rules.move.step_s); });
-            sweep_joints(Assembly::Phase::Relax);
             return {};
         }
         case Stage::Kind::FindBounces: {
@@ -256,11 +275,12 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     keep_last_good(workers);
     world_.composites.keep();
     begin_loads();
-    find_resting();
+    keep_pushed_awake();
     return {};
 }
 
 Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
+    hear_rests();
     update_sleep();
     world_.obstacles.prepare(workers.threads());
     if (world_.bounces()) {

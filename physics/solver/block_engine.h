@@ -23,6 +23,7 @@
 #include "physics/solver/contacts.h"
 #include "physics/solver/engine.h"
 #include "physics/solver/kernels.h"
+#include "physics/solver/linked_blocks.h"
 #include "physics/solver/load_contacts.h"
 #include "physics/solver/shape_contacts.h"
 
@@ -148,7 +149,13 @@ class BlockEngine final : public Engine {
     void note_stillness();
     // Slots have changed: drops what is stored by block.
     void forget_blocks();
+    void keep_pushed_awake();
     void find_resting();
+    // In a divided world with joints: what this subdomain says of blocks with joints, to be added to what the others say. Which are linked,
+    // and which do not stay; then which do not rest; then what all have said.
+    void say_links_and_stays();
+    void say_rests();
+    void hear_rests();
     void update_sleep();
     Result<void> settle(const StepTimes& times, Workers& workers);
     void cache_contacts(Workers& workers);
@@ -174,6 +181,8 @@ class BlockEngine final : public Engine {
     void bounce_composites(const BounceRule& rule);
     // Which blocks sleep and wake together, because a composite has members in them.
     void link_blocks();
+    // Whether any subdomain has joints.
+    bool has_joints() const { return owns_ ? divided_joints_ : !world_.joints.empty(); }
     // Clears the flag of a block where one that is linked with it has none.
     void all_or_none(std::vector<std::uint8_t>& of_block) const;
     void let_composites_sleep();
@@ -222,6 +231,9 @@ class BlockEngine final : public Engine {
     std::vector<std::uint8_t> composites_bounce_;
     // By block: the first of those that it is linked with; empty without composites.
     std::vector<std::uint32_t> linked_;
+    // In a divided world, by block: whether it has bodies with joints; and which of all such blocks are linked.
+    std::vector<std::uint8_t> has_joined_;
+    LinkedBlocks all_links_;
     std::vector<BlockState> states_;
     // By block, where some are watched.
     std::unordered_map<std::uint32_t, Cages> cages_;
@@ -237,6 +249,7 @@ class BlockEngine final : public Engine {
     double last_substep_s_ = 0;
     // Whether this subdomain owns a block; empty if the world is not divided.
     std::function<bool(BlockCoordinates)> owns_;
+    bool divided_joints_ = false;
     std::uint8_t bouncing_colours_ = 0;
     Loading loading_;
     bool composites_fine_ = true, joints_fine_ = true;

@@ -120,7 +120,14 @@ void BlockEngine::save_rest(ByteWriter& out) const {
                           {}});
     if (!world_.composites.empty()) world_.composites.write(out);
     if (world_.loads.wanted()) world_.loads.write(out);
-    if (!world_.joints.empty()) world_.joints.write(out);
+    // Of those that several subdomains have, the one with the lowest body saves them.
+    if (world_.joints.empty()) return;
+    std::vector<bool> ours(world_.joints.all().size(), !divided());
+    if (divided())
+        for (const auto& [lowest, joints] : world_.joints.groups(world_.bodies))
+            for (const std::uint32_t joint : joints)
+                ours[joint] = (world_.bodies.properties[world_.bodies.slot(lowest)].flags & kGhost) == 0;
+    world_.joints.write(out, ours);
 }
 
 void BlockEngine::load_rest(ByteReader& in) {
@@ -142,9 +149,9 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     Bodies& bodies = world_.bodies;
     const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies); };
     if (!joints_fine_ || !world_.joints.fits(bodies)) return damaged_snapshot("has invalid joints");
-    for (const Joint& joint : world_.joints.all()) world_.composites.joined().add(joint.first, joint.second);
-    if (owns_ && !world_.joints.empty())
-        return fail("the snapshot has joints (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
+    // A subdomain has done so for its joints.
+    for (const Joint& joint : world_.joints.all())
+        if (!divided()) world_.composites.joined().add(joint.first, joint.second);
     if (owns_ && !world_.composites.empty())
         return fail("the snapshot has connected bodies (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");

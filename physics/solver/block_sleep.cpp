@@ -233,14 +233,17 @@ bool BlockEngine::has_moving_fixed_body(const Block& block) const {
     return false;
 }
 
-void BlockEngine::find_resting() {
-    const int enough = world_.settings.sleep_ticks;
-    // What a fixed body carries or pushes moves, however slowly.
+// What a fixed body carries or pushes moves, however slowly.
+void BlockEngine::keep_pushed_awake() {
     for (std::uint32_t b = 0; b < states_.size(); ++b)
         if (BlockState& state = states_[b]; state.stays && !state.asleep && has_moving_fixed_body(grid_.blocks()[b])) {
             state.stays = false;
             state.still_ticks = 0;
         }
+}
+
+void BlockEngine::find_resting() {
+    const int enough = world_.settings.sleep_ticks;
     const auto all_around = [&](std::uint32_t b, const auto& stays) {
         const auto& around = grid_.blocks()[b].neighbours;
         return enough > 0 && std::all_of(around.begin(), around.end(), [&](std::uint32_t n) { return n == kNoBlock || stays(n); });
@@ -252,11 +255,37 @@ void BlockEngine::find_resting() {
     }
     // A composite moves as a whole: none of its blocks stays or rests unless all do.
     std::vector<std::uint8_t> stay(states_.size()), rest(states_.size());
-    for (std::uint32_t b = 0; b < states_.size(); ++b) stay[b] = states_[b].stays;
-    all_or_none(stay);
+    for (std::uint32_t b = 0; b < states_.size(); ++b) {
+        const bool by_all = divided() && has_joined_[b] != 0;
+        stay[b] = by_all ? all_links_.answer(grid_.blocks()[b].key) : states_[b].stays;
+    }
+    if (!divided()) all_or_none(stay);
     for (std::uint32_t b = 0; b < states_.size(); ++b) rest[b] = all_around(b, [&](std::uint32_t n) { return stay[n] != 0; });
-    all_or_none(rest);
+    if (!divided()) all_or_none(rest);
     for (std::uint32_t b = 0; b < states_.size(); ++b) states_[b].rests = rest[b] != 0;
+}
+
+// Of a block that another subdomain owns, bodies may be here that joints hold to ours, and no others: its owner knows whether it stays.
+void BlockEngine::say_links_and_stays() {
+    all_links_.clear();
+    for (std::uint32_t b = 0; b < linked_.size(); ++b) {
+        if (has_joined_[b] == 0) continue;
+        const std::uint64_t key = grid_.blocks()[b].key;
+        all_links_.link(grid_.blocks()[linked_[b]].key, key);
+        if (states_[b].owned && !states_[b].stays) all_links_.say_no(key);
+    }
+}
+
+void BlockEngine::say_rests() {
+    all_links_.ask();
+    for (std::uint32_t b = 0; b < linked_.size(); ++b)
+        if (has_joined_[b] != 0 && states_[b].owned && !states_[b].rests) all_links_.say_no(grid_.blocks()[b].key);
+}
+
+void BlockEngine::hear_rests() {
+    if (!divided()) return;
+    for (std::uint32_t b = 0; b < linked_.size(); ++b)
+        if (has_joined_[b] != 0) states_[b].rests = all_links_.answer(grid_.blocks()[b].key);
 }
 
 void BlockEngine::update_sleep() {

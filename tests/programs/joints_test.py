@@ -15,6 +15,8 @@ TELLING = ("type turned(node, node, float Place, float Speed).\nturned(A, B, P, 
 ALL = "joint = 0\njoint_speed = 0\n"
 LOADS = ("type carries(node, node, float, float, float).\ncarries(A, B, T, S, M) :- load(A, B, T, S, M).\n"
          "type lost(node, node).\nbroke(A, B) -o lost(A, B).\n")
+# One process and several, with one thread and two.
+DIVISIONS = (("-n", "1", "--threads", "1"), ("-n", "1", "--threads", "2"), ("-n", "2", "--threads", "2"), ("-n", "3", "--threads", "1"))
 FIXED = '[[motion.catoms]]\nwhere = "id == 0"\nfixed = true\n'
 
 
@@ -36,12 +38,12 @@ def chain(count):
 
 
 def swings(bodies):
-    """A pendulum of five balls, in a loop of time: the same bits at 1 and 2 threads; its hinges do not part, and its catoms are
+    """A pendulum of five balls, in a loop of time: the same bits on any processes and threads; its hinges do not part, and its catoms are
     neighbours although the physics finds no touch."""
     world = row(6, "steps = 4", FINE + ALL) + FIXED + joint(where='"all"', axis="[0, 1, 0]")
     seen = []
-    for threads in ("1", "2"):
-        facts, summary = bodies.run(PLACE + TELLING, world, 100, "--threads", threads)
+    for division in DIVISIONS:
+        facts, summary = bodies.run(PLACE + TELLING, world, 100, *division)
         same(sorted(facts["beside"]), chain(6), "neighbours in a chain of hinges")
         same("; 5 joints" in summary["outcomes"][0], True, summary["outcomes"][0])
         seen.append(sorted(facts["place"]) + sorted(facts["turned"]))
@@ -55,7 +57,30 @@ def swings(bodies):
             x, z = x + 0.5 * math.cos(heading), z - 0.5 * math.sin(heading)
             close(places[i + 1][0], x, 1e-4, f"the place of catom {i + 1}")
             close(places[i + 1][2], z, 1e-4, f"the height of catom {i + 1}")
-    same(seen[0], seen[1], "a chain at 1 and 2 threads")
+    for other in seen[1:]:
+        same(other, seen[0], "a chain on several processes and threads")
+
+
+def reaches_far(bodies):
+    """A chain of 40 over several processes, with a ball at its end that swings from one's space into another's; two catoms 60 diameters
+    apart on a hinge between them; and what is killed on one process ends joints on the other."""
+    places = [[x, 0, 0] for x in range(40)] + [[-30, 30, 0], [30, 30, 0]]
+    world = (row(1, "steps = 4", FINE + ALL + "load = 0\n").replace("[[0, 0, 0]]", str(places)) + FIXED +
+             joint(where='"id < 40"', axis="[0, 1, 0]") +
+             joint(between="[40, 41]", anchor="[0, 30, 0]", axis="[0, 0, 1]", torque="900", motor="0.2") +
+             '[[event]]\ntick = 30\nkill = "id == 30"\n')
+    program = PLACE + TELLING + LOADS + ("type now(node, int).\nnow(A, T) :- tick(A, T), T % 20 = 7.\n"
+                                         "motor(A, B, 0 - 0.5) :- now(A, 27), joint(A, B, _, _), id(A, 41).\n")
+    seen = []
+    for division in DIVISIONS + (("-n", "4"),):
+        facts, summary = bodies.run(program, world, 50, *division)
+        same(len(facts["turned"]), 2 * 38, "joints that are left")
+        same("; 38 joints" in summary["outcomes"][0], True, summary["outcomes"][0])
+        seen.append({name: sorted(rows) for name, rows in facts.items()})
+    for other in seen[1:]:
+        same(other, seen[0], "a long chain on several processes")
+    speeds = {(a, b): speed for a, b, _, speed in seen[0]["turned"]}
+    close(speeds[40, 41], -0.5, 1e-3, "a motor between two processes")
 
 
 def acts_on_both(bodies):
@@ -106,16 +131,16 @@ def carries(bodies):
 
 
 def breaks(bodies):
-    """A chain that is pulled too much breaks at its top, and the rest falls as one piece. The same at 1 and 2
-    threads, from a checkpoint before, in and after the tick, and with steps of a tick each; neighbours are those that touch."""
+    """A chain that is pulled too much breaks at its top, and the rest falls as one piece. The same on any processes and threads, from a
+    checkpoint before, in and after the tick, and with steps of a tick each; neighbours are those that touch."""
     kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
     for steps, ticks in (("1", 240), ("4", 60)):
         world = row(5, f"steps = {steps}", FINE + ALL + "load = 0\n") + FIXED + joint(
             where='"all"', axis="[0, 1, 0]", breaking_force="38")
         world = world.replace(str([[x, 0, 0] for x in range(5)]), str([[0, 0, -x] for x in range(5)]))
         seen = []
-        for threads in ("1", "2"):
-            facts, summary = bodies.run(PLACE + TELLING + LOADS, world, ticks, "--threads", threads)
+        for division in DIVISIONS:
+            facts, summary = bodies.run(PLACE + TELLING + LOADS, world, ticks, *division)
             same(sorted(facts["lost"]), [(0, 1), (1, 0)], "the joint that broke")
             same(sorted((a, b) for a, b, *_ in facts["turned"]), both_ways([(1, 2), (2, 3), (3, 4)]), "the joints that are left")
             same("; 3 joints; 1 joint broke" in summary["outcomes"][0], True, summary["outcomes"][0])
@@ -123,12 +148,13 @@ def breaks(bodies):
             close(math.dist(places[1], places[4]), 3, 1e-3, "the length of what fell")
             same(places[1][2] < -1.5, True, "it falls")
             seen.append({name: sorted(rows) for name, rows in facts.items()})
-        same(seen[0], seen[1], "a break at 1 and 2 threads")
+        for other in seen[1:]:
+            same(other, seen[0], "a break on several processes and threads")
         same((0, 1) in seen[0]["beside"], False, "no neighbours after the break")
         for stop in (1, 2, 3, ticks // 2):
-            bodies.run(PLACE + TELLING + LOADS, world, stop, "--checkpoint", kept)
-            done = subprocess.run([bodies.meldsim, "fork", kept, "--ticks", str(ticks), "--facts-out", out, "--quiet"],
-                                  env=bodies.environment, capture_output=True, text=True, check=False)
+            bodies.run(PLACE + TELLING + LOADS, world, stop, "--checkpoint", kept, "-n", str(stop % 2 + 1))
+            command = [bodies.meldsim, "fork", kept, "--ticks", str(ticks), "--facts-out", out, "--quiet", "-n", str(2 - stop % 2)]
+            done = subprocess.run(command, env=bodies.environment, capture_output=True, text=True, check=False)
             same(done.returncode, 0, done.stderr)
             facts = Outcome(out.read_text(), {}).facts
             same({name: sorted(rows) for name, rows in facts.items()}, seen[0], f"a run from tick {stop}")
@@ -204,12 +230,9 @@ def by_ode(bodies):
 
 
 def refuses(bodies):
-    """Several processes, connections, catoms that are not there: at once, with the place and a cure. And motors that are not there."""
+    """Connections, catoms that are not there: at once, with the place and a cure. And motors that are not there."""
     world = row(3, "gravity = [0, 0, 0]")
     for program, text, options, said in (
-            (TELLING, world + joint(between="[0, 1]"), ("-n", "2"),
-             "w.toml:6:1: the world has joints, and this run has 2 processes (catoms with joints move on one process only). "
-             "Use one process, without -n, or take the joints out"),
             ("connect(A, B) :- neighbor(A, B).\n", world + joint(between="[0, 1]"), (),
              "the program asks for `connect` (a catom has joints or connections, not both)"),
             (TELLING, world + "[[motion.catoms]]\nconnected = true\n" + joint(between="[0, 1]"), (), "some of its catoms are connected"),
@@ -220,6 +243,7 @@ def refuses(bodies):
              "w.toml:6:1: the joint of catoms @0 and @1 has a limit, but not two within half a turn, "
              "which the engine \"ode\" does not hold. Use the engine \"blocks\", or give it both"),
             (TELLING, world + joint(between="[0, 3]"), (), "w.toml:6:1: there is no catom @3. Name two catoms of the world"),
+            (TELLING, world + joint(between="[0, 3]"), ("-n", "2"), "w.toml:6:1: there is no catom @3. Name two catoms of the world"),
             (TELLING, world + '[[motion.catoms]]\nfixed = true\n' + joint(between="[0, 1]"), (),
              "w.toml:8:1: catoms @0 and @1 cannot be joined (both are fixed)")):
         done = bodies.command(program, text, 2, *options)
@@ -229,9 +253,10 @@ def refuses(bodies):
     warning = "w.toml:6:1: no two catoms of `id != 1`, one of which can move, touch at the start, so this [[motion.joint]] joins none"
     same(warning in done.stderr, True, done.stderr)
     program = TELLING + "motor(A, B, 1) :- neighbor(A, B).\nbrake(A, A) :- id(A, 0).\n"
-    _, summary = bodies.run(program, world + joint(between="[0, 1]"), 4)
-    same(summary["refused_actions"], [{"action": "motor", "reason": "not_joined", "count": 4},
-                                      {"action": "brake", "reason": "not_joined", "count": 1}], "refusals")
+    for processes in ("1", "2"):
+        _, summary = bodies.run(program, world + joint(between="[0, 1]"), 4, "-n", processes)
+        same(summary["refused_actions"], [{"action": "motor", "reason": "not_joined", "count": 4},
+                                          {"action": "brake", "reason": "not_joined", "count": 1}], "refusals")
 
 
 def is_recorded(bodies):
@@ -245,7 +270,7 @@ def is_recorded(bodies):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bodies = Bodies(sys.argv[1], folder)
-        for check in (swings, acts_on_both, later_tables_go, dies, carries, breaks, stays_beside, goes_on, by_ode, refuses,
+        for check in (swings, reaches_far, acts_on_both, later_tables_go, dies, carries, breaks, stays_beside, goes_on, by_ode, refuses,
                       is_recorded):
             check(bodies)
             print(f"{check.__name__}: fine")

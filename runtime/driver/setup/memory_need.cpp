@@ -125,11 +125,13 @@ class Counting {
         return breaks(world_.physics) || std::ranges::any_of(world_.physics.groups, breaks) || (sensed && module_.predicates[*sensed].read);
     }
 
-    // Of a region, about as many as it may have catoms.
+    // Of a region, about as many as it may have catoms. Several processes begin with all joints and their bodies, and each may keep them.
     double joints() const {
+        const double catoms = here_ * processes_;
         double joints = 0;
-        for (const world::JointOptions& joint : world_.physics.joints) joints += joint.between ? 1 : here_;
-        return kJoint * std::min(joints, lattice_contacts() + 2 * here_);
+        for (const world::JointOptions& joint : world_.physics.joints) joints += joint.between ? 1 : catoms;
+        const double ghosts = processes_ > 1 ? 2 * (kBody + kHandedOver) : 0;
+        return (kJoint + ghosts) * std::min(joints, processes_ * lattice_contacts() + 2 * catoms);
     }
 
     MemoryPart bodies() const {

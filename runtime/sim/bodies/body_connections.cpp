@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/base/terminal/log.h"
 #include "runtime/sim/core/setup/unmatched.h"
 
@@ -163,6 +164,28 @@ std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scen
     return followed_;
 }
 
+// If they still touch, the physics has found that out by now, on the process that looks for it.
+std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
+    parted_.clear();
+    if (lasting_.empty()) return events;
+    followed_.clear();
+    ByteWriter mine;
+    for (const physics::TouchEvent& e : events) {
+        if (e.began && std::ranges::binary_search(lasting_, e.touch))
+            mine.write(e.touch.key());
+        else
+            followed_.push_back(e);
+    }
+    std::vector<std::uint64_t> begun;
+    for (const auto& from : gather_bytes(subdomain, mine))
+        for (ByteReader in(from, "touches behind joints"); !in.done();) begun.push_back(in.read<std::uint64_t>());
+    std::ranges::sort(begun);
+    for (const physics::Touch& touch : lasting_)
+        if (!std::ranges::binary_search(begun, touch.key())) parted_.push_back({touch, false});
+    lasting_.clear();
+    return followed_;
+}
+
 void BodyConnections::part(std::span<const physics::ConnectionPair> joints) {
     for (const auto& [one, other] : joints) lasting_.emplace_back(one, other, false);
     std::ranges::sort(lasting_);
@@ -173,6 +196,13 @@ void BodyConnections::adopt(const physics::Scene& scene, std::vector<physics::To
     for (const physics::TouchEvent& e : touches)
         if (!scene.connected_to(e.touch.body).empty() || !scene.connected_to(e.touch.other).empty()) lasting_.push_back(e.touch);
     std::ranges::sort(lasting_);
+}
+
+std::vector<physics::ConnectionPair> BodyConnections::lasting() const {
+    std::vector<physics::ConnectionPair> pairs;
+    for (const physics::Touch& touch : lasting_)
+        if (!touch.other_is_obstacle) pairs.emplace_back(touch.body, touch.other);
+    return pairs;
 }
 
 void BodyConnections::save(ByteWriter& out) const {
@@ -187,6 +217,9 @@ void BodyConnections::load(ByteReader& in) {
                               (key & 1) != 0);
     }
     std::ranges::sort(lasting_);
+    // Several processes have saved the same.
+    const auto twice = std::ranges::unique(lasting_);
+    lasting_.erase(twice.begin(), twice.end());
 }
 
 Result<void> BodyConnections::check_loaded(const Subdomain& subdomain, const physics::Scene& scene) const {
@@ -196,9 +229,10 @@ Result<void> BodyConnections::check_loaded(const Subdomain& subdomain, const phy
                 "Use one process, without -n", ExitCode::RecordingRefused);
 }
 
-bool BodyConnections::fits(const physics::Scene& scene) const {
+bool BodyConnections::fits(const Subdomain& subdomain, const physics::Scene& scene) const {
     return std::ranges::all_of(lasting_, [&](const physics::Touch& touch) {
-        return scene.has(touch.body) && (touch.other_is_obstacle || scene.has(touch.other));
+        const bool one = scene.has(touch.body), both = one && (touch.other_is_obstacle || scene.has(touch.other));
+        return both || (!subdomain.alone() && !one && !scene.has(touch.other));
     });
 }
 

@@ -10,6 +10,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/module/abi/actions.h"
 #include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/refusals.h"
 #include "runtime/sim/core/subdomain.h"
@@ -50,17 +51,24 @@ class BodyConnections {
     // After each step: the touches that begin and end for programs, sorted; valid until the next call. `events`: those of the physics, and
     // `recomposed`: what the step's report says.
     std::span<const physics::TouchEvent> follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events, bool recomposed);
-    // After a step: these joints have broken. Their catoms are neighbours until the next step finds whether they touch. Sorted.
+    // The same on several processes, where only joints hold: every process calls it. Touches of joints that have ended are in parted(), on
+    // all processes alike, and not among those that it returns.
+    std::span<const physics::TouchEvent> follow_together(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    std::span<const physics::TouchEvent> parted() const { return parted_; }
+    // After a step, on all processes: these joints have broken. Their catoms are neighbours until the next step finds whether they touch.
+    // Sorted.
     void part(std::span<const physics::ConnectionPair> joints);
     // After the first step: of the touches among connected and fixed catoms at the start, leaves those of which the physics has no event.
     void adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
 
+    // Pairs of bodies whose touches last.
+    std::vector<physics::ConnectionPair> lasting() const;
     void save(ByteWriter& out) const;
     void load(ByteReader& in);
     // When the scene has its connections again. Errors: there are some, and this run has several processes.
     Result<void> check_loaded(const Subdomain& subdomain, const physics::Scene& scene) const;
-    // Whether there are the bodies of what was loaded.
-    bool fits(const physics::Scene& scene) const;
+    // Whether there are the bodies of what was loaded; on several processes, where any of them is here.
+    bool fits(const Subdomain& subdomain, const physics::Scene& scene) const;
 
   private:
     static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);
@@ -68,7 +76,7 @@ class BodyConnections {
     const world::World& world_;
     // Touches that last although the physics has ended them, or, in a world with joints, has not begun them yet; sorted.
     std::vector<physics::Touch> lasting_;
-    std::vector<physics::TouchEvent> followed_;
+    std::vector<physics::TouchEvent> followed_, parted_;
 };
 
 }  // namespace meld::sim

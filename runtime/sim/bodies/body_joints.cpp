@@ -7,10 +7,12 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <tuple>
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/core/setup/unmatched.h"
@@ -47,10 +49,6 @@ std::string name_of(const world::JointOptions& joint) {
 Result<void> BodyJoints::check(const Subdomain& subdomain) const {
     const std::vector<world::JointOptions>& joints = world_.physics.joints;
     if (joints.empty()) return {};
-    if (!subdomain.alone())
-        return fail(fmt::format("{}: the world has joints, and this run has {} processes (catoms with joints move on one process only)",
-                                joints[0].place, subdomain.comm.processes()),
-                    "Use one process, without -n, or take the joints out");
     const bool connected =
         std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
     if (connected || subdomain.program_actions.uses(ActionKind::Connect))
@@ -89,9 +87,43 @@ physics::JointSpec BodyJoints::describe(const world::JointOptions& joint, const 
     return spec;
 }
 
-Result<void> BodyJoints::join(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies, double max_radius_m,
-                              double touch_m) const {
+// Catoms of other processes that have joints.
+Result<void> BodyJoints::add_ghosts(Subdomain& subdomain, PhysicsScene& physics, const BodyMaker& bodies, const Touches& touches) const {
+    std::set<std::uint64_t> ids;
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+        if (const auto& between = world_.physics.joints[i].between) ids.insert(between->begin(), between->end());
+        for (const physics::TouchEvent& e : touches[i]) ids.insert({e.touch.body, std::uint64_t{e.touch.other}});
+    }
+    ByteWriter mine;
+    for (const std::uint64_t id : ids) {
+        const std::optional<Catom> catom = subdomain.ensemble.find(id);
+        if (!catom || !subdomain.owned(*catom)) continue;
+        mine.write(id);
+        mine.write(subdomain.start_cell(*catom));
+        mine.write(subdomain.ensemble.position(*catom));
+    }
+    const std::vector<std::vector<std::byte>> all = gather_bytes(subdomain, mine);
+    for (std::size_t process = 0; process < all.size(); ++process) {
+        if (process == static_cast<std::size_t>(subdomain.comm.process())) continue;
+        for (ByteReader in(all[process], "catoms with joints"); !in.done();) {
+            const auto id = in.read<std::uint64_t>();
+            const auto cell = in.read<world::Cell>();
+            const auto position = in.read<world::Vec3>();
+            if (auto made = bodies.make(physics, id, cell, position, false); !made) return made;
+        }
+    }
+    return {};
+}
+
+Result<void> BodyJoints::join(Subdomain& subdomain, PhysicsScene& physics, const BodyMaker& bodies, double max_radius_m) const {
     const std::vector<world::JointOptions>& joints = world_.physics.joints;
+    physics::Scene& scene = *physics.scene;
+    if (joints.empty()) return {};
+    Touches touches(joints.size());
+    for (std::size_t i = 0; i < joints.size(); ++i)
+        if (!joints[i].between) touches[i] = touches_among(subdomain, bodies.joined_in(i), max_radius_m, physics.touch_m);
+    if (!subdomain.alone())
+        if (auto added = add_ghosts(subdomain, physics, bodies, touches); !added) return added;
     std::vector<bool> joins(joints.size());
     struct Joined {
         physics::BodyId first, second;
@@ -114,7 +146,7 @@ Result<void> BodyJoints::join(Subdomain& subdomain, physics::Scene& scene, const
             continue;
         }
         // Of two that are both fixed there is no joint.
-        for (const physics::TouchEvent& e : touches_among(subdomain, bodies.joined_in(i), max_radius_m, touch_m))
+        for (const physics::TouchEvent& e : touches[i])
             if (!scene.fixed(e.touch.body) || !scene.fixed(e.touch.other)) add(e.touch.body, e.touch.other);
     }
     for (const auto& [pair, joined] : all) {
@@ -135,17 +167,22 @@ Result<void> BodyJoints::join(Subdomain& subdomain, physics::Scene& scene, const
 }
 
 void BodyJoints::add_touches(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) const {
-    if (scene.joint_count() == 0) return;
-    for (const physics::BodyId body : scene.bodies())
-        for (const physics::BodyId other : scene.joined_to(body))
-            if (body < other) touches.push_back({{body, other, false}, true});
+    if (scene.joints().empty()) return;
+    for (const physics::Joint& joint : scene.joints())
+        touches.push_back({{std::min(joint.first, joint.second), std::max(joint.first, joint.second), false}, true});
     std::ranges::sort(touches);
+}
+
+bool BodyJoints::may_break() const {
+    return std::ranges::any_of(world_.physics.joints,
+                               [](const world::JointOptions& joint) { return joint.breaking_force || joint.breaking_torque; });
 }
 
 std::vector<world::JointLook> BodyJoints::looks(const physics::Scene& scene) const {
     using Kind = world::JointLook::Kind;
     std::vector<world::JointLook> looks;
     for (const physics::Joint& joint : scene.joints()) {
+        if (!scene.counts(joint)) continue;
         const auto [first, second, axis] = scene.place_of(joint);
         const Kind kind = joint.kind == physics::JointKind::Ball     ? Kind::Ball
                           : joint.kind == physics::JointKind::Slider ? Kind::Slider
@@ -156,11 +193,18 @@ std::vector<world::JointLook> BodyJoints::looks(const physics::Scene& scene) con
     return looks;
 }
 
-std::vector<RefusedDrive> BodyJoints::carry_out(const Subdomain& subdomain, physics::Scene& scene,
-                                                std::span<const AskedDrive> asked) const {
+std::vector<RefusedDrive> BodyJoints::carry_out(Subdomain& subdomain, physics::Scene& scene, std::span<const AskedDrive> asked,
+                                                const DividedBodies* divided) const {
     using Pair = std::pair<physics::BodyId, physics::BodyId>;
+    using Drive = std::tuple<int, double, ActionKind>;
     std::vector<RefusedDrive> refused;
-    std::map<Pair, std::tuple<int, double, ActionKind>> drives;
+    std::map<Pair, Drive> drives;
+    const auto ask_for = [&](const Pair& pair, ActionKind action, double target) {
+        const Drive drive{rank_of(action), target, action};
+        const auto [at, is_new] = drives.try_emplace(pair, drive);
+        if (!is_new) at->second = std::max(at->second, drive);
+    };
+    std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
     for (const AskedDrive& ask : asked) {
         const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(ask.catom));
         const bool exists = ask.other < physics::kMaxBodies && scene.has(static_cast<physics::BodyId>(ask.other));
@@ -169,10 +213,26 @@ std::vector<RefusedDrive> BodyJoints::carry_out(const Subdomain& subdomain, phys
             refused.push_back({ask.action, ask.catom, Refusal::NotJoined});
             continue;
         }
-        const std::tuple<int, double, ActionKind> drive{rank_of(ask.action), ask.target, ask.action};
-        const auto [at, is_new] = drives.try_emplace(Pair(std::minmax(body, other)), drive);
-        if (!is_new) at->second = std::max(at->second, drive);
+        const Pair pair = std::minmax(body, other);
+        ask_for(pair, ask.action, ask.target);
+        if (divided == nullptr) continue;
+        for (const int holder : divided->holders_of(body)) {
+            ByteWriter& bytes = out[static_cast<std::size_t>(holder)];
+            bytes.write(pair.first);
+            bytes.write(pair.second);
+            bytes.write(ask.action);
+            bytes.write(ask.target);
+        }
     }
+    if (divided != nullptr)
+        for (const comm::Packet& packet : exchange_bytes(subdomain, out))
+            for (ByteReader in(packet.bytes, "what drives joints"); !in.done();) {
+                const auto one = in.read<physics::BodyId>(), other = in.read<physics::BodyId>();
+                const auto action = in.read<ActionKind>();
+                const auto target = in.read<double>();
+                // A body may have other joints here.
+                if (scene.joined(one, other)) ask_for({one, other}, action, target);
+            }
     for (const auto& [pair, drive] : drives) {
         const ActionKind action = std::get<ActionKind>(drive);
         const bool servo = action == ActionKind::Servo;
@@ -239,7 +299,7 @@ void BodyJoints::lose(Subdomain& subdomain, const physics::Scene& scene, std::sp
         if (!scene.has(id)) continue;
         for (const physics::BodyId other : scene.joined_to(id)) {
             const std::optional<Catom> catom = subdomain.ensemble.find(other);
-            if (!catom) continue;
+            if (!catom || !subdomain.owned(*catom)) continue;
             for (const Reading& each : sensed(subdomain, *catom))
                 if (each.other == id) subdomain.take(*joint_, *catom, arguments_of(each).data());
         }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/module/abi/actions.h"
+#include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/refusals.h"
 #include "runtime/sim/core/subdomain.h"
@@ -32,21 +33,25 @@ class BodyJoints {
   public:
     explicit BodyJoints(const world::World& world) : world_(world) {}
 
-    // Errors: the world has joints, and this run cannot: it has several processes, or connected catoms.
+    // Errors: the world has joints, and connected catoms.
     Result<void> check(const Subdomain& subdomain) const;
     // Finds what the program reads.
     void start(const Subdomain& subdomain);
-    // At the start: makes the joints of the world. Errors name the place in the world file.
-    Result<void> join(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies, double max_radius_m, double touch_m) const;
+    // At the start, on every process: makes all joints of the world, and of catoms of other processes that they hold ghosts. Errors name
+    // the place in the world file.
+    Result<void> join(Subdomain& subdomain, PhysicsScene& physics, const BodyMaker& bodies, double max_radius_m) const;
     // Those whom they hold together are neighbours.
     void add_touches(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) const;
 
-    // As they are drawn.
+    bool may_break() const;
+    // As they are drawn: of several processes, those that this one counts.
     std::vector<world::JointLook> looks(const physics::Scene& scene) const;
 
     // Carries out the actions of a tick, in any order with the same result: of several on one joint, a brake goes before a servo, a servo
-    // before a motor, and a motor before coasting. Returns what was refused.
-    std::vector<RefusedDrive> carry_out(const Subdomain& subdomain, physics::Scene& scene, std::span<const AskedDrive> asked) const;
+    // before a motor, and a motor before coasting. Returns what was refused. Every process calls it; `divided` if there are several: all
+    // that have the joint drive it.
+    std::vector<RefusedDrive> carry_out(Subdomain& subdomain, physics::Scene& scene, std::span<const AskedDrive> asked,
+                                        const DividedBodies* divided) const;
     // After the last step of a tick: how joints have moved, where that has changed by more than the world's thresholds.
     void sense(Subdomain& subdomain, const physics::Scene& scene) const;
     // Before bodies are removed: those that stay sense nothing of their joints with them any more.
@@ -60,6 +65,9 @@ class BodyJoints {
         bool operator==(const Reading&) const = default;
     };
     static std::array<Value, 3> arguments_of(const Reading& reading);
+    // By joint of the world: the touches that it joins.
+    using Touches = std::vector<std::vector<physics::TouchEvent>>;
+    Result<void> add_ghosts(Subdomain& subdomain, PhysicsScene& physics, const BodyMaker& bodies, const Touches& touches) const;
     std::vector<Reading> sensed(const Subdomain& subdomain, Catom catom) const;
     bool sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const;
     physics::JointSpec describe(const world::JointOptions& joint, const physics::Scene& scene, physics::BodyId first,

@@ -33,9 +33,16 @@ void forget_if_lonely(Subdomain& subdomain, Catom ghost) {
     if (!linked) subdomain.remove_freely(ghost);
 }
 
-void ContactLinks::note(Subdomain& subdomain, std::span<const physics::TouchEvent> found, const DividedBodies* divided) {
+void ContactLinks::note(Subdomain& subdomain, std::span<const physics::TouchEvent> found, std::span<const physics::TouchEvent> parted,
+                        const DividedBodies* divided) {
     std::vector<physics::TouchEvent> shared;
-    if (divided != nullptr) found = shared = share(subdomain, found, *divided);
+    if (divided != nullptr) {
+        shared = share(subdomain, found, *divided);
+        for (const physics::TouchEvent& e : parted)
+            if (ours(subdomain, e.touch.body) || ours(subdomain, e.touch.other)) shared.push_back(e);
+        if (!parted.empty()) std::sort(shared.begin(), shared.end());
+        found = shared;
+    }
     std::vector<Pair> begun, ended;
     const auto beginnings =
         std::count_if(found.begin(), found.end(), [](const physics::TouchEvent& e) { return e.began && !e.touch.other_is_obstacle; });

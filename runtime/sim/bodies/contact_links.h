@@ -26,8 +26,9 @@ class ContactLinks {
     };
 
     // After each step of the physics, on every process; `divided` if there are several. First notes which touches have begun and ended:
-    // events are sorted; those that name obstacles are skipped.
-    void note(Subdomain& subdomain, std::span<const physics::TouchEvent> events, const DividedBodies* divided);
+    // events are sorted; those that name obstacles are skipped. `parted`: touches that have ended as well, the same on all processes.
+    void note(Subdomain& subdomain, std::span<const physics::TouchEvent> events, std::span<const physics::TouchEvent> parted,
+              const DividedBodies* divided);
     // Then links those that touch and have a free port; the events are no longer needed. A catom of another process that begins to touch
     // one of ours becomes a ghost here.
     void connect(Subdomain& subdomain, const DividedBodies* divided);

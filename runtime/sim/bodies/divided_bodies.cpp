@@ -87,13 +87,13 @@ world::BrickKey place_on_curve(physics::BlockCoordinates block) {
 
 DividedBodies::DividedBodies(Subdomain& subdomain, physics::Scene& scene) {
     subdomain_ = std::make_unique<physics::Subdomain>(
-        scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process());
+        scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process(), subdomain.comm.processes());
     partition_.emplace(weigh_all(subdomain), subdomain.comm.processes());
 }
 
 DividedBodies::DividedBodies(Subdomain& subdomain, physics::Scene& scene, const partition::Partition& partition) : partition_(partition) {
     subdomain_ = std::make_unique<physics::Subdomain>(
-        scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process());
+        scene, [this](physics::BlockCoordinates block) { return owner(block); }, subdomain.comm.process(), subdomain.comm.processes());
 }
 
 Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<physics::SavedHome>& ours) {
@@ -105,6 +105,22 @@ Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& sc
     for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "homes of a snapshot"); fine && !in.done();)
             fine = scene.load_home(physics::SavedHome::read(in), physics::Holds::Ghosts);
+    return fine;
+}
+
+Result<void> DividedBodies::load_joined(Subdomain& subdomain, std::span<const physics::ConnectionPair> also) {
+    // All processes have read the joints of all.
+    if (!subdomain_->has_joints()) return {};
+    using Joined = physics::Subdomain::JoinedBody;
+    ByteWriter mine;
+    for (const Joined& body : subdomain_->joined_bodies(also)) mine.write(body);
+    std::vector<Joined> all;
+    for (const auto& from : gather_bytes(subdomain, mine))
+        for (ByteReader in(from, "bodies with joints"); !in.done();) all.push_back(in.read<Joined>());
+    subdomain_->learn_joined(all, also);
+    Result<void> fine;
+    for (const comm::Packet& packet : subdomain.comm.exchange(packets_of(subdomain_->pack_joined())))
+        if (fine) fine = subdomain_->unpack_joined(packet.bytes);
     return fine;
 }
 

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -25,6 +26,9 @@ class DividedBodies {
     DividedBodies(Subdomain& subdomain, physics::Scene& scene, const partition::Partition& partition);
     // On every process, before Scene::loaded: our homes of a snapshot become ghosts of those who hold them, and theirs become ghosts here.
     Result<void> load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<physics::SavedHome>& ours);
+    // The same of bodies that joints hold to others, and of these pairs, if the snapshot has joints: on every process, behind load_ghosts,
+    // which is not needed before anything has moved.
+    Result<void> load_joined(Subdomain& subdomain, std::span<const physics::ConnectionPair> also);
     // After Scene::loaded.
     void loaded() { subdomain_->loaded(); }
 
@@ -38,7 +42,7 @@ class DividedBodies {
     void complete(Subdomain& subdomain, std::vector<ExactSum>& normal_forces) const;
     // The owner of a body that is ours or next to ours, since the last step in which bodies migrated.
     int owner_of(physics::BodyId body) const { return subdomain_->owner_of(body); }
-    // The other processes that have the body. Ascending.
+    // The other processes that have the body, as its owner or as a ghost. Ascending.
     const std::vector<int>& holders_of(physics::BodyId body) const { return subdomain_->holders_of(body); }
 
     // How often space was divided again after the start, and the greatest work of a process after bodies migrated, as a multiple of the

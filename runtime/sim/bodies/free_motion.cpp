@@ -108,15 +108,17 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     kinds_ = {radii, surfaces};
-    auto done = bodies.add_materials(physics_, surfaces);
+    Result<void> done = bodies.add_materials(physics_, surfaces);
     physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
     for (Catom c = 0; done && c < subdomain.ensemble.index_count(); ++c)
         if (subdomain.owned(c))
             done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
+    // What follows is done together.
+    done = agree_on_error(subdomain, done);
     if (done) done = connections_.connect_groups(subdomain, *physics_.scene, bodies, fixed_touches_);
     if (done) {
         // Errors of joints name their places.
-        if (auto joined = joints_.join(subdomain, *physics_.scene, bodies, radii.max, touch_m); !joined) return joined;
+        if (auto joined = joints_.join(subdomain, physics_, bodies, radii.max); !joined) return joined;
         joints_.add_touches(*physics_.scene, fixed_touches_);
     }
     subdomain.forget_start_cells();
@@ -175,12 +177,27 @@ void FreeMotion::connect_bodies(Subdomain& subdomain) {
 }
 
 void FreeMotion::drive_joints(Subdomain& subdomain) {
-    for (const RefusedDrive& each : joints_.carry_out(subdomain, *physics_.scene, actions_.asked_drives()))
+    const bool together = divided_ && actions_.any_wrenches() && !world_.physics.joints.empty();
+    if (!together && actions_.asked_drives().empty()) return;
+    for (const RefusedDrive& each : joints_.carry_out(subdomain, *physics_.scene, actions_.asked_drives(), together ? &*divided_ : nullptr))
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
 }
 
 void FreeMotion::part_broken(Subdomain& subdomain) {
-    const auto broken = physics_.scene->broken_joints();
+    const auto ours = physics_.scene->broken_joints();
+    std::vector<physics::ConnectionPair> broken(ours.begin(), ours.end());
+    if (divided_ && joints_.may_break()) {
+        ByteWriter mine;
+        for (const auto& [one, other] : ours) mine.write(one), mine.write(other);
+        for (const auto& from : gather_bytes(subdomain, mine))
+            for (ByteReader in(from, "joints that broke"); !in.done();) {
+                const auto one = in.read<physics::BodyId>();
+                broken.emplace_back(one, in.read<physics::BodyId>());
+            }
+        std::ranges::sort(broken);
+        const auto twice = std::ranges::unique(broken);
+        broken.erase(twice.begin(), twice.end());
+    }
     if (broken.empty()) return;
     load_senses_.note_broken(subdomain, broken);
     connections_.part(broken);
@@ -228,13 +245,15 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
         return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
-    const auto touches = connections_.follow(*physics_.scene, events(), report->recomposed);
+    const auto touches =
+        divided_ ? connections_.follow_together(subdomain, events()) : connections_.follow(*physics_.scene, events(), report->recomposed);
     note_fixed_touches(subdomain, touches);
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
     senses_.note_obstacles(subdomain, touches);
     if (!in_range_)
-        links_.note(subdomain, fixed_touches_.empty() ? touches : std::span<const physics::TouchEvent>(fixed_touches_), divided);
+        links_.note(subdomain, fixed_touches_.empty() ? touches : std::span<const physics::TouchEvent>(fixed_touches_),
+                    connections_.parted(), divided);
     release_memory(fixed_touches_);
     lost_.clear();
     part_broken(subdomain);
@@ -346,8 +365,9 @@ void FreeMotion::finish(Subdomain& subdomain) {
     mine.write(awake_);
     mine.write(crossed_);
     mine.write(physics_.scene->kinetic_energy_j());
-    bodies_ = awake_ = crossed_ = 0;
-    connected_ = physics_.scene->connection_count(), joined_ = physics_.scene->joint_count();
+    mine.write(std::uint64_t{physics_.scene->joint_count()});
+    bodies_ = awake_ = crossed_ = joined_ = 0;
+    connected_ = physics_.scene->connection_count();
     energy_j_ = 0;
     for (const auto& from : gather_bytes(subdomain, mine)) {
         ByteReader in(from, "counts of bodies");
@@ -355,6 +375,7 @@ void FreeMotion::finish(Subdomain& subdomain) {
         awake_ += in.read<std::uint64_t>();
         crossed_ += in.read<std::uint64_t>();
         energy_j_ += in.read<double>();
+        joined_ += in.read<std::uint64_t>();
     }
 }
 

@@ -79,7 +79,7 @@ class FreeMotion : public SimModule {
     void note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     void connect_bodies(Subdomain& subdomain);
     void drive_joints(Subdomain& subdomain);
-    // After a step: tells of the joints that broke in it.
+    // After a step, on every process: tells of the joints that broke in it.
     void part_broken(Subdomain& subdomain);
     // After the last step of a tick: what connections carry, and those that break.
     Result<void> load_connections(Subdomain& subdomain);

@@ -6,8 +6,10 @@
 #include <optional>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/divided_bodies.h"
 
 namespace meld::sim {
 
@@ -39,7 +41,8 @@ void LoadSenses::note_broken(Subdomain& subdomain, std::span<const physics::Conn
     for (const auto& [one, other] : broken)
         for (const auto& [at, to] : {std::pair{one, other}, std::pair{other, one}}) {
             const std::optional<Catom> catom = subdomain.ensemble.find(at);
-            MELD_CHECK(catom && subdomain.owned(*catom), "catom @{} was connected elsewhere", at);
+            // Of several processes, all hear of all.
+            if (!catom || !subdomain.owned(*catom)) continue;
             Value value{};
             value.catom = to;
             subdomain.give(*broke_, *catom, &value);
@@ -58,6 +61,15 @@ void LoadSenses::sense(Subdomain& subdomain, const physics::Scene& scene) const 
         least.force_n = std::max(least.force_n, std::hypot(each.load.tension_n, each.load.shear_n));
         least.torque_nm = std::max(least.torque_nm, each.load.torque_nm());
     }
+    if (!subdomain.alone()) {
+        ByteWriter mine;
+        mine.write(least);
+        for (const auto& from : gather_bytes(subdomain, mine)) {
+            ByteReader in(from, "greatest loads");
+            const auto theirs = in.read<Least>();
+            least = {std::max(least.force_n, theirs.force_n), std::max(least.torque_nm, theirs.torque_nm)};
+        }
+    }
     least.force_n *= kRounding, least.torque_nm *= kRounding;
     const u64 dirty = subdomain.module.columns[subdomain.module.predicates[*load_].column].own_dirty;
     const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
@@ -74,7 +86,7 @@ void LoadSenses::lose(Subdomain& subdomain, const physics::Scene& scene, std::sp
         if (!scene.has(id)) continue;
         const auto forget = [&](physics::BodyId other) {
             const std::optional<Catom> catom = subdomain.ensemble.find(other);
-            if (!catom) return;
+            if (!catom || !subdomain.owned(*catom)) return;
             for (const Reading& each : sensed(subdomain, *catom))
                 if (each.other == id) subdomain.take(*load_, *catom, arguments_of(each).data());
         };

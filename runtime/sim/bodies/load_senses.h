@@ -19,7 +19,7 @@ class LoadSenses {
     // Whether the program reads loads.
     bool reads_loads() const { return load_.has_value(); }
     // Tells both catoms of each connection that has broken; and the loads of all others, where they have changed by more than the world's
-    // threshold. Cost: one pass over the catoms on all workers, if the program reads them.
+    // threshold. Every process calls both. Cost: one pass over the catoms on all workers, if the program reads them.
     void note_broken(Subdomain& subdomain, std::span<const physics::ConnectionPair> broken) const;
     void sense(Subdomain& subdomain, const physics::Scene& scene) const;
     // Before bodies are removed: those that stay sense nothing of their connections with them any more.

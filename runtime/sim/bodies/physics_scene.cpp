@@ -252,11 +252,11 @@ world::RoundedBody BodyMaker::looks(std::uint64_t id, world::Cell cell, const wo
     return {to_diameters(world_, shape.core_m), shape.rounding_m / (2 * world_.radius), {q.w, q.x, q.y, q.z}};
 }
 
-Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
+Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position, bool here) const {
     auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
     MELD_EXPECT(materials_.contains(surface), "catom {} was not looked at", id);
     spec.material = materials_.at(surface);
-    if (auto added = scene.scene->add_body(spec); !added) return added;
+    if (auto added = here ? scene.scene->add_body(spec) : scene.scene->add_ghost(spec); !added) return added;
     // Where bodies cannot be connected, limits mean nothing.
     if (breaking != physics::BreakingLimits{})
         if (auto set = scene.scene->set_breaking(spec.id, breaking); !set) return set;

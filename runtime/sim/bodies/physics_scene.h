@@ -77,7 +77,8 @@ class BodyMaker {
     const std::vector<FixedBody>& joined_in(std::size_t joint) const { return joined_in_.at(joint); }
     // `surfaces`: of all processes.
     Result<void> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
-    Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
+    // `here`: false for a catom of another process, of which this one makes a ghost.
+    Result<void> make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position, bool here = true) const;
     // What the body looks like at the start; a sphere is a point within its radius.
     world::RoundedBody looks(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
 

@@ -132,9 +132,11 @@ Result<void> FreeMotion::resumed(Subdomain& subdomain) {
     const bool begun = subdomain.tick() > 0;
     if (divided_ && begun)
         if (auto done = agree_on_error(subdomain, divided_->load_ghosts(subdomain, *physics_.scene, loading_.homes)); !done) return done;
+    if (divided_)
+        if (auto done = agree_on_error(subdomain, divided_->load_joined(subdomain, connections_.lasting())); !done) return done;
     Result<void> placed = physics_.scene->loaded(subdomain.workers);
     if (placed && divided_) divided_->loaded();
-    if (placed && !connections_.fits(*physics_.scene)) placed = damaged("has a touch of a body that is not there");
+    if (placed && !connections_.fits(subdomain, *physics_.scene)) placed = damaged("has a touch of a body that is not there");
     if (placed) placed = place_catoms(subdomain);
     if (auto done = agree_on_error(subdomain, placed); !done) return done;
     // A program that goes on with the state of another may be the first that reads it.

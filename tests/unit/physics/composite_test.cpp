@@ -469,7 +469,7 @@ TEST(Composites, ADividedWorldHasNone) {
     auto scene = make_scene();
     need(scene->add_body({.id = 1, .position_m = {0, 0, 1}}));
     need(scene->add_body({.id = 2, .position_m = {1, 0, 1}}));
-    const Subdomain part(*scene, [](BlockCoordinates) { return 0; }, 0);
+    const Subdomain part(*scene, [](BlockCoordinates) { return 0; }, 0, 1);
     EXPECT_EQ(scene->connect(1, 2).error().problem, "bodies 1 and 2 cannot be connected (the world is divided)");
     EXPECT_FALSE(scene->connected(1, 2));
 }

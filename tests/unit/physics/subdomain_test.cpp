@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/unit/physics/scenes.h"
 
 namespace meld::physics {
@@ -96,6 +98,58 @@ void furnish_shapes(Scene& scene, const std::function<bool(BodyId)>& mine) {
     }
 }
 
+// Joints of all kinds in a world that falls and sleeps: chains that reach over several blocks, beside each other and on a fixed body, a
+// ring, a motor that turns two bodies far from each other, ropes that break, and balls among them. Bodies of others are ghosts.
+void furnish_joints(Scene& scene, const std::function<bool(BodyId)>& mine) {
+    const auto bouncy = need(scene.add_material({.friction = 0.4f, .restitution = 0.2f}));
+    need(scene.add_obstacle(Plane{}, bouncy));
+    const auto add = [&](const BodySpec& spec) { need(mine(spec.id) ? scene.add_body(spec) : scene.add_ghost(spec)); };
+    std::vector<JointSpec> joints;
+    BodyId id = 0;
+    for (int c = 0; c < 6; ++c)
+        for (int i = 0; i < 30; ++i, ++id) {
+            const Vec3 at{1.0 * i - 12, 3.0 * c, 3 + 0.7 * c};
+            add({.id = id, .position_m = at, .radius_m = 0.45, .fixed = c == 0 && i == 15});
+            if (i == 0) continue;
+            joints.push_back({.first = id - 1, .second = id, .anchor_m = at - Vec3{0.5, 0, 0}, .axis = {0, 1, 0.3 * (c % 2)}});
+            JointSpec& joint = joints.back();
+            if (c == 2) joint.kind = JointKind::Ball, joint.breaking_force_n = 40 + i;
+            if (c == 3) joint.strength = 5, joint.drive = {i % 2 == 0 ? JointDrive::Kind::Servo : JointDrive::Kind::Brake, 0.3};
+            if (c == 4 && i % 4 == 0) joint.kind = JointKind::Slider, joint.axis = {1, 0, 0}, joint.lower = -0.2, joint.upper = 0.4;
+            if (c == 5) joint.stiffness = 20, joint.damping = 1;
+        }
+    const BodyId ring = id;
+    for (int i = 0; i < 12; ++i, ++id) {
+        const double angle = i * std::numbers::pi / 6;
+        add({.id = id, .position_m = {14 + 2 * std::cos(angle), -6, 4 + 2 * std::sin(angle)}, .shape = box_shape({0.5, 0.5, 0.5}, 0.05)});
+        const double half = angle - std::numbers::pi / 12;
+        if (i > 0)
+            joints.push_back(
+                {.first = id - 1, .second = id, .anchor_m = {14 + 2 * std::cos(half), -6, 4 + 2 * std::sin(half)}, .axis = {0, 1, 0}});
+    }
+    const double between = -std::numbers::pi / 12;
+    joints.push_back(
+        {.first = ring, .second = ring + 11, .anchor_m = {14 + 2 * std::cos(between), -6, 4 + 2 * std::sin(between)}, .axis = {0, 1, 0}});
+    // Far from each other; and one that hangs by itself on a fixed body far away.
+    add({.id = id, .position_m = {-40, 0, 8}}), add({.id = id + 1, .position_m = {30, 1, 8}});
+    joints.push_back({.first = id, .second = id + 1, .anchor_m = {0, 0, 8}, .axis = {1, 0, 0}});
+    joints.back().strength = 3, joints.back().drive = {JointDrive::Kind::Motor, 4};
+    id += 2;
+    add({.id = id, .position_m = {-20, -25, 20}, .fixed = true}), add({.id = id + 1, .position_m = {20, -25, 20}});
+    joints.push_back({.first = id, .second = id + 1, .anchor_m = {-20, -25, 20}, .axis = {0, 1, 0}});
+    id += 2;
+    // A crowd, of which some come fast.
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> jitter(-0.2, 0.2), speed(-3, 3);
+    for (int i = 0; i < 200; ++i, ++id) {
+        const Vec3 at{1.3 * (i % 10) - 6 + jitter(random), 1.3 * (i / 10 % 10) + jitter(random), 9 + 1.3 * (i / 100)};
+        const Vec3 velocity{speed(random), speed(random), speed(random)};
+        if (!mine(id)) continue;
+        need(scene.add_body({.id = id, .position_m = at, .linear_velocity_m_s = velocity, .radius_m = 0.4, .material = bouncy}));
+    }
+    for (const JointSpec& joint : joints) need(scene.add_joint(joint));
+}
+
 using Furnish = void (&)(Scene&, const std::function<bool(BodyId)>&);
 
 Digest undivided(int ticks, Furnish furnish_it = furnish, const Settings& settings = settings_for_parts()) {
@@ -113,7 +167,7 @@ class Divided {
             scenes_.push_back(make_scene(settings));
             // Bodies begin anywhere; the first rebuild brings them to their owners.
             furnish_it(*scenes_.back(), [&](BodyId id) { return static_cast<int>(id) % parts == self; });
-            subdomains_.push_back(std::make_unique<Subdomain>(*scenes_.back(), owner, self));
+            subdomains_.push_back(std::make_unique<Subdomain>(*scenes_.back(), owner, self, parts));
         }
     }
 
@@ -162,6 +216,16 @@ class Divided {
         std::size_t count = 0;
         for (const auto& scene : scenes_) count += scene->body_count();
         return count;
+    }
+    std::size_t joints() const {
+        std::size_t count = 0;
+        for (const auto& scene : scenes_) count += scene->joint_count();
+        return count;
+    }
+    // On all parts that have the joint.
+    void drive(BodyId one, BodyId other, const JointDrive& what) {
+        for (const auto& scene : scenes_)
+            if (scene->joined(one, other)) need(scene->drive_joint(one, other, what));
     }
     const Subdomain& part(std::size_t index) const { return *subdomains_[index]; }
     // By body, what presses on it as its owner knows when all have told what they know.
@@ -248,6 +312,57 @@ TEST(Parts, MayBeDividedAnewWithShapes) {
     EXPECT_EQ(divided.digest(), undivided(ticks, furnish_shapes, settings_for_shapes()));
 }
 
+// Mechanisms reach over many blocks and parts, break, fall asleep and wake.
+TEST(Parts, GiveTheBitsOfTheUndividedWorldWithJoints) {
+    const int ticks = 300;
+    auto scene = make_scene(settings_for_shapes());
+    furnish_joints(*scene, [](BodyId) { return true; });
+    const std::size_t joints = scene->joint_count();
+    Workers workers(1);
+    const auto halves = [](BlockCoordinates c) { return c.x < 0 ? 0 : 1; };
+    const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
+    const auto one_has_all = [](BlockCoordinates) { return 1; };
+    std::vector<std::unique_ptr<Divided>> all;
+    for (const auto& [parts, owner] :
+         {std::pair<int, Subdomain::OwnerOf>{1, [](BlockCoordinates) { return 0; }}, {2, halves}, {3, scattered}, {2, one_has_all}})
+        all.push_back(std::make_unique<Divided>(parts, owner, furnish_joints, settings_for_shapes()));
+    std::size_t slept = 0;
+    for (int tick = 0; tick < ticks; ++tick) {
+        if (tick == 200)
+            for (BodyId i = 91; i < 120; ++i) {
+                need(scene->drive_joint(i - 1, i, {JointDrive::Kind::Motor, 1}));
+                for (const auto& divided : all) divided->drive(i - 1, i, {JointDrive::Kind::Motor, 1});
+            }
+        run(*scene, 1, 2, workers);
+        slept += scene->awake_bodies() < scene->body_count() ? 1 : 0;
+        for (const auto& divided : all) {
+            divided->tick();
+            ASSERT_EQ(divided->digest(), scene->digest()) << tick;
+            ASSERT_EQ(divided->joints(), scene->joint_count()) << tick;
+        }
+    }
+    EXPECT_GT(slept, 10u);
+    EXPECT_LT(scene->joint_count(), joints);
+}
+
+TEST(Parts, MayBeDividedAnewWithJoints) {
+    const int ticks = 150;
+    int shift = 0;
+    auto scene = make_scene(settings_for_shapes());
+    furnish_joints(*scene, [](BodyId) { return true; });
+    Workers workers(1);
+    Divided divided(
+        3, [&](BlockCoordinates c) { return (c.x + c.y + shift) & 3 ? (shift + (c.x > 0)) % 3 : 2; }, furnish_joints,
+        settings_for_shapes());
+    for (int tick = 0; tick < ticks; ++tick) {
+        if (divided.must_rebuild()) ++shift;
+        divided.tick();
+        run(*scene, 1, 2, workers);
+        ASSERT_EQ(divided.digest(), scene->digest()) << tick;
+    }
+    EXPECT_GT(shift, 5);
+}
+
 // Whatever bounces costs exchanges in the ticks in which it does. Without, a tick has those of one colour for each of 8 colours of
 // the magnets, 2 warm starts, 4 sweeps and 2 relaxing ones, and one about sleep.
 TEST(Parts, ExchangeBouncesOnlyWhereSomethingBounces) {
@@ -318,7 +433,7 @@ TEST(Parts, HandABodyToOneThatHasNone) {
     need(first->set_feature_table(4, 1));
     need(first->set_features(4, 1, 1));
     const auto owner = [](BlockCoordinates) { return 1; };
-    Subdomain from(*first, owner, 0), to(*second, owner, 1);
+    Subdomain from(*first, owner, 0, 2), to(*second, owner, 1, 2);
     Workers workers(1);
     auto sent = from.pack_bodies(workers);
     EXPECT_EQ(from.departed(), (std::vector<std::pair<BodyId, int>>{{4, 1}}));
