@@ -31,7 +31,10 @@ KEPT = 4
 # Arrays of several numbers a catom, and the columns of a frame that they are: where the other cells of amoebots are; what bodies look like
 # that are no spheres, and how they are turned.
 PARTS = {"tail_position": ("tail_x", "tail_y", "tail_z"), "core": ("core_x", "core_y", "core_z", "rounding"),
-         "orientation": ("orientation_w", "orientation_x", "orientation_y", "orientation_z")}
+         "orientation": ("orientation_w", "orientation_x", "orientation_y", "orientation_z"),
+         "joint.orientation": ("orientation_w", "orientation_x", "orientation_y", "orientation_z")}
+# Of joints, by the numbers in the file.
+KINDS, FATES = ("hinge", "slider", "ball"), ("holds", "broken", "gone")
 
 
 class Recording:
@@ -196,7 +199,7 @@ class Recording:
             "diameter" if they are recorded; of amoebots "tail_x", "tail_y", "tail_z", where the other cell is, or the only one; of bodies
             that are not all spheres "core_x", "core_y", "core_z", "rounding", half the edges of each one's core (of a cylinder its
             radius, 0 and half its height) and the radius around it, in diameters, and "orientation_w", "orientation_x",
-            "orientation_y", "orientation_z", how it is turned (float64);
+            "orientation_y", "orientation_z", how it is turned (float64), which is also there where joints hold spheres;
             "load.evaluations" and "load.messages" if the run was counted. Then for each recorded
             predicate: of one without arguments whether it holds (bool); of one with one argument its value, in a column of its name,
             and of several in NAME.ARGUMENT (Int64, float64, boolean or objects; missing where there is no fact); of one with several
@@ -225,6 +228,49 @@ class Recording:
         for step in self.steps_of(ticks):
             tick = int(self.ticks[step])
             yield tick, self.frame(tick)
+
+    def joints(self, tick: Optional[int] = None, method: Optional[str] = None) -> pandas.DataFrame:
+        """The joints in a tick, as they are in the world: a row for each that there was in the first step.
+
+        Parameters
+        ----------
+        tick, method
+            Of a recorded tick; see the class.
+
+        Returns
+        -------
+        pandas.DataFrame
+            "first" and "second", the two catoms (int64); "kind" ("hinge", "slider" or "ball"); "fate": it "holds", is "broken", or is
+            "gone" with one of its catoms. Where it is as the second catom holds it, "x", "y", "z", in diameters; "slid", how far that is
+            from where the first one holds it, along the axis, in diameters, of a hinge and a ball 0; and the axis, "axis_x", "axis_y",
+            "axis_z" (float64; of a ball missing). Of a joint that is gone, all these are missing. `attrs["tick"]` is the tick. Empty if
+            the world has no joints, or the recording was made before joints were recorded.
+        """
+        step = self.step_of(tick, method)
+        steps = self._steps
+        rows = steps.joint_rows(step) if steps.has_joints else {
+            **{name: numpy.empty(0, "int64") for name in ("first", "second", "kind", "fate")},
+            **{name: numpy.empty((0, 3)) for name in ("first_anchor", "second_anchor", "axis")}}
+        ids, places = steps.array("id", step), steps.positions(step).astype("float64")
+        turns = steps.array("orientation" if "core" in steps.arrays else "joint.orientation", step) if steps.has_joints else places
+        held = []
+        for end in ("first", "second"):
+            at = numpy.minimum(numpy.searchsorted(ids, rows[end]), max(len(ids) - 1, 0))
+            there = ids[at] == rows[end] if len(ids) else numpy.zeros(len(at), bool)
+            place = numpy.where(there[:, None], places[at], numpy.nan)
+            held.append((place + _turned(turns[at], rows[f"{end}_anchor"]), turns[at]))
+        (first, turn), (second, _) = held
+        axis = _turned(turn, rows["axis"])
+        axis[numpy.isnan(first).any(axis=1)] = numpy.nan
+        slides = rows["kind"] == KINDS.index("slider")
+        frame = pandas.DataFrame({
+            "first": rows["first"], "second": rows["second"], "kind": [KINDS[number] for number in rows["kind"]],
+            "fate": [FATES[number] for number in rows["fate"]], **dict(zip("xyz", second.T)),
+            "slid": numpy.where(slides, ((second - first) * axis).sum(axis=1), 0 * second[:, 0]),
+            **dict(zip(("axis_x", "axis_y", "axis_z"), axis.T))})
+        frame.loc[frame["fate"] == FATES[2], ["x", "y", "z", "slid", "axis_x", "axis_y", "axis_z"]] = numpy.nan
+        frame.attrs["tick"] = int(self.ticks[step])
+        return frame
 
     def facts(self, predicate: str, tick: Ticks = None) -> pandas.DataFrame:
         """The facts of a predicate in a tick, as `claymeld.facts` has them: "catom", and the arguments by name.
@@ -523,3 +569,10 @@ class Recording:
         frame = pandas.DataFrame(columns)
         frame.attrs["types"] = types
         return frame
+
+
+def _turned(turns: Any, ways: Any) -> Any:
+    """Ways (rows, 3) in frames that are turned by (rows, 4), w, x, y, z, as they are in the world."""
+    real, axis = turns[:, :1], turns[:, 1:]
+    across = 2 * numpy.cross(axis, ways)
+    return ways + real * across + numpy.cross(axis, across)

@@ -14,6 +14,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "state"))
+
+import resume_test  # noqa: E402
 from frame import FOREVER, FRONT, Case, main, square  # noqa: E402
 from png import read_png  # noqa: E402
 
@@ -60,6 +63,35 @@ radius = 0.8
 [record]
 every = 20
 """
+# A pendulum whose second part is torn off, a rail, and a ball; of balls, and of boxes.
+JOINTS = """
+[[body]]
+positions = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 3, 0], [1, 3, 0], [0, -3, 0], [1, -3, 0]]
+[motion]
+kind = "bodies"
+steps = 4
+[[motion.catoms]]
+where = "x == 0"
+fixed = true
+[[motion.joint]]
+between = [0, 1]
+axis = [0, 1, 0]
+[[motion.joint]]
+between = [1, 2]
+anchor = [2, 0, 0]
+axis = [0, 1, 0]
+breaking_force = 20
+[[motion.joint]]
+kind = "slider"
+between = [3, 4]
+axis = [0.6, 0, -0.8]
+[[motion.joint]]
+kind = "ball"
+between = [5, 6]
+[record]
+every = 20
+"""
+BOXES = '[[motion.catoms]]\nwhere = "id != 4"\nshape = "box"\nedges = [1, 0.6, 0.4]\n'
 # The first of three amoebots has two cells in every second step.
 STEP = """expand(A, 1) :- id(A, 0), not expanded(A).
 contract(A, "head") :- expanded(A).
@@ -149,6 +181,53 @@ class Steps(Case):
         self.assertEqual(ticks, [0, 20, 40, 50])
         seen = [self.same(tick, "--scale") for tick in ticks]
         self.assertTrue((seen[0] != seen[-1]).any())
+
+    def test_joints_are_as_in_the_run(self):
+        for name, forms in (("balls", ""), ("boxes", BOXES)):
+            self.write("fall.meld", FALL)
+            self.write("fall.toml", JOINTS.replace("[[motion.joint]]", forms + "[[motion.joint]]", 1))
+            ticks = self.record("fall.meld", "--ticks", 70)
+            with h5py.File(self.folder / "run.vtkhdf") as recording:
+                steps, joints = recording["VTKHDF/Steps"], recording["meld/joints"]
+                self.assertEqual(steps["JointCount"][:].tolist(), [4] * len(ticks))
+                fates = [joints["fate"][first:first + 4].tolist() for first in steps["JointOffsets/fate"][:]]
+                self.assertEqual((fates[0], fates[-1]), ([0, 0, 0, 0], [0, 1, 0, 0]))
+                # What stays is in the file once.
+                for column in ("first", "second", "kind", "first_anchor", "second_anchor", "axis"):
+                    self.assertEqual(len(set(steps[f"JointOffsets/{column}"][:].tolist())), 1, column)
+                self.assertEqual("joint.orientation" in recording["VTKHDF/PointData"], name == "balls")
+            for tick in ticks:
+                with self.subTest(name=name, tick=tick):
+                    self.same(tick, "--ground")
+            # Without what the recording has of them, the picture is another one.
+            self.damage(lambda recording: recording.__delitem__("meld/joints"))
+            self.call("meldsim", "shot", "run.vtkhdf", "-o", "a.png", "--tick", 0, "--steps", *SMALL)
+            self.call("meldsim", "shot", "bad.vtkhdf", "-o", "b.png", "--tick", 0, "--steps", *SMALL)
+            self.assertNotEqual(self.read("a.png"), self.read("b.png"))
+            for says, change in (("a joint is as none can be", lambda recording: recording["meld/joints/kind"].write_direct(
+                                      np.full(recording["meld/joints/kind"].shape, 7))),
+                                 ("its joints have no column 'axis'", lambda recording: recording.__delitem__("meld/joints/axis"))):
+                self.damage(change)
+                self.refused("meldsim", "shot", "bad.vtkhdf", "-o", "c.png", "--steps", "--quiet", code=6, says=says)
+            self.call("meldsim", "export", "run.vtkhdf", "-o", "whole.vtkhdf", "--quiet")
+            self.call("meldsim", "diff", "run.vtkhdf", "whole.vtkhdf")
+            with h5py.File(self.folder / "run.vtkhdf") as run, h5py.File(self.folder / "whole.vtkhdf") as whole:
+                for step in range(len(ticks)):
+                    rows = [file["meld/joints/fate"][first:first + 4].tolist() for file in (run, whole)
+                            for first in [file["VTKHDF/Steps/JointOffsets/fate"][step]]]
+                    self.assertEqual(*rows)
+
+    def test_a_recording_that_goes_on_keeps_its_joints(self):
+        self.write("fall.meld", FALL)
+        self.write("fall.toml", JOINTS)
+        self.record("fall.meld", "--ticks", 70)
+        wanted = resume_test.recorded(self.folder / "run.vtkhdf")
+        # Before and after one has broken.
+        for tick in (10, 60):
+            self.record("fall.meld", "--ticks", tick, "--checkpoint", f"kept{tick}")
+            self.call("meldsim", "resume", f"kept{tick}", "--ticks", 70, "--quiet")
+            found = resume_test.recorded(self.folder / "run.vtkhdf")
+            self.assertEqual([name for name in {*found, *wanted} if found.get(name) != wanted.get(name)], [])
 
     def test_a_film_has_the_recorded_ticks(self):
         ticks = self.record()

@@ -146,6 +146,34 @@ class Reads(Recorded):
                           ticks=2).recording as recording:
             self.assertEqual(recording.frame()["core"].tolist(), [3, 3])
 
+    def test_joints_are_where_their_catoms_hold_them(self):
+        """A pendulum, a rail aslant and a catom on a ball that is killed; and a hinge that breaks."""
+        world = {"body": {"positions": [[0, 0, 0], [1, 0, 0], [0, 3, 0], [1, 3, 0], [0, 6, 0], [1, 6, 0], [0, 9, 0], [1, 9, 0]]},
+                 "motion": {"kind": "bodies", "steps": 4, "catoms": [{"where": "x == 0", "fixed": True}],
+                            "joint": [{"between": [0, 1], "anchor": [0, 0, 0], "axis": [0, 1, 0]},
+                                      {"between": [2, 3], "kind": "slider", "axis": [0.6, 0, -0.8]},
+                                      {"between": [4, 5], "kind": "ball"},
+                                      {"between": [6, 7], "axis": [0, 1, 0], "breaking_force": 12}]},
+                 "event": [{"tick": 15, "kill": "id == 5"}]}
+        with claymeld.run("type here(node, float).\nhere(A, X) :- at(A, X, _, _).\n", world, every=10, ticks=30).recording as recording:
+            first, last = recording.joints(0), recording.joints()
+            self.assertEqual(first.attrs["tick"], 0)
+            self.assertEqual(first["kind"].tolist(), ["hinge", "slider", "ball", "hinge"])
+            self.assertEqual(first[["first", "second"]].to_numpy().tolist(), [[0, 1], [2, 3], [4, 5], [6, 7]])
+            self.assertEqual([set(first["fate"]), last["fate"].tolist()], [{"holds"}, ["holds", "holds", "gone", "broken"]])
+            self.assertTrue(numpy.allclose(first[["x", "y", "z"]], [[0, 0, 0], [0.5, 3, 0], [0.5, 6, 0], [0.5, 9, 0]], atol=1e-6))
+            self.assertTrue(numpy.allclose(first.loc[:1, ["axis_x", "axis_y", "axis_z"]], [[0, 1, 0], [0.6, 0, -0.8]]))
+            self.assertTrue(first.loc[2, ["axis_x", "axis_y", "axis_z"]].isna().all() and last.loc[2, ["x", "slid"]].isna().all())
+            # The pendulum turns about where it hangs; the rail moves along its axis.
+            self.assertTrue(numpy.allclose(last.loc[0, ["x", "y", "z"]].astype(float), [0, 0, 0], atol=1e-3))
+            frame = recording.frame().set_index("catom")
+            self.assertLess(frame.loc[1, "z"], -0.2)
+            self.assertLess(frame.loc[1, "orientation_w"], 0.99)
+            self.assertGreater(last.loc[1, "slid"], 0.2)
+            self.assertAlmostEqual(frame.loc[3, "x"], 1 + 0.6 * last.loc[1, "slid"], places=3)
+            self.assertRaises(KeyError, recording.joints, 5)
+        self.assertEqual(self.recording.joints(0).shape, (0, 11))
+
     def test_facts_of_any_predicate_and_tick_are_those_of_the_run(self):
         """Whether they are in the file or are made again."""
         for tick in (0, 3, 5, 11):

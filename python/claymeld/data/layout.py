@@ -117,6 +117,7 @@ class Steps:
         self.radius: float = float(meld["radius_metres"])
         self.predicates: dict[str, dict[str, Any]] = {predicate["name"]: predicate for predicate in self.json("predicates", [])}
         self.arrays: list[str] = list(self._data["PointData"])
+        self.has_joints = "joints" in self._file["meld"]
 
     def _place_steps(self) -> list[tuple[int, int]]:
         """Of each step its table, 0 for whole ones and 1 for changes, and its row there. What the second table has after a step that the
@@ -201,6 +202,12 @@ class Steps:
         rows = {"catom": self.array("id", step)[there]}
         rows.update((argument["name"], self.array(argument["array"], step)[there]) for argument in info["arguments"])
         return rows
+
+    @_reads
+    def joint_rows(self, step: int) -> dict[str, NDArray[Any]]:
+        """The joints that there were in the first step: each column, (joints,) or (joints, 3)."""
+        count, table = int(self._column("JointCount")[step]), self._file["meld/joints"]
+        return {column: self._rows(table[column], self._column(f"JointOffsets/{column}")[step], count) for column in table}
 
     @_reads
     def digest(self, step: int) -> str:

@@ -5,6 +5,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/process/liveness.h"
+#include "runtime/results/record/joint_table.h"
 
 namespace meld::record {
 
@@ -12,6 +13,10 @@ std::optional<std::size_t> Drawn::find(u64 id) const {
     const auto found = std::ranges::lower_bound(ids, id);
     if (found == ids.end() || *found != id) return std::nullopt;
     return static_cast<std::size_t>(found - ids.begin());
+}
+
+std::array<double, 4> Drawn::turn(std::size_t at) const {
+    return !rounded.empty() ? rounded[at].turn : !turns.empty() ? turns[at] : std::array<double, 4>{1, 0, 0, 0};
 }
 
 world::Vec3 tail_position(const sim::Subdomain& subdomain, sim::Catom catom) {
@@ -48,6 +53,7 @@ void Drawing::begin(const sim::Subdomain& subdomain, std::size_t most, Drawn& dr
     drawn.positions.reserve(most);
     if (subdomain.has_diameters()) drawn.diameters.reserve(most);
     if (subdomain.has_rounded()) drawn.rounded.reserve(most);
+    if (subdomain.has_turns() && !subdomain.has_rounded()) drawn.turns.reserve(most);
     if (subdomain.ensemble.has_amoebots()) drawn.tails.reserve(most);
     drawn.colours.reserve(most);
     if (appearance_.labels()) drawn.labels.reserve(most);
@@ -58,7 +64,10 @@ void Drawing::add(const sim::Subdomain& subdomain, const DrawnRow& row, Drawn& d
     drawn.ids.push_back(row.id);
     drawn.positions.push_back(row.position);
     if (subdomain.has_diameters()) drawn.diameters.push_back(row.diameter);
-    if (subdomain.has_rounded()) drawn.rounded.push_back(row.rounded);
+    if (subdomain.has_rounded())
+        drawn.rounded.push_back(row.rounded);
+    else if (subdomain.has_turns())
+        drawn.turns.push_back(row.rounded.turn);
     if (subdomain.ensemble.has_amoebots()) drawn.tails.push_back(row.tail);
     drawn.colours.push_back(appearance_.colour(row.id));
     if (appearance_.labels()) drawn.labels.push_back(appearance_.label(row.id));
@@ -123,6 +132,7 @@ Drawn Drawing::drawn(sim::Subdomain& subdomain) {
         draw_own(subdomain, drawn);
     else
         draw_all(subdomain, drawn);
+    drawn.joints = all_joints(subdomain);
     if (subdomain.comm.process() != 0) return drawn;
     for (const auto& [from, to] : appearance_.drawn()) {
         const auto a = drawn.find(from), b = drawn.find(to);

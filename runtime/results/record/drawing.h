@@ -1,6 +1,7 @@
 // What catoms have drawn so far, for pictures of a run that is not recorded: a SimModule that follows it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/world/lattice/lattice.h"
+#include "runtime/world/shapes/joint_look.h"
 
 namespace meld::record {
 
@@ -21,6 +23,8 @@ inline constexpr const char* kTailPosition = "tail_position";
 // as w, x, y, z.
 inline constexpr const char* kCore = "core";
 inline constexpr const char* kOrientation = "orientation";
+// The same of spheres, where joints hold some; no predicate has this name.
+inline constexpr const char* kTurns = "joint.orientation";
 
 // All catoms of a run as they are drawn, in the order of their numbers.
 struct Drawn {
@@ -28,13 +32,18 @@ struct Drawn {
     std::vector<world::Vec3> positions = {};       // In catom diameters.
     std::vector<double> diameters = {};            // Empty where bodies do not differ in size.
     std::vector<world::RoundedBody> rounded = {};  // Empty where all are spheres.
-    std::vector<world::Vec3> tails = {};           // Where an amoebot's other cell is, or its only one; empty if there are no amoebots.
-    std::vector<std::uint32_t> colours = {};       // 0xRRGGBB.
-    std::vector<std::string> labels = {};          // Empty if the program sets none.
+    // How bodies are turned, as w, x, y, z; empty where that is not known, or `rounded` says it.
+    std::vector<std::array<double, 4>> turns = {};
+    std::vector<world::JointLook> joints = {};  // That hold now.
+    std::vector<world::Vec3> tails = {};        // Where an amoebot's other cell is, or its only one; empty if there are no amoebots.
+    std::vector<std::uint32_t> colours = {};    // 0xRRGGBB.
+    std::vector<std::string> labels = {};       // Empty if the program sets none.
     std::vector<std::pair<std::size_t, std::size_t>> lines = {};  // Between catoms, by their places here.
 
     // Where a catom stands; nothing if there is none of this number.
     std::optional<std::size_t> find(u64 id) const;
+    // How the catom at a place is turned.
+    std::array<double, 4> turn(std::size_t at) const;
 };
 
 // Where an amoebot's tail is; of any other catom, and of an amoebot with one cell, where it is itself.

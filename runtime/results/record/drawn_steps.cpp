@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "runtime/base/process/liveness.h"
+#include "runtime/results/record/joint_table.h"
 
 namespace meld::record {
 
@@ -48,7 +50,26 @@ Result<DrawnSteps> DrawnSteps::of(RecordingReader recording) {
     out.cores_ = find(kCore, ElementType::Float64, 4, false);
     out.orientations_ = find(kOrientation, ElementType::Float64, 4, false);
     out.tails_ = find(kTailPosition, ElementType::Float64, 3, false);
+    out.turns_ = find(kTurns, ElementType::Float64, 4, false);
     out.labels_ = find("label", ElementType::Int64, 1, true);
+    if (!reader.joints()) return out;
+    JointColumns columns{};
+    constexpr ElementType kInt = ElementType::Int64, kFloat = ElementType::Float64;
+    for (const auto& [name, to, type, components] :
+         {std::tuple("first", &columns.first, kInt, 1), std::tuple("second", &columns.second, kInt, 1),
+          std::tuple("kind", &columns.kind, kInt, 1), std::tuple("fate", &columns.fate, kInt, 1),
+          std::tuple("first_anchor", &columns.first_anchor, kFloat, 3), std::tuple("second_anchor", &columns.second_anchor, kFloat, 3),
+          std::tuple("axis", &columns.axis, kFloat, 3)}) {
+        const auto found = std::ranges::find_if(reader.joints()->columns, [&](SeriesIndex index) {
+            const Series& one = reader.series()[index];
+            return one.name == name && one.type == type && one.components == components;
+        });
+        if (found == reader.joints()->columns.end())
+            return fail(fmt::format("cannot read {}: its joints have no column '{}'", reader.path(), name),
+                        "It is damaged, or was written by another version", ExitCode::RecordingRefused);
+        *to = *found;
+    }
+    out.joints_ = columns;
     return out;
 }
 
@@ -136,15 +157,59 @@ Result<void> DrawnSteps::read_rounded(std::size_t step, Drawn& drawn) {
         return {};
     };
     if (auto read = each<Row>(*cores_, step, drawn.ids.size(), cores); !read) return read;
-    at = 0;
-    return each<Row>(*orientations_, step, drawn.ids.size(), [&](std::span<const Row> rows) -> Result<void> {
+    return read_turns(*orientations_, step, drawn.ids.size(),
+                      [&](std::size_t place, const Row& turn) { drawn.rounded[place].turn = turn; });
+}
+
+template <class Turned>
+Result<void> DrawnSteps::read_turns(SeriesIndex series, std::size_t step, std::size_t count, const Turned& turned) {
+    std::size_t at = 0;
+    using Row = std::array<double, 4>;
+    return each<Row>(series, step, count, [&](std::span<const Row> rows) -> Result<void> {
         for (const Row& row : rows) {
             const double square = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
             if (!(std::abs(square - 1) < 0.01)) return damaged(step, "a catom is turned as none can be");
-            drawn.rounded[at++].turn = row;
+            turned(at++, row);
         }
         return {};
     });
+}
+
+Result<void> DrawnSteps::read_joints(std::size_t step, Drawn& drawn) {
+    if (!joints_) return {};
+    if (turns_) {
+        drawn.turns.resize(drawn.ids.size());
+        const auto take = [&](std::size_t place, const std::array<double, 4>& turn) { drawn.turns[place] = turn; };
+        if (auto read = read_turns(*turns_, step, drawn.ids.size(), take); !read) return read;
+    }
+    const Result<Rows> rows = recording_.rows(joints_->first, step);
+    if (!rows) return tl::unexpected<Error>(rows.error());
+    const auto column = [&]<class Row>(SeriesIndex series, std::vector<Row>& to) {
+        return each<Row>(series, step, rows->count, [&](std::span<const Row> some) -> Result<void> {
+            to.insert(to.end(), some.begin(), some.end());
+            return {};
+        });
+    };
+    std::vector<std::int64_t> first, second, kind, fate;
+    for (const auto& [series, to] : {std::pair(joints_->first, &first), std::pair(joints_->second, &second),
+                                     std::pair(joints_->kind, &kind), std::pair(joints_->fate, &fate)})
+        if (auto read = column(series, *to); !read) return read;
+    std::vector<world::Vec3> first_anchor, second_anchor, axis;
+    for (const auto& [series, to] : {std::pair(joints_->first_anchor, &first_anchor), std::pair(joints_->second_anchor, &second_anchor),
+                                     std::pair(joints_->axis, &axis)})
+        if (auto read = column(series, *to); !read) return read;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        if (fate[i] != static_cast<std::int64_t>(JointFate::Holds)) continue;
+        const bool ball = kind[i] == static_cast<std::int64_t>(world::JointLook::Kind::Ball);
+        const auto near = [](const world::Vec3& way) { return std::ranges::all_of(way, [](double x) { return std::abs(x) < kFarthest; }); };
+        if (kind[i] < 0 || kind[i] > 2 || first[i] < 0 || second[i] < 0 || !near(first_anchor[i]) || !near(second_anchor[i]) ||
+            (!ball && !near(axis[i])))
+            return damaged(step, "a joint is as none can be");
+        drawn.joints.push_back({static_cast<world::JointLook::Kind>(kind[i]), static_cast<u64>(first[i]), static_cast<u64>(second[i]),
+                                first_anchor[i], second_anchor[i]});
+        if (!ball) drawn.joints.back().axis = axis[i];
+    }
+    return {};
 }
 
 Result<void> DrawnSteps::read_labels(std::size_t step, Drawn& drawn) {
@@ -180,8 +245,9 @@ Result<void> DrawnSteps::read_lines(std::size_t step, Drawn& drawn) {
 
 Result<Drawn> DrawnSteps::drawn(std::size_t step) {
     Drawn out;
-    for (const auto& part : {&DrawnSteps::read_ids, &DrawnSteps::read_positions, &DrawnSteps::read_colours, &DrawnSteps::read_diameters,
-                             &DrawnSteps::read_rounded, &DrawnSteps::read_tails, &DrawnSteps::read_labels, &DrawnSteps::read_lines})
+    for (const auto& part :
+         {&DrawnSteps::read_ids, &DrawnSteps::read_positions, &DrawnSteps::read_colours, &DrawnSteps::read_diameters,
+          &DrawnSteps::read_rounded, &DrawnSteps::read_joints, &DrawnSteps::read_tails, &DrawnSteps::read_labels, &DrawnSteps::read_lines})
         if (const auto done = (this->*part)(step, out); !done) return tl::unexpected<Error>(done.error());
     return out;
 }

@@ -33,6 +33,10 @@ class DrawnSteps {
     Result<void> read_colours(std::size_t step, Drawn& drawn);
     Result<void> read_diameters(std::size_t step, Drawn& drawn);
     Result<void> read_rounded(std::size_t step, Drawn& drawn);
+    // Of all catoms, with turned(place, orientation).
+    template <class Turned>
+    Result<void> read_turns(SeriesIndex series, std::size_t step, std::size_t count, const Turned& turned);
+    Result<void> read_joints(std::size_t step, Drawn& drawn);
     Result<void> read_tails(std::size_t step, Drawn& drawn);
     Result<void> read_labels(std::size_t step, Drawn& drawn);
     Result<void> read_lines(std::size_t step, Drawn& drawn);
@@ -42,7 +46,12 @@ class DrawnSteps {
 
     RecordingReader recording_;
     SeriesIndex colours_ = 0;
-    std::optional<SeriesIndex> diameters_ = {}, cores_ = {}, orientations_ = {}, labels_ = {}, tails_ = {};
+    std::optional<SeriesIndex> diameters_ = {}, cores_ = {}, orientations_ = {}, turns_ = {}, labels_ = {}, tails_ = {};
+    // Of joints.
+    struct JointColumns {
+        SeriesIndex first, second, kind, fate, first_anchor, second_anchor, axis;
+    };
+    std::optional<JointColumns> joints_ = {};
 };
 
 }  // namespace meld::record

@@ -16,13 +16,22 @@ constexpr std::uint64_t kIndexBytesARow = 1;
 
 std::uint64_t row_bytes(const RecordedArray& column) { return static_cast<std::uint64_t>(column.components) * sizeof(std::uint64_t); }
 
+// Where a table is in the file, and its columns of the steps.
+struct TablePlace {
+    std::string group, offsets, counts;
+};
+TablePlace place_of(const RecordedTable& table) {
+    if (table.kind == RecordedTable::Kind::Joints) return {kJoints, kJointOffsets, kJointCount};
+    return {"/meld/facts/" + table.name, "FactOffsets/" + table.name, "FactCounts/" + table.name};
+}
+
 }  // namespace
 
 FactSeries::FactSeries(Hdf5File& file, StepTables& steps, const RecordedTable& table, std::uint64_t chunk_rows) : chunk_rows_(chunk_rows) {
     MELD_CHECK(steps.steps() == 0, "table '{}' comes late", table.name);
-    const std::string group = "/meld/facts/" + table.name;
-    file.make_group(group);
-    steps.make_group("FactOffsets/" + table.name);
+    const TablePlace place = place_of(table);
+    file.make_group(place.group);
+    steps.make_group(place.offsets);
     for (const RecordedArray& column : table.columns) {
         MELD_CHECK(column.type != RecordedArray::UInt8 && column.name.find('/') == std::string::npos, "column '{}'", column.name);
         const ColumnShape shape = {.type = element_type(column.type),
@@ -30,10 +39,10 @@ FactSeries::FactSeries(Hdf5File& file, StepTables& steps, const RecordedTable& t
                                    .chunk_rows = chunk_rows,
                                    .compressed = true,
                                    .readable_at_once = true};
-        columns_.push_back({.values = file.make_column(group + "/" + column.name, shape),
-                            .offsets = steps.add_column("FactOffsets/" + table.name + "/" + column.name, ElementType::Int64)});
+        columns_.push_back({.values = file.make_column(place.group + "/" + column.name, shape),
+                            .offsets = steps.add_column(place.offsets + "/" + column.name, ElementType::Int64)});
     }
-    counts_ = steps.add_column("FactCounts/" + table.name, ElementType::Int64);
+    counts_ = steps.add_column(place.counts, ElementType::Int64);
 }
 
 FactSeries::FactSeries(ByteReader& saved) {

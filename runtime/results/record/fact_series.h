@@ -1,4 +1,4 @@
-// A table of facts of a recording, in which the facts of a step are rows of their own. Private to runtime/results/record.
+// A table of facts, or of joints, of a recording, in which those of a step are rows of their own. Private to runtime/results/record.
 #pragma once
 
 #include <xxhash.h>
@@ -16,6 +16,7 @@ namespace meld::record {
 
 // In the file: /meld/facts/NAME, a group of one array for each column. In the step table, FactCounts/NAME is how many rows a step has, and
 // FactOffsets/NAME/COLUMN where they begin in a column, on a chunk boundary. A column that is as in the last step is not written again.
+// Those of joints are /meld/joints, JointCount and JointOffsets/COLUMN.
 class FactSeries {
   public:
     // Before the first step. Columns of texts hold numbers.

@@ -90,7 +90,7 @@ void Recorder::read_own_rows(sim::Subdomain& subdomain) {
         for (const sim::Catom c : catoms) step_.tails.push_back(tail_position(subdomain, c));
     if (has_diameters_)
         for (const sim::Catom c : catoms) step_.diameters.push_back(subdomain.diameter(c));
-    if (has_rounded_)
+    if (has_turns_)
         for (const sim::Catom c : catoms) add_rounded(subdomain.rounded(c));
     step_.colours.resize(3 * catoms.size());
     for (std::size_t i = 0; i < catoms.size(); ++i) {
@@ -130,7 +130,7 @@ void Recorder::update_own_rows(sim::Subdomain& subdomain) {
     if (has_tails_) rows.each([&](u32 row, sim::Catom c) { replace(step_.tails, row, tail_position(subdomain, c), step_.changed_tails); });
     if (has_diameters_)
         rows.each([&](u32 row, sim::Catom c) { replace(step_.diameters, row, subdomain.diameter(c), step_.changed_diameters); });
-    if (has_rounded_) rows.each([&](u32 row, sim::Catom c) { replace_rounded(row, subdomain.rounded(c)); });
+    if (has_turns_) rows.each([&](u32 row, sim::Catom c) { replace_rounded(row, subdomain.rounded(c)); });
     for (RecordedPredicate& r : recorded_) {
         liveness::beat();
         r.update(subdomain, rows);

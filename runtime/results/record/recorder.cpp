@@ -56,6 +56,8 @@ Result<void> Recorder::find_looks(const sim::Subdomain& subdomain) {
     has_tails_ = subdomain.ensemble.has_amoebots();
     has_diameters_ = subdomain.has_diameters();
     has_rounded_ = subdomain.has_rounded();
+    has_turns_ = subdomain.has_turns();
+    has_joints_ = subdomain.has_joints();
     for (const RecordedPredicate& r : recorded_) {
         const std::string& name = r.name();
         if (name == "id" || name == "colour" || (name == "label" && appearance_.labels()) || (name == "diameter" && has_diameters_) ||
@@ -98,6 +100,7 @@ void Recorder::save_rest(const sim::Subdomain&, ByteWriter& out) const {
     if (!file_) return;
     out.write(last_step_);
     out.write(steps_);
+    joints_.save(out);
     file_->save(out);
 }
 
@@ -112,6 +115,7 @@ Result<void> Recorder::load_rest(sim::Subdomain& subdomain, ByteReader& in) {
     }
     last_step_ = in.read<std::int64_t>();
     steps_ = in.read<std::uint64_t>();
+    joints_.load(in);
     if (writes) return keep(Recording::reopen(path_, info_, in));
     in.read_bytes(in.left());
     return {};
@@ -160,6 +164,20 @@ bool Recorder::note_ids(const sim::Subdomain& subdomain) {
     return same;
 }
 
+void Recorder::note_turns(const sim::Subdomain& subdomain) {
+    recorded_turns_.resize(subdomain.ensemble.index_count());
+    const std::size_t touched = changed_.size();
+    for (sim::Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
+        if (!subdomain.owned(c)) continue;
+        const std::array<double, 4> turn = subdomain.rounded(c).turn;
+        if (std::exchange(recorded_turns_[c], turn) != turn) changed_.push_back(c);
+    }
+    if (changed_.size() == touched) return;
+    std::ranges::sort(changed_);
+    const auto twice = std::ranges::unique(changed_);
+    changed_.erase(twice.begin(), twice.end());
+}
+
 bool Recorder::find_changes(sim::Subdomain& subdomain) {
     if (touched_ == nullptr) {
         touched_ = &subdomain.follow();
@@ -167,6 +185,7 @@ bool Recorder::find_changes(sim::Subdomain& subdomain) {
     }
     changed_.clear();
     touched_->take([&](sim::Catom c) { changed_.push_back(c); });
+    if (has_turns_) note_turns(subdomain);
     const bool same = subdomain.alone() ? follows_ && own_are_as_before(subdomain) : note_ids(subdomain) && follows_;
     const bool few = changed_.size() <= subdomain.ensemble.owned_count() / kFew ||
                      std::ranges::none_of(recorded_, [](const RecordedPredicate& r) { return r.has_table(); });
@@ -262,7 +281,7 @@ void Recorder::begin_rows(std::size_t most) {
     begin(step_.tails, has_tails_ ? most : 0);
     begin(step_.diameters, has_diameters_ ? most : 0);
     begin(step_.cores, has_rounded_ ? most : 0);
-    begin(step_.orientations, has_rounded_ ? most : 0);
+    begin(step_.orientations, has_turns_ ? most : 0);
     begin(step_.colours, 3 * most);
     begin(step_.labels, appearance_.labels() ? most : 0);
     for (RecordedPredicate& r : recorded_) r.begin_step(most);
@@ -274,12 +293,12 @@ void Recorder::read_appearance(ByteReader& in) {
 }
 
 void Recorder::add_rounded(const world::RoundedBody& body) {
-    step_.cores.push_back(core_of(body));
+    if (has_rounded_) step_.cores.push_back(core_of(body));
     step_.orientations.push_back(body.turn);
 }
 
 void Recorder::replace_rounded(u64 row, const world::RoundedBody& body) {
-    replace(step_.cores, row, core_of(body), step_.changed_cores);
+    if (has_rounded_) replace(step_.cores, row, core_of(body), step_.changed_cores);
     replace(step_.orientations, row, body.turn, step_.changed_orientations);
 }
 
@@ -289,7 +308,7 @@ void Recorder::add_row(const RecordedRow& row, ByteReader& facts) {
     step_.positions.push_back(row.position);
     if (has_tails_) step_.tails.push_back(row.tail);
     if (has_diameters_) step_.diameters.push_back(row.diameter);
-    if (has_rounded_) add_rounded(row.rounded);
+    if (has_turns_) add_rounded(row.rounded);
     const std::uint32_t colour = appearance_.colour(row.id);
     for (const int shift : {16, 8, 0}) step_.colours.push_back(static_cast<std::uint8_t>(colour >> shift));
     if (appearance_.labels()) step_.labels.push_back(appearance_.label(row.id));
@@ -337,7 +356,7 @@ void Recorder::update_rows(const std::vector<std::vector<std::byte>>& all) {
             replace(step_.positions, at, row.position, step_.moved);
             if (has_tails_) replace(step_.tails, at, row.tail, step_.changed_tails);
             if (has_diameters_) replace(step_.diameters, at, row.diameter, step_.changed_diameters);
-            if (has_rounded_) replace_rounded(at, row.rounded);
+            if (has_turns_) replace_rounded(at, row.rounded);
             for (RecordedPredicate& r : recorded_) r.update(at, row.id, in);
         });
     end_update();
@@ -382,7 +401,7 @@ std::vector<RecordedLine> Recorder::lines_between(std::span<const u64> ids) {
     return lines;
 }
 
-Result<void> Recorder::write_step(const sim::Subdomain& subdomain, const Digest& state) {
+Result<void> Recorder::write_step(const sim::Subdomain& subdomain, const Digest& state, std::span<const world::JointLook> joints) {
     const auto column = [&](const char* name, RecordedArray::Type type, const void* data, int components, const std::vector<u64>& changed) {
         return RecordedArray{.name = name,
                              .type = type,
@@ -393,15 +412,19 @@ Result<void> Recorder::write_step(const sim::Subdomain& subdomain, const Digest&
     };
     std::vector<RecordedArray> arrays{column("colour", RecordedArray::UInt8, step_.colours.data(), 3, step_.changed_colours)};
     if (has_diameters_) arrays.push_back(column("diameter", RecordedArray::Float64, step_.diameters.data(), 1, step_.changed_diameters));
-    if (has_rounded_) {
-        arrays.push_back(column(kCore, RecordedArray::Float64, step_.cores.data(), 4, step_.changed_cores));
-        arrays.push_back(column(kOrientation, RecordedArray::Float64, step_.orientations.data(), 4, step_.changed_orientations));
-    }
+    if (has_rounded_) arrays.push_back(column(kCore, RecordedArray::Float64, step_.cores.data(), 4, step_.changed_cores));
+    if (has_turns_)
+        arrays.push_back(
+            column(has_rounded_ ? kOrientation : kTurns, RecordedArray::Float64, step_.orientations.data(), 4, step_.changed_orientations));
     if (has_tails_) arrays.push_back(column(kTailPosition, RecordedArray::Float64, step_.tails.data(), 3, step_.changed_tails));
     if (appearance_.labels()) arrays.push_back(column("label", RecordedArray::Text, step_.labels.data(), 1, step_.changed_labels));
     if (load_) load_->list(arrays);
     std::vector<RecordedTable> tables;
     for (const RecordedPredicate& r : recorded_) r.list(arrays, tables);
+    if (has_joints_) {
+        joints_.note(joints, step_.ids);
+        tables.push_back(joints_.table());
+    }
     return file_->step(
         static_cast<double>(subdomain.tick()), step_.positions, step_.ids, arrays, lines_between(step_.ids), tables, state,
         {.ids = step_.updated, .positions = step_.updated && step_.moved.empty(), .moved = step_.updated ? &step_.moved : nullptr});
@@ -436,9 +459,10 @@ Result<void> Recorder::write(sim::Subdomain& subdomain) {
         else
             update_rows(all);
     }
+    const std::vector<world::JointLook> joints = all_joints(subdomain);
     Result<void> done;
     if (file_) {
-        done = write_step(subdomain, state);
+        done = write_step(subdomain, state, joints);
         if (done) ++steps_;
     }
     done = comm::outcome_of_first(subdomain.comm, done);

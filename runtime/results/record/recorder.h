@@ -11,6 +11,7 @@
 
 #include "runtime/base/large_array.h"
 #include "runtime/results/record/appearance.h"
+#include "runtime/results/record/joint_table.h"
 #include "runtime/results/record/load_map.h"
 #include "runtime/results/record/recorded_predicate.h"
 #include "runtime/results/record/recording.h"
@@ -59,7 +60,7 @@ class Recorder : public sim::SimModule {
         LargeArray<RecordedPosition> positions;
         std::vector<world::Vec3> tails;                          // Of amoebots alone.
         std::vector<double> diameters;                           // If bodies differ in size.
-        std::vector<std::array<double, 4>> cores, orientations;  // If some are no spheres.
+        std::vector<std::array<double, 4>> cores, orientations;  // If some are no spheres; the second also where joints hold spheres.
         LargeArray<std::uint8_t> colours;
         std::vector<std::string> labels;
         bool updated = false;  // Made of the step before: these are the rows that are not as they were in it.
@@ -79,6 +80,8 @@ class Recorder : public sim::SimModule {
     // step of the last one; the same on all processes.
     bool find_changes(sim::Subdomain& subdomain);
     bool note_ids(const sim::Subdomain& subdomain);
+    // A body that turns where it is has changed, too.
+    void note_turns(const sim::Subdomain& subdomain);
     // All that a step has, from all processes.
     std::vector<std::vector<std::byte>> gather(sim::Subdomain& subdomain, bool whole);
     std::vector<std::byte> pack(sim::Subdomain& subdomain, bool whole);
@@ -117,12 +120,12 @@ class Recorder : public sim::SimModule {
     RowsOfCatoms changed_rows(const sim::Subdomain& subdomain);
     void update_own_rows(sim::Subdomain& subdomain);
     std::vector<RecordedLine> lines_between(std::span<const u64> ids);
-    Result<void> write_step(const sim::Subdomain& subdomain, const Digest& state);
+    Result<void> write_step(const sim::Subdomain& subdomain, const Digest& state, std::span<const world::JointLook> joints);
 
     std::string path_;
     int every_;
     std::vector<std::string> wanted_;
-    bool has_tails_ = false, has_diameters_ = false, has_rounded_ = false;
+    bool has_tails_ = false, has_diameters_ = false, has_rounded_ = false, has_turns_ = false, has_joints_ = false;
     RecordingInfo info_;
     Loaded loaded_;
     std::vector<RecordedPredicate> recorded_;  // With their facts in the last step.
@@ -131,9 +134,11 @@ class Recorder : public sim::SimModule {
     sim::Touched* touched_ = nullptr;  // The subdomain's.
     LargeArray<sim::Catom> changed_;   // Since the last step.
     LargeArray<u32> changed_rows_;
+    std::vector<std::array<double, 4>> recorded_turns_;  // In the last step, by catom.
     std::vector<u64> recorded_ids_;  // Of several processes, by catom: its number in the last step; none: it was not there.
     bool follows_ = false;           // The last step was written, so the next may be made of it.
     Step step_;                      // The last one; on the process that writes.
+    JointTable joints_;
     std::optional<LoadMap> load_;
     std::function<RunCounts()> counts_;
     std::optional<Recording> file_;

@@ -214,9 +214,11 @@ void Recording::State::write_array_offsets(std::span<const RecordedArray> given,
 }
 
 void Recording::State::write_table(const RecordedTable& table) {
-    auto known = tables.find(table.name);
+    // No predicate has this name.
+    const std::string name = table.kind == RecordedTable::Kind::Joints ? kJoints : table.name;
+    auto known = tables.find(name);
     if (known == tables.end())
-        known = tables.emplace(table.name, FactSeries(*hdf5, *steps, table, std::clamp(most_rows, kFewestChunkRows, kMaxChunkRows))).first;
+        known = tables.emplace(name, FactSeries(*hdf5, *steps, table, std::clamp(most_rows, kFewestChunkRows, kMaxChunkRows))).first;
     known->second.write(*hdf5, *steps, table);
 }
 

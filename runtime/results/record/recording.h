@@ -21,6 +21,11 @@ namespace meld::record {
 inline constexpr const char* kSidecar = ".xdmf";
 inline constexpr const char* kLinesSidecar = ".lines.xdmf";
 
+// Where the joints of a run are, and the columns of its steps with where theirs begin and how many there are.
+inline constexpr const char* kJoints = "/meld/joints";
+inline constexpr const char* kJointOffsets = "JointOffsets";
+inline constexpr const char* kJointCount = "JointCount";
+
 // What a run has counted, by name.
 using RunCounts = std::vector<std::pair<std::string, std::int64_t>>;
 
@@ -62,12 +67,14 @@ struct RecordedArray {
     const std::vector<std::uint64_t>* changed = nullptr;
 };
 
-// Facts of a step, as many as there are; a column is an array with a value for each of them. Numbers are of 64 bits.
+// Facts of a step, or its joints, as many as there are; a column is an array with a value for each of them. Numbers are of 64 bits.
 struct RecordedTable {
+    enum class Kind { Facts, Joints };
     std::string name;
     std::uint64_t rows = 0;
     std::vector<RecordedArray> columns;
     bool same = false;  // As in the last step that was written, with all columns.
+    Kind kind = Kind::Facts;
 };
 
 // What a step has in common with the last one that was written.

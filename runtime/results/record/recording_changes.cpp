@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/results/hdf5/file_kind.h"
 #include "runtime/results/record/recording_state.h"
 
 namespace meld::record {

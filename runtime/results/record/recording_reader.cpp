@@ -17,6 +17,7 @@
 #include "runtime/results/hdf5/hdf5_dataset.h"
 #include "runtime/results/hdf5/hdf5_library.h"
 #include "runtime/results/hdf5/hdf5_reading.h"
+#include "runtime/results/record/recording.h"
 
 namespace meld::record {
 
@@ -64,6 +65,7 @@ struct RecordingReader::State {
     std::vector<SeriesIndex> arrays;
     SeriesIndex line_ends = 0;
     std::vector<SeriesTable> tables;
+    std::optional<SeriesTable> joints;
     std::vector<DescribedPredicate> predicates;
     std::map<std::string, StepWindow> columns;
     std::vector<std::int64_t> points_of_part, lines_of_part;
@@ -79,6 +81,7 @@ struct RecordingReader::State {
     Result<void> read_ticks();
     Result<void> read_changes(SeriesIndex index, const Rows& rows);
     Result<void> find_series();
+    Result<void> find_joints();
     Result<SeriesIndex> add(const std::string& place, Series series, std::string begin, std::string count);
     Result<std::vector<std::string>> names(const std::string& group) const;
     Result<std::vector<std::int64_t>> numbers(const std::string& place) const;
@@ -232,6 +235,20 @@ Result<void> RecordingReader::State::find_series() {
             return damaged(fmt::format("its facts of {} have no catoms", table));
         tables.push_back(std::move(one));
     }
+    return find_joints();
+}
+
+Result<void> RecordingReader::State::find_joints() {
+    if (H5Lexists(*file, kJoints, H5P_DEFAULT) <= 0) return {};
+    const Result<std::vector<std::string>> columns_here = names(kJoints);
+    if (!columns_here) return tl::unexpected(columns_here.error());
+    joints.emplace(SeriesTable{"joints", {}});
+    for (const std::string& column : *columns_here) {
+        const auto added =
+            add(fmt::format("{}/{}", kJoints, column), {.name = column}, fmt::format("{}/{}", kJointOffsets, column), kJointCount);
+        if (!added) return tl::unexpected(added.error());
+        joints->columns.push_back(*added);
+    }
     return {};
 }
 
@@ -325,6 +342,7 @@ const std::vector<Series>& RecordingReader::series() const { return state_->seri
 const std::vector<SeriesIndex>& RecordingReader::arrays() const { return state_->arrays; }
 SeriesIndex RecordingReader::line_ends() const { return state_->line_ends; }
 const std::vector<SeriesTable>& RecordingReader::tables() const { return state_->tables; }
+const std::optional<SeriesTable>& RecordingReader::joints() const { return state_->joints; }
 const std::vector<DescribedPredicate>& RecordingReader::predicates() const { return state_->predicates; }
 
 Result<Rows> RecordingReader::rows(SeriesIndex index, std::size_t step) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,6 +77,8 @@ class RecordingReader {
     const std::vector<SeriesIndex>& arrays() const;
     SeriesIndex line_ends() const;
     const std::vector<SeriesTable>& tables() const;
+    // The joints of the run, if it has some: the columns are named as JointTable has them.
+    const std::optional<SeriesTable>& joints() const;
     const std::vector<DescribedPredicate>& predicates() const;
 
     // The rows of a step in a series. Cost: mostly none, since a few thousand steps are read at a time.

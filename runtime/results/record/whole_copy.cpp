@@ -118,10 +118,14 @@ Result<void> copy_step(RecordingReader& recording, std::size_t step, const Diges
     std::vector<RecordedLine> pairs;
     for (std::size_t i = 0; i + 1 < lines->size(); i += 2) pairs.push_back({(*lines)[i], (*lines)[i + 1]});
     std::vector<RecordedTable> tables;
-    for (const SeriesTable& table : recording.tables()) {
+    std::vector<std::pair<const SeriesTable*, RecordedTable::Kind>> all;
+    for (const SeriesTable& table : recording.tables()) all.emplace_back(&table, RecordedTable::Kind::Facts);
+    if (recording.joints()) all.emplace_back(&*recording.joints(), RecordedTable::Kind::Joints);
+    for (const auto& [each, kind] : all) {
+        const SeriesTable& table = *each;
         const Result<Rows> rows = recording.rows(table.columns[0], step);
         if (!rows) return tl::unexpected(rows.error());
-        RecordedTable& one = tables.emplace_back(RecordedTable{.name = table.name, .rows = rows->count, .columns = {}});
+        RecordedTable& one = tables.emplace_back(RecordedTable{.name = table.name, .rows = rows->count, .columns = {}, .kind = kind});
         for (const SeriesIndex index : table.columns) {
             const Result<RecordedArray> column = from.array(index, rows->count);
             if (!column) return tl::unexpected(column.error());

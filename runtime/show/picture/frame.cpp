@@ -12,7 +12,6 @@
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/comm/transport/gather_to_root.h"
 #include "runtime/results/facts/sorted_facts.h"
-#include "runtime/show/picture/joints.h"
 #include "runtime/show/picture/palette.h"
 #include "runtime/show/picture/stage.h"
 
@@ -96,8 +95,6 @@ class Looker {
     }
     // The links of a graph between nodes that are shown, also what is left of those that were cut, unless lines are asked for.
     void add_graph();
-    // Joints of all processes.
-    void add_joints();
     void add_stubs(const Vec& a, const Vec& b);
     using Link = std::pair<std::uint64_t, std::uint64_t>;
     std::vector<Link> links_now() const;
@@ -339,27 +336,6 @@ std::vector<Looker::Link> Looker::links_now() const {
     return out;
 }
 
-void Looker::add_joints() {
-    if (subdomain_.world.physics.joints.empty()) return;
-    ByteWriter mine;
-    for (const world::JointLook& joint : subdomain_.joints()) {
-        mine.write(joint.kind);
-        mine.write(joint.first);
-        mine.write(joint.second);
-        for (const world::Vec3& place : {joint.first_anchor, joint.second_anchor, joint.axis}) mine.write(place);
-    }
-    std::vector<world::JointLook> joints;
-    for (const auto& bytes : comm::gather_to_root(subdomain_.comm, mine.take()))
-        for (ByteReader in(bytes, "joints"); !in.done();) {
-            world::JointLook& joint = joints.emplace_back();
-            joint.kind = in.read<world::JointLook::Kind>();
-            joint.first = in.read<std::uint64_t>();
-            joint.second = in.read<std::uint64_t>();
-            for (world::Vec3* place : {&joint.first_anchor, &joint.second_anchor, &joint.axis}) *place = in.read<world::Vec3>();
-        }
-    if (speaks_) picture::add_joints(joints, stage_);
-}
-
 Result<Frame> Looker::frame() {
     if (auto done = choose(); !done) return tl::unexpected<Error>(done.error());
     if (auto done = colour(); !done) return tl::unexpected<Error>(done.error());
@@ -371,7 +347,6 @@ Result<Frame> Looker::frame() {
     if (auto done = call_out(); !done) return tl::unexpected<Error>(done.error());
     stage_.uncover_lines();
     if (speaks_) stage_.surround();
-    add_joints();
     return std::move(stage_.frame);
 }
 

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 #include <vector>
+
+#include "runtime/world/shapes/joint_look.h"
 
 namespace meld::picture {
 
@@ -66,8 +69,22 @@ float reach(const render::Scene& scene, std::size_t place, const Vec& way) {
     return scene.rounded.empty() ? scene.diameter(place) / 2 : scene.rounded[place].reach(way);
 }
 
-void add_joint(const world::JointLook& joint, std::size_t first, std::size_t second, render::Scene& scene) {
-    const Vec a = vec_of(joint.first_anchor), b = vec_of(joint.second_anchor), axis = vec_of(joint.axis).normalized();
+// A way in a catom's own frame, as it is in the world.
+Vec turned(const std::array<double, 4>& turn, const world::Vec3& way) {
+    const auto [w, x, y, z] = turn;
+    return (Eigen::Quaterniond(w, x, y, z).normalized() * Eigen::Vector3d(way[0], way[1], way[2])).cast<float>();
+}
+
+// A catom that a joint holds: where it is in what is drawn, and in the scene.
+struct Held {
+    std::size_t drawn, shown;
+};
+
+void add_joint(const world::JointLook& joint, const record::Drawn& drawn, const Held& one, const Held& other, render::Scene& scene) {
+    const std::size_t first = one.shown, second = other.shown;
+    const Vec a = scene.places[first] + turned(drawn.turn(one.drawn), joint.first_anchor);
+    const Vec b = scene.places[second] + turned(drawn.turn(other.drawn), joint.second_anchor);
+    const Vec axis = turned(drawn.turn(one.drawn), joint.axis).normalized();
     const float size = std::min(reach(scene, first, axis), reach(scene, second, axis));
     std::vector<Triangle>& out = scene.obstacles;
     switch (joint.kind) {
@@ -92,12 +109,16 @@ void add_joint(const world::JointLook& joint, std::size_t first, std::size_t sec
 
 }  // namespace
 
-void add_joints(std::span<const world::JointLook> joints, Stage& stage) {
-    if (joints.size() > kMostJoints) return;
-    for (const world::JointLook& joint : joints) {
-        const auto first = stage.place(joint.first), second = stage.place(joint.second);
-        if (first && second) add_joint(joint, *first, *second, stage.frame.scene);
-    }
+void add_joints(const record::Drawn& drawn, std::span<const std::ptrdiff_t> places, render::Scene& scene) {
+    if (drawn.joints.size() > kMostJoints) return;
+    const auto held = [&](u64 id) -> std::optional<Held> {
+        const auto at = drawn.find(id);
+        if (!at || places[*at] < 0) return std::nullopt;
+        return Held{*at, static_cast<std::size_t>(places[*at])};
+    };
+    for (const world::JointLook& joint : drawn.joints)
+        if (const auto first = held(joint.first), second = held(joint.second); first && second)
+            add_joint(joint, drawn, *first, *second, scene);
 }
 
 }  // namespace meld::picture

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "runtime/show/picture/joints.h"
 #include "runtime/show/picture/obstacles.h"
 
 namespace meld::picture {
@@ -104,6 +105,7 @@ void Stage::uncover_lines() {
 void Stage::surround() {
     render::Scene& scene = frame.scene;
     add_obstacles(world_, scene);
+    add_joints(drawn_, places_, scene);
     if (!look_.ground || scene.places.empty()) return;
     float lowest = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < scene.places.size(); ++i)

@@ -33,7 +33,7 @@ class Stage {
     void call_out(const Callout& callout);
     // Lines go between the middles of catoms, where nobody would see them: catoms get smaller, or the lines go above them.
     void uncover_lines();
-    // The floor and the obstacles.
+    // The floor, the obstacles, and the joints between catoms that are shown.
     void surround();
 
     Frame frame = {};

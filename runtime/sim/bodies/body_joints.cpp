@@ -183,12 +183,12 @@ std::vector<world::JointLook> BodyJoints::looks(const physics::Scene& scene) con
     std::vector<world::JointLook> looks;
     for (const physics::Joint& joint : scene.joints()) {
         if (!scene.counts(joint)) continue;
-        const auto [first, second, axis] = scene.place_of(joint);
         const Kind kind = joint.kind == physics::JointKind::Ball     ? Kind::Ball
                           : joint.kind == physics::JointKind::Slider ? Kind::Slider
                                                                      : Kind::Hinge;
-        looks.push_back({kind, joint.first, joint.second, to_diameters(world_, first), to_diameters(world_, second)});
-        if (joint.moves_along()) looks.back().axis = {axis.x, axis.y, axis.z};
+        looks.push_back(
+            {kind, joint.first, joint.second, to_diameters(world_, joint.first_anchor), to_diameters(world_, joint.second_anchor)});
+        if (joint.moves_along()) looks.back().axis = {joint.first_axis.x, joint.first_axis.y, joint.first_axis.z};
     }
     return looks;
 }

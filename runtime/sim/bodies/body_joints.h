@@ -44,7 +44,7 @@ class BodyJoints {
     void add_touches(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) const;
 
     bool may_break() const;
-    // As they are drawn: of several processes, those that this one counts.
+    // Those that there are now, as they are drawn: of several processes, those that this one counts.
     std::vector<world::JointLook> looks(const physics::Scene& scene) const;
 
     // Carries out the actions of a tick, in any order with the same result: of several on one joint, a brake goes before a servo, a servo

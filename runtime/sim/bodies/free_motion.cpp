@@ -128,11 +128,10 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
 }
 
 void FreeMotion::tell_looks(Subdomain& subdomain) {
-    if (!world_.physics.joints.empty()) subdomain.set_joints([this] { return joints_.looks(*physics_.scene); });
-    if (world_.physics.has_forms()) {
-        subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); });
-        return;
-    }
+    const bool joints = !world_.physics.joints.empty(), forms = world_.physics.has_forms();
+    if (joints) subdomain.set_joints([this] { return joints_.looks(*physics_.scene); });
+    if (joints || forms) subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); }, forms);
+    if (forms) return;
     if (kinds_.radii.min == world_.radius && kinds_.radii.max == world_.radius) return;
     subdomain.set_diameters([this, &subdomain](Catom c) {
         return physics_.scene->radius(static_cast<physics::BodyId>(subdomain.ensemble.id(c))) / world_.radius;

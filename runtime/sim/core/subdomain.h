@@ -127,10 +127,12 @@ class Subdomain {
     // A catom's diameter, in units of the world's.
     bool has_diameters() const { return diameter_of_ != nullptr; }
     double diameter(Catom catom) const { return diameter_of_ ? diameter_of_(catom) : 1; }
-    // What a catom looks like, where some are no spheres.
-    bool has_rounded() const { return rounded_of_ != nullptr; }
+    // What a catom looks like, where some are no spheres; and how it is turned, which is also known where joints hold spheres.
+    bool has_rounded() const { return some_rounded_; }
+    bool has_turns() const { return rounded_of_ != nullptr; }
     world::RoundedBody rounded(Catom catom) const { return rounded_of_ ? rounded_of_(catom) : world::RoundedBody(); }
-    // What joints there are to be drawn.
+    // What joints there are now, where the world has some.
+    bool has_joints() const { return joints_ != nullptr; }
     std::vector<world::JointLook> joints() const { return joints_ ? joints_() : std::vector<world::JointLook>(); }
     std::size_t bytes() const {
         return members_.bytes() + facts_.bytes() + (network_ ? network_->bytes() : 0) + (routes_ ? routes_->bytes() : 0) + motion_bytes_;
@@ -250,7 +252,10 @@ class Subdomain {
     // Derivations of views that have no value are errors at once.
     void set_strict(bool strict) { abi_.strict = strict; }
     void set_diameters(std::function<double(Catom)> of) { diameter_of_ = std::move(of); }
-    void set_rounded(std::function<world::RoundedBody(Catom)> of) { rounded_of_ = std::move(of); }
+    void set_rounded(std::function<world::RoundedBody(Catom)> of, bool some_rounded) {
+        rounded_of_ = std::move(of);
+        some_rounded_ = some_rounded;
+    }
     void set_joints(std::function<std::vector<world::JointLook>()> all) { joints_ = std::move(all); }
     // Catoms at arbitrary positions are saved by their homes: places on the curve that orders bricks, which processes own as they own
     // bricks of a lattice.
@@ -273,9 +278,10 @@ class Subdomain {
     friend class Loader;
     friend class HandOver;
 
-    SubdomainView abi_;                                      // As the compiled module sees it.
-    std::function<double(Catom)> diameter_of_;               // Empty if all have the world's.
-    std::function<world::RoundedBody(Catom)> rounded_of_;    // Empty if all are spheres.
+    SubdomainView abi_;                                    // As the compiled module sees it.
+    std::function<double(Catom)> diameter_of_;             // Empty if all have the world's.
+    std::function<world::RoundedBody(Catom)> rounded_of_;  // Empty if all are spheres, and nothing depends on how they are turned.
+    bool some_rounded_ = false;
     std::function<std::vector<world::JointLook>()> joints_;  // Empty if there are none.
     std::function<world::BrickKey(Catom)> home_of_;          // Empty on a lattice.
     std::size_t motion_bytes_ = 0;                           // The memory of the motion module.

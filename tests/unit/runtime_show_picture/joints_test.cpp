@@ -1,9 +1,11 @@
 // How joints of bodies are drawn.
-#include "runtime/show/picture/joints.h"
+#include "runtime/show/picture/stage.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <vector>
 
 namespace meld::picture {
@@ -11,14 +13,16 @@ namespace {
 
 using world::JointLook;
 
-// What is drawn of one joint between two balls of a diameter, the second a diameter along x.
-std::vector<render::Triangle> drawn(const JointLook& joint, const std::vector<bool>& shown = {true, true}) {
-    const record::Drawn catoms{.ids = {3, 7}, .positions = {{0, 0, 0}, {1, 0, 0}}, .colours = {0, 0}};
+// What is drawn of one joint between two balls of a diameter, the second a diameter along x. Anchors are given as they are in the world.
+std::vector<render::Triangle> drawn(JointLook joint, const std::vector<bool>& shown = {true, true},
+                                    const std::vector<std::array<double, 4>>& turns = {}) {
+    joint.second_anchor[0] -= 1;
+    const record::Drawn catoms{.ids = {3, 7}, .positions = {{0, 0, 0}, {1, 0, 0}}, .turns = turns, .joints = {joint}, .colours = {0, 0}};
     const world::World world;
     const Look look;
     Stage stage(catoms, world, true, 0, look);
     stage.show(shown);
-    add_joints(std::vector{joint}, stage);
+    stage.surround();
     return stage.frame.scene.obstacles;
 }
 
@@ -60,6 +64,17 @@ TEST(DrawnJoints, ABallIsABall) {
     EXPECT_EQ(ball.size(), 128U);
     for (const render::Triangle& triangle : ball)
         for (const render::Vec& corner : triangle) EXPECT_NEAR((corner - render::Vec(0.5F, 0, 0)).norm(), 0.18, 1e-3);
+}
+
+TEST(DrawnJoints, APinTurnsWithItsCatoms) {
+    // A quarter of a turn about x: what is along y in the frame of a catom is along z in the world.
+    const double half = std::sqrt(0.5);
+    const std::array<double, 4> quarter{half, half, 0, 0};
+    const auto [low, high] =
+        box_of(drawn({JointLook::Kind::Hinge, 3, 7, {0.5, 0, 0}, {0.5, 0, 0}, {0, 1, 0}}, {true, true}, {quarter, quarter}));
+    EXPECT_NEAR(high.z(), 0.6, 1e-3);
+    EXPECT_NEAR(low.z(), -0.6, 1e-3);
+    EXPECT_NEAR(high.y(), 0.1, 0.01);
 }
 
 TEST(DrawnJoints, OnlyThoseOfCatomsThatAreShown) {
