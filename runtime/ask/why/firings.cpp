@@ -53,12 +53,39 @@ class Finder {
                 if (auto done = look(*rule); !done) return tl::unexpected<Error>(done.error());
             if (found_.count > 0) break;
         }
+        // One rule alone can have done it, and what is sensed as linear facts has come in the tick: it took that.
+        if (found_.count == 0 && fits_.size() == 1 && senses(*fits_[0])) {
+            sensed_in_tick_ = true;
+            if (auto done = look(*fits_[0]); !done) return tl::unexpected<Error>(done.error());
+        }
         for (const Rule* rule : fits_) found_.rules += (found_.rules.empty() ? "" : ", ") + fmt::format("{}:{}", rule->file, rule->line);
         if (found_.count == 0 && fits_.size() == 1) {
             found_.ways.push_back(e_.way_of(*fits_[0]));
             if (here(*fits_[0])) found_.ways.back().catom = fact_.catom;
         }
         return std::move(found_);
+    }
+    // A linear fact that comes from outside and goes when a rule takes it, such as that a joint broke.
+    bool comes_in_tick(const Clause& c) const {
+        if (c.kind != Clause::Kind::Atom || c.atom.read_only) return false;
+        const check::Predicate& p = e_.predicate(c.atom.predicate);
+        return p.sensed && p.linear();
+    }
+    bool senses(const Rule& rule) const {
+        return std::ranges::any_of(rule.body, [&](const Clause& c) { return comes_in_tick(c); });
+    }
+    // Takes such atoms out of a body that is to be looked up.
+    std::vector<Clause> take_out_sensed(PartialMatch& match) const {
+        std::vector<Clause> out, left;
+        std::size_t own = 0;
+        for (std::size_t c = 0; c < match.body.size(); ++c) {
+            const bool goes = c < match.own && comes_in_tick(match.body[c]);
+            own += c < match.own && !goes ? 1 : 0;
+            (goes ? out : left).push_back(match.body[c]);
+        }
+        // It is no longer the body of a rule, whose atoms must match different facts.
+        match.body = std::move(left), match.own = own, match.of = nullptr;
+        return out;
     }
     // Whether the fact is one of the catom at which the rule fires.
     bool makes_here(const Rule& rule) const {
@@ -101,10 +128,11 @@ class Finder {
         return done;
     }
     Result<void> by(const Rule& rule, const check::Atom& atom, const std::vector<Clause>& more) {
-        const std::optional<PartialMatch> match = e_.match_head(rule, atom, fact_, false, more);
+        std::optional<PartialMatch> match = e_.match_head(rule, atom, fact_, false, more);
         if (!match) return {};
         if (std::ranges::find(fits_, &rule) == fits_.end()) fits_.push_back(&rule);
         if (!e_.cannot(match->body).empty()) return {};
+        const std::vector<Clause> sensed = sensed_in_tick_ ? take_out_sensed(*match) : std::vector<Clause>();
         const Bound bound = bound_by(*match);
         const Result<bool> done = e_.search(*match, how_, [&](const Solution& solution) {
             Explanation::Way way = e_.way_of(rule);
@@ -118,6 +146,11 @@ class Finder {
                                          .text = e_.text(e_.keep(clause.atom.predicate, *solution.facts[c], age)),
                                          .tick = e_.states().tick - static_cast<i64>(age)});
                 }
+            for (const Clause& clause : sensed)
+                way.parts.push_back({.is = Part::Is::Fact,
+                                     .text = e_.print(e_.named(*match, solution.values, bound), clause),
+                                     .tick = e_.states().tick,
+                                     .note = "sensed"});
             // Several heads of a rule may give the same fact: that is one firing.
             std::string key = fmt::format("{}:{}: {} @{}", way.file, way.line, way.text, way.catom.value_or(0));
             for (const Part& part : way.parts) key += fmt::format(", {} in {}", part.text, part.tick.value_or(0));
@@ -131,6 +164,7 @@ class Finder {
 
     Explainer& e_;
     const Known& fact_;
+    bool sensed_in_tick_ = false;
     Explainer::Search how_ = {};
     std::vector<const Rule*> fits_;  // Those of which some atom can be the fact.
     std::set<std::string> seen_;     // The firings that were found.

@@ -19,7 +19,8 @@ struct Firings {
 
 // By which a fact was made in the tick of the explainer's first state; or taken, if it was there in the second, that of the tick before.
 // Facts are looked up as they were before the tick, or, if nothing is found so, persistent and sensed ones as they are after it. What came
-// and went within the tick is in neither, so firings that need it are not found. Errors: those of a search.
+// and went within the tick is in neither, so firings that need it are not found; but for what is sensed as linear facts, if only one rule
+// can have fired. Errors: those of a search.
 Result<Firings> that_made(Explainer& explainer, const Known& fact);
 Result<Firings> that_took(Explainer& explainer, const Known& fact);
 

@@ -109,7 +109,7 @@ class Causes {
     Result<void> went(const Known& fact, const Matches& now, Change& change) {
         const check::Predicate& p = e_.predicate(fact.predicate);
         if (!e_.facts(0).exists(*fact.catom)) return say(How::Gone, change);
-        if (sensed(p)) return say(How::Sensed, change);
+        if (sensed(p) && !p.linear()) return say(How::Sensed, change);
         if (p.linear()) {
             change.how = How::Taken;
             return fired(that_took(e_, fact), How::Consumed, change);
