@@ -234,8 +234,10 @@ class OdeEngine final : public Engine {
         stale_ = true;
     }
 
-    // ODE's boxes have sharp edges.
+    // ODE's boxes and cylinders have sharp edges.
     dGeomID form_of(const BodyShape& shape) const {
+        if (shape.is_cylinder())
+            return dCreateCylinder(mirror_->space, shape.core_m.x + shape.rounding_m, 2 * (shape.core_m.z + shape.rounding_m));
         if (shape.core_m.x == 0) return dCreateCapsule(mirror_->space, shape.rounding_m, 2 * shape.core_m.z);
         const Vec3 rounding{shape.rounding_m, shape.rounding_m, shape.rounding_m};
         const Vec3 edges = 2 * (shape.core_m + rounding);

@@ -170,8 +170,6 @@ Result<void> Scene::check_shape(const BodySpec& spec) const {
     if (spec.shape->is_sphere()) return {};
     if (world_->settings.engine == EngineKind::Hash)
         return fail(fmt::format("body {} has a shape (the engine Hash has none)", spec.id), "Use the engine Blocks or Ode");
-    if (world_->settings.engine == EngineKind::Ode && spec.shape->is_cylinder())
-        return fail(fmt::format("body {} is a cylinder (the engine Ode has none)", spec.id), "Use the engine Blocks");
     for (std::uint32_t obstacle = 0; obstacle < world_->obstacles.count(); ++obstacle)
         if (const auto kind = world_->obstacles.kind(obstacle); kind == "terrain" || kind == "mesh")
             return fail(fmt::format("body {} has a shape, which obstacle {}, a {}, does not hold", spec.id, obstacle, kind),

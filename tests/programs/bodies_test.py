@@ -429,7 +429,6 @@ def have_shapes(bodies):
             (ONE + 'shape = "cube"\n[[motion.catoms]]\nwhere = "id == 0"\ninertia = 0.5\n', "w.toml:6:1: the inertia of a cube follows"),
             (ONE + '[[motion.catoms]]\nwhere = "id == 0"\nturned = [1e200, 0, 0]\n', "w.toml:7:10: a catom is turned by more than"),
             (ONE + 'shape = "cube"\nengine = "hash"\n', 'the engine "hash" knows spheres alone'),
-            (ONE + 'shape = "cylinder"\nengine = "ode"\n', 'the engine "ode" has no cylinders'),
             (ONE + 'shape = "cube"\n[[motion.feature]]\ndirections = 6\n', "w.toml:6:1: only spheres have features"),
             (ONE + 'shape = "cube"\n[[motion.obstacle]]\nkind = "terrain"\nheights = [[0, 0], [0, 0]]\n',
              "w.toml:6:1: a terrain holds spheres alone")):

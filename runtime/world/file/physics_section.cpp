@@ -225,9 +225,6 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
     };
     if (p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" knows spheres alone", "write engine = \"blocks\", or take the shapes out");
-    const auto is_cylinder = [](const CatomGroup& g) { return g.form && g.form->kind == "cylinder"; };
-    if (p.engine == "ode" && (p.form.kind == "cylinder" || std::ranges::any_of(p.groups, is_cylinder)))
-        section.wrong("engine", "the engine \"ode\" has no cylinders", "write engine = \"blocks\", or take the cylinders out");
     for (const ObstacleOptions& o : p.obstacles)
         if (o.kind == "terrain" || o.kind == "mesh")
             at(o.place, fmt::format("a {} holds spheres alone", o.kind), "use planes and boxes, or take the shapes out");

@@ -1,32 +1,17 @@
 // Small scenes through our solver and through ODE, side by side over time.
 #include <gtest/gtest.h>
 
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/two_engines.h"
 
 namespace meld::physics {
 namespace {
 
-struct Pair {
-    std::unique_ptr<Scene> ours, odes;
-    Workers workers{1};
-
-    explicit Pair(SolverSettings solver, Vec3 gravity = {0, 0, -9.81}) {
-        Settings settings{.solver = solver, .gravity_m_s2 = gravity, .sleep_ticks = 0};
-        ours = make_scene(settings);
-        settings.engine = EngineKind::Ode;
-        settings.solver = SolverSettings::pgs20();
-        odes = make_scene(settings);
-    }
-    template <class F>
-    void both(const F& f) {
-        f(*ours), f(*odes);
-    }
+struct Pair : BothEngines {
+    explicit Pair(SolverSettings solver, Vec3 gravity = {0, 0, -9.81}) : BothEngines(kTick, gravity, solver) {}
     // The largest distance between a body in the two engines after N ticks.
-    double apart(int ticks) {
-        both([&](Scene& scene) { run(scene, ticks, 1, workers); });
-        double most = 0;
-        for (const BodyId id : ours->bodies()) most = std::max(most, length(ours->state(id).position_m - odes->state(id).position_m));
-        return most;
+    double apart_after(int ticks) {
+        steps(ticks);
+        return apart_now();
     }
 };
 
@@ -37,42 +22,42 @@ class AgainstOde : public testing::TestWithParam<SolverMode> {
 
 TEST_P(AgainstOde, FreeFlightIsTheSame) {
     Pair pair(solver());
-    pair.both(
+    pair.each(
         [](Scene& scene) { need(scene.add_body({.id = 0, .linear_velocity_m_s = {3, 1, 10}, .angular_velocity_rad_s = {1, 2, 3}})); });
-    EXPECT_LT(pair.apart(240), 1e-4);
+    EXPECT_LT(pair.apart_after(240), 1e-4);
     EXPECT_LT(length(pair.ours->state(0).angular_velocity_rad_s - pair.odes->state(0).angular_velocity_rad_s), 1e-5);
 }
 
 TEST_P(AgainstOde, SlidingAndRollingGoTheSameWay) {
     Pair pair(solver());
-    pair.both([](Scene& scene) {
+    pair.each([](Scene& scene) {
         need(scene.add_obstacle(Plane{}, 0));
         need(scene.add_body({.id = 0, .position_m = {0, 0, 0.5}, .linear_velocity_m_s = {5, 2, 0}, .angular_velocity_rad_s = {0, 0, 4}}));
     });
     // ODE takes a tick to notice the contact, for it must overlap first, and its friction is a pyramid along the axes: it has
     // less friction along a diagonal's axes. Over 7 m of way they part by this much.
-    EXPECT_LT(pair.apart(60), 0.1);
-    EXPECT_LT(pair.apart(180), 0.5);
+    EXPECT_LT(pair.apart_after(60), 0.1);
+    EXPECT_LT(pair.apart_after(180), 0.5);
     EXPECT_LT(length(pair.ours->state(0).linear_velocity_m_s - pair.odes->state(0).linear_velocity_m_s), 0.25);
 }
 
 TEST_P(AgainstOde, DroppedBallsComeToRestAlike) {
     Pair pair(solver());
-    pair.both([](Scene& scene) {
+    pair.each([](Scene& scene) {
         need(scene.add_obstacle(Plane{}, 0));
         for (BodyId id = 0; id < 9; ++id) need(scene.add_body({.id = id, .position_m = {1.5 * (id % 3), 1.5 * (id / 3), 1 + 0.1 * id}}));
     });
-    EXPECT_LT(pair.apart(60), 0.03);
-    EXPECT_LT(pair.apart(240), 0.01);
+    EXPECT_LT(pair.apart_after(60), 0.03);
+    EXPECT_LT(pair.apart_after(240), 0.01);
 }
 
 TEST_P(AgainstOde, CollisionOfTwoBallsPartsThemAlike) {
     Pair pair(solver(), {});
-    pair.both([](Scene& scene) {
+    pair.each([](Scene& scene) {
         need(scene.add_body({.id = 0, .position_m = {-1, 0.3, 0}, .linear_velocity_m_s = {2, 0, 0}, .mass_kg = 2}));
         need(scene.add_body({.id = 1, .position_m = {0.5, 0, 0}}));
     });
-    EXPECT_LT(pair.apart(120), 0.08);
+    EXPECT_LT(pair.apart_after(120), 0.08);
     for (const BodyId id : {0u, 1u})
         EXPECT_LT(length(pair.ours->state(id).linear_velocity_m_s - pair.odes->state(id).linear_velocity_m_s), 0.15);
 }
@@ -80,7 +65,7 @@ TEST_P(AgainstOde, CollisionOfTwoBallsPartsThemAlike) {
 // A pyramid of 14 balls with a fixed base stands in both.
 TEST_P(AgainstOde, PyramidStandsAlike) {
     Pair pair(solver());
-    pair.both([](Scene& scene) {
+    pair.each([](Scene& scene) {
         BodyId id = 0;
         const double up = std::sqrt(0.5);
         for (int layer = 0; layer < 3; ++layer)
@@ -88,18 +73,18 @@ TEST_P(AgainstOde, PyramidStandsAlike) {
                 for (int y = 0; y < 3 - layer; ++y)
                     need(scene.add_body({.id = id++, .position_m = {x + 0.5 * layer, y + 0.5 * layer, up * layer}, .fixed = layer == 0}));
     });
-    EXPECT_LT(pair.apart(240), 0.03);
+    EXPECT_LT(pair.apart_after(240), 0.03);
 }
 
 // While a pile's first layers compact, both lose the same height and energy, within a few percent of the fall.
 TEST_P(AgainstOde, FallingLayersLoseTheSameHeight) {
     Pair pair(solver());
-    pair.both([](Scene& scene) {
+    pair.each([](Scene& scene) {
         need(scene.add_obstacle(Plane{}, 0));
         add_cube(scene, 4, 1.05, {0, 0, 0.8});
     });
     for (int second = 0; second < 3; ++second) {
-        pair.apart(30);
+        pair.apart_after(30);
         const double ours = pair.ours->potential_energy_j(), odes = pair.odes->potential_energy_j();
         EXPECT_NEAR(ours, odes, 0.03 * odes) << second;
     }

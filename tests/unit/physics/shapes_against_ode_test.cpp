@@ -1,54 +1,19 @@
-// Boxes, capsules and joints through our solver and through ODE, side by side over time, in small steps. ODE's boxes have sharp edges, and
-// ours are hardly rounded here.
+// Boxes, cylinders, capsules and joints through our solver and through ODE, side by side over time, in small steps. ODE's boxes and
+// cylinders have sharp edges, and ours are hardly rounded here.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/two_engines.h"
 
 namespace meld::physics {
 namespace {
 
 constexpr double kStep_s = 1e-3;
 
-// The same scene in both engines.
-struct Both {
-    std::unique_ptr<Scene> ours, odes;
-    Workers workers{1};
-
-    explicit Both(Vec3 gravity = {0, 0, -kGravity}) {
-        Settings settings{.gravity_m_s2 = gravity, .sleep_ticks = 0};
-        ours = make_scene(settings);
-        settings.engine = EngineKind::Ode;
-        settings.solver = SolverSettings::pgs20();
-        odes = make_scene(settings);
-    }
-    template <class F>
-    void each(const F& f) {
-        f(*ours), f(*odes);
-    }
-    void go(double seconds) {
-        each([&](Scene& scene) {
-            for (int step = 0; step < static_cast<int>(std::lround(seconds / kStep_s)); ++step) need(scene.step(kStep_s, 1, workers));
-        });
-    }
-    double apart(BodyId body) const { return length(ours->state(body).position_m - odes->state(body).position_m); }
-    // The angle between the two, rad.
-    double turned(BodyId body) const {
-        const Quat a = ours->state(body).orientation, b = odes->state(body).orientation;
-        return 2 * std::acos(std::min(1.0, std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z)));
-    }
-    // The greatest distance of a body from where it is in the other engine, over some time.
-    double most_apart(double seconds) {
-        double most = 0;
-        for (double at = 0; at < seconds - kStep_s / 2; at += 0.05) {
-            go(0.05);
-            for (const BodyId body : ours->bodies()) most = std::max(most, apart(body));
-        }
-        return most;
-    }
+struct Both : BothEngines {
+    explicit Both(Vec3 gravity = {0, 0, -kGravity}) : BothEngines(kStep_s, gravity) {}
 };
 
 TEST(ShapesAgainstOde, ABoxFliesAndTumblesAlike) {
@@ -129,6 +94,118 @@ TEST(ShapesAgainstOde, ACapsuleThatStandsAskewFallsOver) {
     EXPECT_LT(both.apart(0), 0.02);
     both.go(2);
     both.each([](Scene& scene) { EXPECT_NEAR(scene.state(0).position_m.z, 0.2, 5e-3); });
+}
+
+// Lying along y.
+const Quat kAlongY{std::sqrt(0.5), std::sqrt(0.5), 0, 0};
+
+TEST(ShapesAgainstOde, ACylinderFliesAndTumblesAlike) {
+    Both both;
+    both.each([](Scene& scene) {
+        need(scene.add_body(
+            {.id = 0, .linear_velocity_m_s = {2, 1, 6}, .angular_velocity_rad_s = {2, 0.3, 1}, .shape = cylinder_shape(0.4, 1.5, 1e-3)}));
+    });
+    EXPECT_LT(both.most_apart(1), 0.01);
+    EXPECT_LT(both.turned(0), 0.03);
+}
+
+TEST(ShapesAgainstOde, ACylinderSlidesAsFarOnItsCap) {
+    Both both;
+    both.each([](Scene& scene) {
+        need(scene.add_obstacle(Plane{}, 0));
+        need(scene.add_body(
+            {.id = 0, .position_m = {0, 0, 0.2}, .linear_velocity_m_s = {4, 0, 0}, .shape = cylinder_shape(0.5, 0.4, 1e-3)}));
+    });
+    const double way = 16 / (2 * 0.5 * kGravity);
+    EXPECT_LT(both.most_apart(1.5), 0.02 * way);
+    EXPECT_NEAR(both.ours->state(0).position_m.x, way, 0.02 * way);
+    EXPECT_LT(both.turned(0), 0.02);
+}
+
+TEST(ShapesAgainstOde, ACylinderTipsOrStandsOnASlopeAlike) {
+    // Twice as high as wide.
+    for (const double slope : {0.44, 0.56}) {
+        const double angle = std::atan(slope);
+        Both both({kGravity * std::sin(angle), 0, -kGravity * std::cos(angle)});
+        both.each([](Scene& scene) {
+            const auto rough = need(scene.add_material({.friction = 2}));
+            need(scene.add_obstacle(Plane{}, rough));
+            need(scene.add_body({.id = 0, .position_m = {0, 0, 0.5}, .material = rough, .shape = cylinder_shape(0.25, 1, 1e-3)}));
+        });
+        both.go(0.8);
+        both.each([&](Scene& scene) {
+            const double leans = std::acos(std::min(1.0, rotate(scene.state(0).orientation, {0, 0, 1}).z));
+            if (slope > 0.5)
+                EXPECT_GT(leans, 0.2) << slope;
+            else
+                EXPECT_LT(leans, 0.02) << slope;
+        });
+        EXPECT_LT(both.apart(0), slope > 0.5 ? 0.1 : 0.02) << slope;
+    }
+}
+
+TEST(ShapesAgainstOde, ACylinderFallsLiesAndRolls) {
+    Both both;
+    both.each([](Scene& scene) {
+        need(scene.add_obstacle(Plane{}, 0));
+        need(scene.add_body({.id = 0,
+                             .position_m = {0, 0, 0.5},
+                             .orientation = kAlongY,
+                             .linear_velocity_m_s = {2, 0, 0},
+                             .shape = cylinder_shape(0.2, 1.2, 1e-3)}));
+    });
+    EXPECT_LT(both.most_apart(2), 0.05);
+    both.each([](Scene& scene) {
+        const BodyState state = scene.state(0);
+        EXPECT_NEAR(state.position_m.z, 0.2, 2e-3);
+        // Two thirds of the speed are left, as of every full cylinder.
+        EXPECT_NEAR(state.linear_velocity_m_s.x, 4.0 / 3, 0.03);
+        EXPECT_NEAR(state.linear_velocity_m_s.x, 0.2 * state.angular_velocity_rad_s.y, 0.01);
+    });
+}
+
+TEST(ShapesAgainstOde, ACylinderThatStandsAskewFallsOver) {
+    Both both;
+    both.each([](Scene& scene) {
+        need(scene.add_obstacle(Plane{}, 0));
+        // Beyond the angle at which its middle is above its rim, 0.32.
+        need(scene.add_body(
+            {.id = 0, .position_m = {0, 0, 0.645}, .orientation = turn_of(0.5, {0, 1, 0}), .shape = cylinder_shape(0.2, 1.2, 1e-3)}));
+    });
+    both.go(0.5);
+    EXPECT_LT(both.turned(0), 0.06);
+    EXPECT_LT(both.apart(0), 0.03);
+    both.go(2);
+    both.each([](Scene& scene) { EXPECT_NEAR(scene.state(0).position_m.z, 0.2, 5e-3); });
+}
+
+TEST(ShapesAgainstOde, ACylinderStandsOnOtherShapesAndIsHitByThem) {
+    // A cylinder on a box, which is an obstacle; a ball, a capsule and a second cylinder run into three more.
+    Both both;
+    both.each([](Scene& scene) {
+        const auto smooth = need(scene.add_material({.friction = 0}));
+        need(scene.add_obstacle(Box{{0, 0, 0.5}, {2, 2, 1}, {}}, smooth));
+        need(scene.add_body({.id = 0, .position_m = {0.2, 0, 1.5}, .material = smooth, .shape = cylinder_shape(0.4, 1, 1e-3)}));
+    });
+    both.go(1);
+    EXPECT_LT(both.apart(0), 2e-3);
+    EXPECT_LT(both.turned(0), 1e-2);
+    const Quat upright{};
+    for (const auto& [shape, turn] : {std::pair(BodyShape({}, 0.5), upright), std::pair(capsule_shape(0.3, 2), upright),
+                                      std::pair(cylinder_shape(0.5, 1, 1e-3), upright), std::pair(cylinder_shape(0.5, 1, 1e-3), kAlongY)}) {
+        Both free(Vec3{});
+        free.each([&, &of = shape, &as = turn](Scene& scene) {
+            need(scene.add_body({.id = 0, .shape = cylinder_shape(0.4, 1.2, 1e-3)}));
+            need(scene.add_body(
+                {.id = 1, .position_m = {2, 0, 0}, .orientation = as, .linear_velocity_m_s = {-2, 0, 0}, .mass_kg = 2, .shape = of}));
+        });
+        free.go(1);
+        // Neither bounces: both go on together with the momentum of the second. ODE notices them only once they overlap, and parts them.
+        free.each([](Scene& scene) { EXPECT_NEAR(scene.momentum().x, -4, 1e-4); });
+        EXPECT_NEAR(free.ours->state(0).linear_velocity_m_s.x, -4.0 / 3, 0.1);
+        EXPECT_NEAR(free.odes->state(0).linear_velocity_m_s.x, -1.55, 0.25);
+        EXPECT_LT(free.apart_now(), 0.25);
+    }
 }
 
 // Boxes in a row along x, each hinged to the one before, the first to a fixed body.
