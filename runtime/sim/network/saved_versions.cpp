@@ -120,22 +120,26 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
         });
     if (in.failed()) return false;
     const std::vector<SavedParcel> parcels = read_parcels(in);
-    return each_saved_entry(in, parcels.size(), [&](const SavedEntry& entry) {
+    std::vector<SavedEntry> entries;
+    if (!each_saved_entry(in, parcels.size(), [&](const SavedEntry& entry) { entries.push_back(entry); })) return false;
+    // In the order in which they were sent over each link, since a version has the columns of the one before it.
+    std::ranges::stable_partition(entries, &SavedEntry::late);
+    for (const SavedEntry& entry : entries) {
         // This world's network may be faster.
         const i64 arrival = now + std::min<i64>(entry.ticks, world_.latency());
         if (entry.link == kNone32) {
-            if (!takes_lost) return;
+            if (!takes_lost) continue;
             put_gone(arriving(arrival), 1);
             ++under_way_;
-            return;
+            continue;
         }
-        if (entry.link >= known.size() || !known[entry.link]) return;
+        if (entry.link >= known.size() || !known[entry.link]) continue;
         Known& link = *known[entry.link];
         const SavedParcel& parcel = parcels[entry.parcel];
         // Which column changes; none: all of it is new.
         const auto column = std::ranges::find(exported_, parcel.number);
         const bool whole = parcel.kind == ParcelKind::State;
-        if (!whole && (parcel.kind != ParcelKind::Column || column == exported_.end())) return;
+        if (!whole && (parcel.kind != ParcelKind::Column || column == exported_.end())) continue;
         const Catom before = link.latest != kGone ? link.latest : static_cast<Catom>(links.read(link.reader, link.port));
         const Catom index = take(link.other, Holds::Nothing);
         version_at(index).alone = 1;
@@ -149,7 +153,8 @@ bool Versions::load(i64 now, const std::function<std::optional<u32>(u64)>& find,
         }
         link.latest = index;
         put(arrival, {index, link.reader, link.port, whole, entry.late});
-    });
+    }
+    return true;
 }
 
 }  // namespace meld::sim

@@ -4,10 +4,14 @@ namespace meld::world {
 
 void CatomIds::add_run(std::uint64_t first_id, std::uint32_t count) {
     if (count_ == 0) first_ = first_id;
-    if (implied_ == count_ && first_id == first_ + count_)
+    if (implied_ == count_ && first_id == first_ + count_) {
         implied_ += count;
-    else
+    } else {
+        // An eighth more where there is no room, since they are many.
+        constexpr std::size_t kShare = 8, kLeast = 64;
+        if (stored_.size() + count > stored_.capacity()) stored_.reserve(stored_.size() + count + stored_.size() / kShare + kLeast);
         for (std::uint32_t i = 0; i < count; ++i) stored_.push_back(first_id + i);
+    }
     count_ += count;
 }
 
