@@ -38,6 +38,8 @@ class RuleEmitter {
     // A delta rule: the groups of the head that changed rows of one input can affect. `offer`: the rule itself, if what it derives from the
     // row alone tells whether the group is affected; or null.
     void affected(std::size_t number, const RulePlan* offer);
+    // What the rule derives from the rows that neighbours have gained, if all of it follows from one row of a neighbour.
+    void gains(std::size_t number);
     // The rule for one group of the head.
     void group();
     // A semi-naive rule: derives from rows that the last round has derived.

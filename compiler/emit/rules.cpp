@@ -81,6 +81,35 @@ void RuleEmitter::affected(std::size_t number, const RulePlan* offer) {
     w_.close();
 }
 
+void RuleEmitter::gains(std::size_t number) {
+    MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.steps.size() >= 2, "rule {} offers nothing", scope_.rule.name);
+    const Match& match = *as<Match>(rule_plan_.steps[1]);
+    const MakeFact& head = rule_plan_.derived();
+    const std::string changes = fresh("changes"), to = fresh("to"), i = fresh("k"), f = fresh("f"), row = row_type(match.predicate);
+    w_.raw("");
+    w_.open(fmt::format("{} bool {}_gains{}(Self& s, Gains<{}_t>& gains) {{", linkage(plan_, plan_.program.rules.count()),
+                        rule_function(plan_, rule_plan_.rule), number, predicate_name(plan_.program, head.predicate)));
+    const std::size_t outside = w_.depth();
+    step(*as<plan::EachNeighbour>(rule_plan_.steps[0]));
+    w_.open(fmt::format("for (const RowChanges* {0} = s.e->subdomain->changes[{1}][{2}]; {0} != nullptr; {0} = {0}->next) {{", changes,
+                        plan_.of(match.predicate).column.index(), scope_.at(match.place)));
+    w_.line("if ({}->removed != 0) return false;", changes);
+    w_.line("{}* {} = gains.room(*s.e, {}->added);", row_type(head.predicate), to, changes);
+    const std::size_t before = w_.depth();
+    w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}->added; ++{0}) {{", i, changes));
+    w_.line("[[maybe_unused]] const {0}& {1} = rows_in<{0}>({2})[{3}];", row, f, changes, i);
+    use(match, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+    steps({rule_plan_.steps.begin() + 2, rule_plan_.steps.end()});
+    make_row(head);
+    w_.line("row.rank = rank_above({}.rank);", f);
+    w_.line("*{}++ = row;", to);
+    close_to(before);
+    w_.line("gains.end(*s.e, {});", to);
+    close_to(outside);
+    w_.raw("return true;");
+    w_.close();
+}
+
 void RuleEmitter::semi_naive(std::size_t number) {
     MELD_EXPECT(rule_plan_.heads.size() == 1 && rule_plan_.given.empty(), "rule {} is not semi-naive", scope_.rule.name);
     w_.raw("");
@@ -328,15 +357,24 @@ void RuleEmitter::port_use(const plan::PortUse& use, const std::string& port) {
 }
 
 void emit_view_rule(const plan::Plan& plan, const RulePlan& rule, Writer& w) { RuleEmitter(plan, rule, w).view(); }
+bool is_delta_offer(const plan::Plan& plan, const plan::StratumPlan& stratum, std::size_t number) {
+    return keeps_best(plan, stratum) && stratum.deltas.affected[number].steps.size() == 2 &&
+           is_offer(plan, stratum.deltas.whole[number], stratum.predicates[0]);
+}
+bool takes_gains(const plan::Plan& plan, const plan::StratumPlan& stratum) {
+    // Counters are told of each group that is derived again.
+    if (plan.counts || stratum.deltas.affected.empty()) return false;
+    for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i)
+        if (!is_delta_offer(plan, stratum, i)) return false;
+    return true;
+}
 void emit_deltas(const plan::Plan& plan, const plan::StratumPlan& stratum, Writer& w) {
     for (std::size_t i = 0; i < stratum.semi_naive.size(); ++i) RuleEmitter(plan, stratum.semi_naive[i], w).semi_naive(i);
     for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) {
-        const RulePlan& affected = stratum.deltas.affected[i];
-        const auto whole = std::ranges::find_if(stratum.rules, [&](const RulePlan& r) {
-            return r.rule == affected.rule && affected.steps.size() == 2 && is_offer(plan, r, stratum.predicates[0]);
-        });
-        const bool offers = keeps_best(plan, stratum) && whole != stratum.rules.end();
-        RuleEmitter(plan, affected, w).affected(i, offers ? &*whole : nullptr);
+        const RulePlan& whole = stratum.deltas.whole[i];
+        const bool offers = is_delta_offer(plan, stratum, i);
+        RuleEmitter(plan, stratum.deltas.affected[i], w).affected(i, offers ? &whole : nullptr);
+        if (takes_gains(plan, stratum)) RuleEmitter(plan, whole, w).gains(i);
     }
     for (const RulePlan& r : stratum.deltas.regroup) RuleEmitter(plan, r, w).group();
 }

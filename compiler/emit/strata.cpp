@@ -256,6 +256,35 @@ void evaluate_mutually(const plan::Plan& plan, const StratumPlan& stratum, Write
         w.line("if (m_{}.finish(*s.e)) changed |= {};", predicate_name(plan.program, p), own_bit(plan, p));
 }
 
+// Whether the catom may read the rows of a view after its stratum.
+bool read_later(const plan::Plan& plan, PredicateId id) {
+    const std::uint64_t own = plan.column_of(id).own_dirty;
+    return !plan.linear_rules.empty() || plan.program.predicates[id].kind == PredicateKind::Action ||
+           std::ranges::any_of(plan.strata, [&](const StratumPlan& s) { return (s.inputs & own) != 0; });
+}
+
+// If neighbours have only gained rows, and the catom has lost none: what follows from these rows, and all others stay.
+void emit_gains(const plan::Plan& plan, const StratumPlan& stratum, Writer& w) {
+    const std::string name = predicate_name(plan.program, stratum.predicates[0]);
+    w.open((stratum.deltas.inputs & kDirtyGroups) != 0 ? "if ((todo & kDirtyGroups) == 0 && has_lost_nothing(*s.e)) {"
+                                                       : "if (has_lost_nothing(*s.e)) {");
+    w.line("Gains<{}_t> gains;", name);
+    w.raw("bool only_gains = true;");
+    for (std::size_t i = 0; i < stratum.deltas.affected.size(); ++i) {
+        const RulePlan& r = stratum.deltas.affected[i];
+        if (plan.places) w.line("note_place(*s.e, {});", rule_number(plan, r.rule));
+        w.line("if (todo & {}) only_gains = only_gains && {}_gains{}(s, gains);", hex(r.inputs), rule_function(plan, r.rule), i);
+    }
+    decides(plan, stratum.predicates[0], w);
+    w.open(fmt::format("if (only_gains && s.e->trap == Trap::None && gains.merge(*s.e, s.{})) {{", name));
+    w.line("if (take_gains<{}>(*s.e, s.{}, gains)) changed |= {};", read_later(plan, stratum.predicates[0]), name,
+           own_bit(plan, stratum.predicates[0]));
+    w.raw("return true;");
+    w.close();
+    w.raw("s.e->trap = Trap::None;");
+    w.close();
+}
+
 // If only rows have changed: the groups that they affect, derived again. A failure there is not a failure of the program, because rows are
 // read in a different order: the whole stratum is then evaluated, which reports it.
 void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std::size_t number, Writer& w) {
@@ -265,6 +294,7 @@ void emit_row_evaluation(const plan::Plan& plan, const StratumPlan& stratum, std
     const std::string name = predicate_name(plan.program, stratum.predicates[0]);
     w.raw("");
     w.open(fmt::format("MELD_STEP static bool evaluate_{}_rows(Self& s, u64 todo, u64& changed) {{", number));
+    if (takes_gains(plan, stratum)) emit_gains(plan, stratum, w);
     w.line("AffectedGroups<{}_t> affected;", name);
     if (stratum.deltas.inputs & kDirtyGroups)
         w.line("if (todo & kDirtyGroups) affected.add_woken(*s.e, s.e->subdomain->changes[{}][s.catom]);",

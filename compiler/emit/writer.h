@@ -231,6 +231,10 @@ void emit_schema(const plan::Plan& plan, Writer& w);
 bool is_offer(const plan::Plan& plan, const plan::RulePlan& rule, PredicateId predicate);
 // Whether a group of a stratum keeps its value unless what supports it goes or something better comes.
 bool keeps_best(const plan::Plan& plan, const plan::StratumPlan& stratum);
+// Whether delta rule `number` of a stratum follows a neighbour's row that alone tells what the rule derives from it.
+bool is_delta_offer(const plan::Plan& plan, const plan::StratumPlan& stratum, std::size_t number);
+// Whether all delta rules of a stratum do, so that rows which neighbours have gained are derived from at once (Gains in kernel/deltas.h).
+bool takes_gains(const plan::Plan& plan, const plan::StratumPlan& stratum);
 std::vector<const RulePlan*> offers_of(const plan::Plan& plan, plan::ColumnId column);
 std::string concerned_function(plan::ColumnId column);
 void emit_concerned(const plan::Plan& plan, Writer& w);

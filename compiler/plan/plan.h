@@ -110,6 +110,7 @@ struct RulePlan {
 struct DeltaRules {
     std::uint64_t inputs = 0;  // If anything else has changed, all groups are evaluated; 0: always.
     std::vector<RulePlan> affected = {};
+    std::vector<RulePlan> whole = {};  // The rules that these are made of, in the same order, before rules share steps.
     std::vector<RulePlan> regroup = {};
 };
 

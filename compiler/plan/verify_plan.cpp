@@ -241,6 +241,9 @@ void verify_stratum(const Plan& plan, const StratumPlan& s) {
         MELD_CHECK((r.inputs & ~s.deltas.inputs) == 0 && (r.inputs & r.unchanged) == 0, "a delta rule of {} has the inputs {:#x}", name,
                    r.inputs);
     }
+    MELD_CHECK(s.deltas.whole.size() == s.deltas.affected.size(), "stratum {} has {} delta rules of {} rules", name,
+               s.deltas.affected.size(), s.deltas.whole.size());
+    for (const RulePlan& r : s.deltas.whole) Scoping(plan, r).run(r, Scoping::Heads::All);
     for (const RulePlan& r : s.deltas.regroup) Scoping(plan, r).run(r, Scoping::Heads::All);
     for (const RulePlan& r : s.semi_naive) {
         Scoping(plan, r).run(r, Scoping::Heads::All);

@@ -96,6 +96,7 @@ class DeltaPlanner {
         for (Candidate& c : candidates_) {
             c.plan.unchanged &= deltas.inputs;
             if (!c.at_site || is_given(c.predicate)) plan_.columns[plan_.of(c.predicate).column].follows_rows = true;
+            deltas.whole.push_back(*std::ranges::find(stratum_.rules, c.plan.rule, &RulePlan::rule));
             deltas.affected.push_back(std::move(c.plan));
         }
         MELD_ENSURE(deltas.regroup.size() == stratum_.rules.size() && (deltas.inputs & kDirtyLinks) == 0);

@@ -65,14 +65,20 @@ void Evaluator::Thread::connect_writes(Host& host) {
     };
     host.change_rows = [](Eval* e, u16 column, const RowChanges* changes) {
         Thread& t = of(e);
-        RowChanges* kept = t.owner->columns_.changes().make(column, changes->removed, changes->added, t.number);
-        const std::size_t bytes =
-            std::size_t{t.owner->module_.columns[column].row_bytes} * (std::size_t{changes->removed} + changes->added);
-        if (bytes > 0) std::memcpy(kept + 1, changes + 1, bytes);
+        const std::size_t row_bytes = t.owner->module_.columns[column].row_bytes;
+        const auto* const from = reinterpret_cast<const u8*>(changes + 1);
+        std::size_t bytes = row_bytes * (std::size_t{changes->removed} + changes->added);
+        if (changes->placed != 0)
+            bytes = static_cast<std::size_t>(reinterpret_cast<const u8*>(places_of(*changes, row_bytes) + changes->added) - from);
+        RowChanges* kept = t.owner->columns_.changes().make(column, 0, static_cast<u32>((bytes + row_bytes - 1) / row_bytes), t.number);
+        *kept = *changes;
+        if (bytes > 0) std::memcpy(kept + 1, from, bytes);
         t.row_changes.push_back({e->catom, column, kept});
     };
     host.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
         const Thread& t = of(e);
+        if (predicate == kNone16)
+            return t.owner->tombstones_.of(e->catom) != nullptr || (!t.losses.empty() && t.losses.back().catom == e->catom);
         const Tombstones::Entry* found = t.owner->tombstones_.find(e->catom, predicate, key);
         const bool before =
             found != nullptr && !Tombstones::expired(*found, e->subdomain->now, e->subdomain->greatest_rank, e->subdomain->latency);

@@ -64,7 +64,10 @@ void Columns::change_rows(u32 column, u32 catom, RowChanges* changes, int pool) 
     MELD_EXPECT(changes_.follows(column), "column {}", column);
     // A few rows are found and changed in place; many are cheaper to merge at once.
     const bool few = changes->removed + changes->added <= 8;
-    few ? change_in_place(column, catom, *changes, pool) : merge_changes(column, catom, *changes, pool);
+    if (changes->placed != 0)
+        insert_rows(column, catom, *changes, pool);
+    else
+        few ? change_in_place(column, catom, *changes, pool) : merge_changes(column, catom, *changes, pool);
     changes_.note(column, catom, changes, pool);
 }
 
@@ -112,6 +115,33 @@ void Columns::merge_changes(u32 column, u32 catom, const RowChanges& changes, in
     });
     for (; from < head.count; ++from) copy(before());
     set_rows(column, catom, out.data(), static_cast<u32>(out.size() / info.row_bytes), pool);
+}
+
+// From the last row on, so that each of those that were there is moved once, and rows with room stay in their block.
+void Columns::insert_rows(u32 column, u32 catom, const RowChanges& changes, int pool) {
+    const std::size_t size = module_.columns[column].row_bytes;
+    const u32* const places = places_of(changes, size);
+    MELD_EXPECT(changes.removed == 0, "column {}", column);
+    RowsHead& head = *reinterpret_cast<RowsHead*>(entry(column, catom));
+    const auto* const added = reinterpret_cast<const u8*>(&changes + 1);
+    const u32 count = head.count + changes.added;
+    u8* const from = head.data;
+    u8* const to = RowPool::fits(head.capacity, count, size) ? from : pools_[static_cast<std::size_t>(pool)].take(count * size);
+    u32 end = head.count;
+    for (u32 k = changes.added; k-- > 0;) {
+        MELD_ASSERT(places[k] <= end, "row {} of {} comes before row {} of {}", k, changes.added, places[k], end);
+        u8* const place = to + (std::size_t{places[k]} + k) * size;
+        if (places[k] < end) std::memmove(place + size, from + places[k] * size, (end - places[k]) * size);
+        std::memcpy(place, added + k * size, size);
+        end = places[k];
+    }
+    if (to != from) {
+        if (end > 0) std::memcpy(to, from, end * size);
+        if (head.capacity > 0) pools_[static_cast<std::size_t>(pool)].give(from, head.capacity * size);
+        head.data = to;
+        head.capacity = block_capacity(count * size, size);
+    }
+    head.count = count;
 }
 
 void Columns::erase_row(u32 column, u32 catom, u32 at) {

@@ -36,13 +36,13 @@ void replace_lists(const ModuleInfo& module, u32 column, u8* rows, u32 count, co
         }
 }
 
-// How many rows fit into the block for this many bytes. The block's class must depend only on that number.
-u32 block_capacity(std::size_t bytes, std::size_t row_bytes) {
+}  // namespace
+
+// The block's class must depend only on that number.
+u32 Columns::block_capacity(std::size_t bytes, std::size_t row_bytes) {
     const std::size_t rows = RowPool::capacity(bytes) / row_bytes;
     return static_cast<u32>(RowPool::capacity(rows * row_bytes) == RowPool::capacity(bytes) ? rows : bytes / row_bytes);
 }
-
-}  // namespace
 
 Columns::Columns(const ModuleInfo& module, int pools)
     : module_(module),

@@ -122,6 +122,9 @@ class Columns {
     void initialise(u32 column, std::size_t from, std::size_t to);
     void change_in_place(u32 column, u32 catom, const RowChanges& changes, int pool);
     void merge_changes(u32 column, u32 catom, const RowChanges& changes, int pool);
+    void insert_rows(u32 column, u32 catom, const RowChanges& changes, int pool);
+    // How many rows fit into the block for this many bytes.
+    static u32 block_capacity(std::size_t bytes, std::size_t row_bytes);
     void erase_row(u32 column, u32 catom, u32 at);
     void save_records(u32 column, std::span<const u32> catoms, ByteWriter& out) const;
     void load_records(u32 column, std::span<const SavedCatom> catoms, ByteReader& in);

@@ -182,9 +182,14 @@ struct RowChanges {
     // Rows of groups whose quarantine has ended. They concern only the catom itself: its neighbours skip them, because they are not sent to
     // other processes, and results must not depend on the processes.
     u32 woken;
-    u32 unused;
+    // 1, for Host::change_rows alone, of changes that remove nothing: after the rows, before which of the rows that were there each of the
+    // added ones comes (places_of()).
+    u32 placed;
     // Followed by the removed rows, the added rows, and the woken ones.
 };
+inline const u32* places_of(const RowChanges& changes, u64 row_bytes) {
+    return reinterpret_cast<const u32*>(reinterpret_cast<const u8*>(&changes + 1) + ((changes.added * row_bytes + 3) & ~u64{3}));
+}
 
 struct ParameterInfo {  // A constant of the program that `--set` can change.
     const char* name;
@@ -358,7 +363,8 @@ struct Host {
     // The same for one group of a predicate whose column records its changes by row: in that tick the row is among the changes, and
     // kDirtyGroups is set.
     void (*wake_group)(Eval*, i64 tick, u16 predicate, const void* row);
-    // The losses of a group, including those of this evaluation; false: none, or none that still matters.
+    // The losses of a group, including those of this evaluation; false: none, or none that still matters. Of predicate kNone16, whether the
+    // catom remembers a loss of any group, also one that matters no longer; `out` stays as it is.
     bool (*tombstone)(Eval*, u16 predicate, u64 key, Tombstone* out);
     // A fact of the group with this rank has been retracted; stored from the end of the tick on.
     void (*lose)(Eval*, u16 predicate, u64 key, u32 rank);

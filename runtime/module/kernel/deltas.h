@@ -172,6 +172,213 @@ bool decide_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected,
     return true;
 }
 
+// Whether the catom remembers no loss, so that all derivations are trusted, and there are none of a group without a value.
+inline bool has_lost_nothing(Eval& e) { return !e.subdomain->tombstones || !e.host->tombstone(&e, kNone16, 0, nullptr); }
+
+// What rules derive from rows that neighbours have gained, each from one row. If nobody has lost anything, neither now nor before, groups
+// keep their values unless something better comes, and a group without one gets the best of what comes now: it was offered nothing before.
+// So each row of a neighbour is derived from once. Rows mostly come in order from each neighbour: these runs are merged, not sorted.
+template <class T>
+struct Gains {
+    using Row = typename T::Row;
+    RowList<Row> rows;   // After merge(): in the order of groups, the best of each group.
+    RowList<u32> begun;  // Where runs but the first begin.
+
+    Gains() {
+        rows.reset();
+        begun.reset();
+    }
+    // Where up to so many more rows are to be put, followed by end().
+    Row* room(Eval& e, u32 more) {
+        if (rows.capacity - rows.count < more) grow(e, more);
+        return rows.rows + rows.count;
+    }
+    MELD_PART void end(Eval& e, const Row* to) {
+        const u32 count = static_cast<u32>(to - rows.rows);
+        KERNEL_CHECK(e, count >= rows.count && count <= rows.capacity);
+        e.derivations += count - rows.count;
+        for (u32 i = rows.count == 0 ? 1 : rows.count; i < count; ++i)
+            if (T::key(rows.rows[i - 1], rows.rows[i]) >= 0) begun.add(e, i);
+        rows.count = count;
+    }
+    // False: the predicate could exceed its limit, so all of it is to be evaluated, which says what does.
+    [[gnu::noinline]] bool merge(Eval& e, const Relation<T>& r) {
+        if (begun.count > 0) merge_runs(e);
+        KERNEL_CHECK(e, one_a_group<T>(rows.rows, rows.count));
+        return u64{r.count} + rows.count <= view_limit<T>(e);
+    }
+
+  private:
+    [[gnu::noinline]] void grow(Eval& e, u32 more) {
+        const u32 least = rows.count + more, capacity = least < 2 * rows.capacity ? 2 * rows.capacity : least;
+        Row* const bigger = static_cast<Row*>(scratch(e, u64{capacity} * sizeof(Row)));
+        if (rows.count > 0) __builtin_memcpy(bigger, rows.rows, u64{rows.count} * sizeof(Row));
+        rows.rows = bigger;
+        rows.capacity = capacity;
+    }
+    // Two by two. Nothing foretells from which run the next row comes, so there is no branch on that.
+    void merge_runs(Eval& e) {
+        u32 runs = begun.count + 1;
+        begun.add(e, rows.count);
+        Row* from = rows.rows;
+        Row* to = static_cast<Row*>(scratch(e, u64{rows.count} * sizeof(Row)));
+        u32 made = 0;
+        while (runs > 1) {
+            u32 merged = 0, low = 0;
+            made = 0;
+            for (u32 run = 0; run < runs; run += 2) {
+                const u32 middle = begun.rows[run], high = run + 1 < runs ? begun.rows[run + 1] : middle;
+                made += merge_two(from + low, from + middle, from + high, to + made);
+                begun.rows[merged++] = made;
+                low = high;
+            }
+            runs = merged;
+            Row* const swap = from;
+            from = to;
+            to = swap;
+        }
+        rows.rows = from;
+        rows.count = made;
+    }
+    static u32 merge_two(const Row* a, const Row* const middle, const Row* const end, Row* const to) {
+        const Row* b = middle;
+        Row* next = to;
+        while (a < middle && b < end) {
+            const int side = T::key(*a, *b);
+            const Row* const first = (side > 0) | ((side == 0) & comes_first(*b, *a)) ? b : a;
+            *next++ = *first;
+            a += side <= 0;
+            b += side >= 0;
+        }
+        __builtin_memcpy(next, a, static_cast<u64>(middle - a) * sizeof(Row));
+        next += middle - a;
+        __builtin_memcpy(next, b, static_cast<u64>(end - b) * sizeof(Row));
+        return static_cast<u32>(next + (end - b) - to);
+    }
+    // Of two rows of a group.
+    static bool comes_first(const Row& a, const Row& b) {
+        if constexpr (T::kReduce == Reduce::Set)
+            return a.rank < b.rank;
+        else
+            return ChoiceOrder<T>{}(a, b);
+    }
+};
+
+// Rows of a neighbour that a catom has mostly already, next to so many others that they are looked for one by one.
+constexpr u32 kFewGains = 8;
+
+// The gains that enter: those of new groups, and better ones. All: the catom's rows with them, too.
+template <class T, bool All>
+struct Entering {
+    using Row = typename T::Row;
+    Eval& e;
+    const Relation<T>& r;
+    Row* p;   // The gains; then those that enter.
+    u32* at;  // Before which of the catom's rows each of them comes, or in whose place.
+    u32 count = 0;
+    RowList<Row> replaced;
+    Row* next;
+    u32 made = 0;
+
+    Entering(Eval& eval, const Relation<T>& relation, const Gains<T>& gains)
+        : e(eval),
+          r(relation),
+          p(gains.rows.rows),
+          at(static_cast<u32*>(scratch(eval, u64{gains.rows.count} * sizeof(u32)))),
+          next(All ? static_cast<Row*>(scratch(eval, (u64{relation.count} + gains.rows.count) * sizeof(Row))) : nullptr) {
+        replaced.reset();
+    }
+    static bool better(const Row& gain, const Row& held) { return T::kReduce != Reduce::Set && T::better(gain, held); }
+    void put(const Row& row, u32 place) {
+        p[count] = row;
+        at[count++] = place;
+    }
+    void look_for(u32 n) {
+        u32 held = 0, from = 0;
+        const auto copy_until = [&](u32 to) {
+            if (to > from) __builtin_memcpy(next + made, r.rows + from, u64{to - from} * sizeof(Row));
+            made += to - from;
+            from = to;
+        };
+        for (u32 i = 0; i < n; ++i) {
+            held = lower_row<T>(r.rows, held, r.count, p[i]);
+            const bool there = held < r.count && T::key(r.rows[held], p[i]) == 0;
+            if (there && !better(p[i], r.rows[held])) continue;
+            if (All) copy_until(held);
+            if (All) next[made++] = p[i];
+            if (there) {
+                replaced.add(e, r.rows[held]);
+                ++from;
+            }
+            put(p[i], held);
+        }
+        if (All && count > 0) copy_until(r.count);
+    }
+    void go_through(u32 n) {
+        u32 held = 0, i = 0;
+        while (held < r.count && i < n) {
+            const int side = T::key(r.rows[held], p[i]);
+            const bool enters = (side > 0) | ((side == 0) && better(p[i], r.rows[held]));
+            if constexpr (All) {
+                const Row* const row = enters ? &p[i] : &r.rows[held];
+                next[made++] = *row;
+            }
+            if constexpr (T::kReduce != Reduce::Set)
+                if (enters && side == 0) replaced.add(e, r.rows[held]);
+            p[count] = p[i];
+            at[count] = held;
+            count += enters;
+            held += side <= 0;
+            i += side >= 0;
+        }
+        if (All && held < r.count) {
+            __builtin_memcpy(next + made, r.rows + held, u64{r.count - held} * sizeof(Row));
+            made += r.count - held;
+        }
+        for (; i < n; ++i) {
+            if (All) next[made++] = p[i];
+            put(p[i], held);
+        }
+    }
+    // Of the rows that were there to those that are.
+    const RowChanges* changes() const {
+        const u32 places = replaced.count == 0 ? count : 0;
+        const u64 bytes = (sizeof(RowChanges) + u64{replaced.count + count} * sizeof(Row) + 3) & ~u64{3};
+        auto* const out = static_cast<RowChanges*>(scratch(e, bytes + u64{places} * sizeof(u32)));
+        *out = {nullptr, replaced.count, count, 0, replaced.count == 0};
+        Row* const rows = reinterpret_cast<Row*>(out + 1);
+        if (replaced.count > 0) __builtin_memcpy(rows, replaced.rows, u64{replaced.count} * sizeof(Row));
+        __builtin_memcpy(rows + replaced.count, p, u64{count} * sizeof(Row));
+        if (places > 0) __builtin_memcpy(const_cast<u32*>(places_of(*out, sizeof(Row))), at, u64{places} * sizeof(u32));
+        return out;
+    }
+};
+
+// Takes merged gains; returns whether anything changed. All: something reads the rows later in this evaluation; otherwise only the changes
+// are made.
+template <bool All, class T>
+[[gnu::noinline]] bool take_gains(Eval& e, Relation<T>& r, const Gains<T>& gains) {
+    const u32 n = gains.rows.count;
+    if (n == 0) return false;
+    Entering<T, All> entering(e, r, gains);
+    if (u64{n} * kFewGains < r.count)
+        entering.look_for(n);
+    else
+        entering.go_through(n);
+    if (entering.count == 0) return false;
+    u32 greatest = 0;
+    for (u32 i = 0; i < entering.count; ++i)
+        if (entering.p[i].rank > greatest) greatest = entering.p[i].rank;
+    note_rank(e, greatest);
+    KERNEL_CHECK(e, !All || one_a_group<T>(entering.next, entering.made));
+    KERNEL_CHECK(e, All || r.rows == r.origin);
+    const bool first = r.rows == r.origin;
+    if constexpr (All) r.replace(entering.next, entering.made);
+    r.changed = true;
+    if (first) r.changes = entering.changes();
+    return true;
+}
+
 // combine, needed: as for reduce_group().
 template <class T, class Combine = OwnCombine<T>>
 [[gnu::noinline]] bool evaluate_affected(Eval& e, Relation<T>& r, const AffectedGroups<T>& affected, const Combine& combine = {},
