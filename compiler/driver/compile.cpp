@@ -56,10 +56,13 @@ Result<std::vector<std::uint32_t>> read_programs(const std::string& path, const 
 }
 
 // -O2 takes half as long again to compile, and its code runs some 7 % faster: worth it as long as nobody waits for it.
-// Linear rules that are emitted a second time (singles) do not make a module long: it has few of them, and they are what it evaluates.
+// Linear rules that are emitted a second time (singles) do not make a module long: it has few of them, and they are what it evaluates. Nor
+// do the tables at its end, most of which describe the prelude: they are not code.
 int optimisation_for(const std::string& cpp, const plan::Plan& plan) {
-    constexpr std::size_t kRulesAgain = 10'000;
-    return cpp.size() < kLongModule + (plan.singles.apply() ? kRulesAgain : 0) ? 2 : 1;
+    constexpr std::size_t kLongCode = 24'000, kRulesAgain = 10'000;
+    const std::size_t code = cpp.find("\nstatic constexpr FieldInfo kFields");
+    MELD_EXPECT(code != std::string::npos, "a module without tables");
+    return code < kLongCode + (plan.singles.apply() ? kRulesAgain : 0) ? 2 : 1;
 }
 
 // Does the work; after a second, prints what is being done and how long it has taken.

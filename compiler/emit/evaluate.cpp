@@ -150,6 +150,14 @@ void emit_hear(const plan::Plan& plan, Writer& w) {
     }
 }
 
+// Whether nothing is left to do for a catom whose facts were variables: they have been written back.
+bool only_singles(const plan::Plan& plan) {
+    return plan.strata.empty() && !plan.reads_tick && !plan.places && !plan.counts && !plan::may_fail(plan) &&
+           std::ranges::all_of(plan.pulled, [&](PredicateId p) {
+               return !plan.pulls(p) || std::ranges::find(plan.singles.messages, p) != plan.singles.messages.end();
+           });
+}
+
 void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     const bool fixed = fixed_marks(plan);
     w.line("u64 active[{}] = {{}};", words_of_rules(plan));
@@ -157,8 +165,16 @@ void emit_linear_rules(const plan::Plan& plan, Writer& w) {
     if (fixed) emit_active(plan, false, w);
     if (plan.singles.apply()) {
         // Initial facts are in lists.
-        w.line("if ({}e.tells_firings || !evaluate_singles(s, active)) evaluate_lists(s, active);",
-               plan.initial_facts.empty() ? "" : "(todo & kDirtyBorn) != 0 || ");
+        w.open(fmt::format("if ({}e.tells_firings || !evaluate_singles(s, active)) {{",
+                           plan.initial_facts.empty() ? "" : "(todo & kDirtyBorn) != 0 || "));
+        w.raw("evaluate_lists(s, active);");
+        w.close();
+        if (only_singles(plan)) {
+            w.open("else {");
+            w.raw("if (e.trap == Trap::None) e.rule = kNone32;");
+            w.raw("return;");
+            w.close();
+        }
         emit_load_heard(plan, plan.singles.messages, w);
     } else {
         emit_load_heard(plan, {}, w);
@@ -405,7 +421,18 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
     w.raw("// Finds the neighbours of a catom that is evaluated soon, and asks the processor for what has changed there.");
     w.open("inline void look_ahead(const Self& s, u32 catom, [[maybe_unused]] u64 todo, i32* neighbour) {");
     w.raw("const u32 site = s.g->catom_site[catom];");
-    w.raw("for (i32 port = 0; port < s.ports; ++port) neighbour[port] = catom_towards(*s.g, site, port);");
+    const auto first = std::ranges::find_if(plan.pulled, [&](PredicateId p) { return plan.pulls(p); });
+    const auto heard = [&](PredicateId p) { return fmt::format("s.e->subdomain->broadcasts[{}].heard", plan.of(p).column.index()); };
+    const auto told = [&](PredicateId p) { return fmt::format("(todo & {}) != 0", hex(plan.columns[plan.of(p).column].own_dirty)); };
+    if (first != plan.pulled.end()) {
+        w.line("const u8* const heard = {} ? {} : nullptr;", told(*first), heard(*first));
+        w.line("if (heard != nullptr) find_and_ask_for_heard<{}_t>(*s.g, site, neighbour, s.ports, heard);",
+               predicate_name(plan.program, *first));
+        w.raw("else");
+        w.raw("    for (i32 port = 0; port < s.ports; ++port) neighbour[port] = catom_towards(*s.g, site, port);");
+    } else {
+        w.raw("for (i32 port = 0; port < s.ports; ++port) neighbour[port] = catom_towards(*s.g, site, port);");
+    }
     std::size_t fetched = 0;
     for (const plan::ColumnId column : plan.columns.ids()) {
         const plan::Column& c = plan.columns[column];
@@ -419,9 +446,8 @@ void emit_look_ahead(const plan::Plan& plan, Writer& w) {
     }
     emit_arrived_ahead(plan, "catom", "todo", w);
     for (const PredicateId p : plan.pulled)
-        if (plan.pulls(p))
-            w.line("if ((todo & {}) != 0) ask_for_heard<{}_t>(s.e->subdomain->broadcasts[{}].heard, neighbour, s.ports);",
-                   hex(plan.columns[plan.of(p).column].own_dirty), predicate_name(plan.program, p), plan.of(p).column.index());
+        if (plan.pulls(p) && p != *first)
+            w.line("if ({}) ask_for_heard<{}_t>({}, neighbour, s.ports);", told(p), predicate_name(plan.program, p), heard(p));
     w.close();
 }
 

@@ -78,6 +78,8 @@ std::string RuleEmitter::head_value(PredicateId id, std::size_t argument, const 
     const Type type = p.arguments[argument].type;
     const std::string value = term_as(scope_, t, type);
     if (type != Type::Float || t.op == Op::Float || t.is_variable()) return value;
+    if (single_ && sweeping_ && id == rule_plan_.sweep.state && std::ranges::find(sums_, argument) != sums_.end())
+        return fmt::format("checked_sum(*s.e, {}, {})", scope_.site(), value);
     return fmt::format("checked_real(*s.e, {}, {})", scope_.site(), value);
 }
 

@@ -80,6 +80,7 @@ class RuleEmitter {
     const Match& goes_on_at() const;
     // ---- a linear rule whose facts are variables (singles.cpp)
     void sweep_single();
+    void find_sums();
     void match_single(const Match& s);
     void need_room();
     // Ends a block: what it has bound is unknown outside.
@@ -244,6 +245,7 @@ class RuleEmitter {
     bool leaves_out_ = false;
     bool sweeping_ = false;                                       // Within sweep().
     bool single_ = false;                                         // Within single().
+    std::vector<std::size_t> sums_;                               // See find_sums().
     const Match* searching_ = nullptr;                            // Within all_firings(): where the search goes on after a firing.
     std::vector<std::pair<const Match*, std::string>> found_at_;  // Consumed facts of such a search, and their positions,
     std::string goes_on_;                                         // and the statements that go on with it after a firing.

@@ -114,6 +114,49 @@ void RuleEmitter::match_single(const Match& s) {
     use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
+namespace {
+
+// How often a variable occurs in a term.
+std::size_t uses_of(VariableId v, const Term& term) {
+    std::size_t uses = 0;
+    check::each_variable(term, [&](VariableId each) { uses += each == v; });
+    return uses;
+}
+
+// Whether a sum is never -0.0 if this variable is not, and whether that is all that the sign of a zero in it can change: rounding never
+// makes a -0.0 of anything else.
+bool keeps_sign(const Term& term, VariableId v) {
+    if (term.is_variable()) return term.variable == v;
+    if (term.type != Type::Float || (term.op != Op::Add && term.op != Op::Subtract)) return false;
+    return keeps_sign(term.operands[0], v) || (term.op == Op::Add && keeps_sign(term.operands[1], v));
+}
+
+}  // namespace
+
+// The arguments of the state to which a sweep only adds, or from which it only takes, and that the rule reads for nothing else. If they are
+// not -0.0 before it, they never are, so that it can leave out the addition by which checked_real() makes 0.0 of -0.0, for which the next
+// message would wait.
+void RuleEmitter::find_sums() {
+    const PredicateId state = rule_plan_.sweep.state;
+    const MakeFact* next = nullptr;
+    for (const HeadPlan& h : rule_plan_.heads)
+        if (const auto* fact = plan::as<MakeFact>(h); fact != nullptr && fact->predicate == state) next = fact;
+    if (next == nullptr || rule_plan_.heads.size() != 1) return;
+    for (std::size_t i = 1; i <= next->arguments.size(); ++i) {
+        VariableId v;
+        std::size_t read = 0, made = 0;
+        for (const Step& s : rule_plan_.steps)
+            if (const Match* m = as<Match>(s); m != nullptr && m->predicate == state && m->uses[i - 1] == ArgumentUse::Bind)
+                v = m->arguments[i - 1].variable;
+        if (!v.valid() || !keeps_sign(next->arguments[i - 1], v)) continue;
+        plan::each_step(rule_plan_.steps, [&](const Step& s) {
+            plan::each_part(s, [&](const Term& t) { read += uses_of(v, t); }, [&](VariableId each) { read += each == v; });
+        });
+        for (const Term& t : next->arguments) made += uses_of(v, t);
+        if (read == 1 && made == 1) sums_.push_back(i);
+    }
+}
+
 // The messages that it takes are the first ones: mostly all, or those of the earlier of two rounds. Where one fits that comes after one
 // that does not, the lists take over, and nothing is to be undone, since the rule makes its state alone.
 void RuleEmitter::sweep_single() {
@@ -122,6 +165,8 @@ void RuleEmitter::sweep_single() {
     const std::string state_name = predicate_name(plan_.program, state), messages_name = predicate_name(plan_.program, messages);
     w_.line("if (!one.{}.holds) return false;", state_name);
     w_.line("{} state = one.{}.row;", row_type(state), state_name);
+    find_sums();
+    for (const std::size_t i : sums_) w_.line("state.{} += 0.0;", field_name(i));
     w_.line("const auto* const messages = one.{}.rows;", messages_name);
     w_.line("const u32 count = one.{}.count;", messages_name);
     w_.raw("u32 taken = 0;");

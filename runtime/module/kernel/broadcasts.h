@@ -61,6 +61,16 @@ inline void ask_for_heard(const u8* heard, const i32* neighbours, i32 ports) {
         __builtin_prefetch(heard + i64{neighbours[port]} * static_cast<i64>(broadcast_bytes(sizeof(typename T::Row))));
 }
 
+// The same, while the neighbours are found.
+template <class T>
+inline void find_and_ask_for_heard(const Geometry& g, u32 site, i32* neighbours, i32 ports, const u8* heard) {
+    for (i32 port = 0; port < ports; ++port) {
+        const i32 there = catom_towards(g, site, port);
+        neighbours[port] = there;
+        __builtin_prefetch(heard + i64{there} * static_cast<i64>(broadcast_bytes(sizeof(typename T::Row))));
+    }
+}
+
 // Whether all of these neighbours are on this process.
 inline bool all_here(const Eval& e, const i32* neighbours, i32 ports) {
     const u8* const state = e.subdomain->geometry.catom_state;
@@ -85,9 +95,10 @@ template <class Row>
     if (broadcast.said != nullptr) __builtin_memcpy(&said, entry, sizeof said);
     if (said == round || !(e.subdomain->alone || all_here(e, neighbours, ports))) [[unlikely]]
         return send_all_rows<Row>(e, neighbours, ports, predicate, column, row);
+    // Rules mostly have counted them already, and nothing has been written since.
+    const u32 count = static_cast<u32>(count_neighbours(neighbours, ports));
     u8* const woken = broadcast.woken;
     for (i32 port = 0; port < ports; ++port) __atomic_store_n(&woken[neighbours[port]], u8{1}, __ATOMIC_RELAXED);
-    const u32 count = static_cast<u32>(count_neighbours(neighbours, ports));
     __builtin_memcpy(entry, &round, sizeof round);
     __builtin_memcpy(entry + sizeof round, &row, sizeof row);
     e.outgoing[column].said += count;

@@ -150,6 +150,12 @@ inline double checked_real(Eval& e, u32 rule, double a) {
     return a + 0.0;
 }
 
+// The same of what is never -0.0.
+inline double checked_sum(Eval& e, u32 rule, double a) {
+    if (!(__builtin_fabs(a) <= __DBL_MAX__)) trap(e, a != a ? Trap::NotANumber : Trap::Overflow, rule, a);
+    return a;
+}
+
 // ---- random values, the same on any number of processes
 
 // A number from 0 to below `bound`, each as likely as a 64-bit draw allows.
