@@ -98,7 +98,8 @@ void measure_halves(int side, Form form, int warm_up, int ticks) {
     std::vector<std::unique_ptr<Subdomain>> parts;
     for (int self = 0; self < 2; ++self) {
         scenes[self] = heap(side, form, [self](BodyId id) { return static_cast<int>(id % 2) == self; });
-        parts.push_back(std::make_unique<Subdomain>(*scenes[self], [](BlockCoordinates block) { return block.x < 0 ? 0 : 1; }, self));
+        const auto owner = [](BlockCoordinates block) { return block.x < 0 ? 0 : 1; };
+        parts.push_back(std::make_unique<Subdomain>(*scenes[self], owner, self, 2));
     }
     std::size_t of_lists = 0, of_steps = 0;
     int lists = 0;
