@@ -71,13 +71,13 @@ endfunction()
 meld_seeds_test(motion_wishes wishes_test.py 0 8 16)
 # Four seeds are one for each way in which amoebots take turns; only sixteen are sure to see all that can happen.
 meld_seeds_test(motion_amoebots amoebots_test.py 0 4 16)
-# A seed for each table of moves, of which half wait for the long tests.
-meld_seeds_test(motion_moves moves_test.py 0 8 24)
-meld_seeds_test(motion_connected connected_test.py 0 5 19)
+# A seed for each table of moves, of which most wait for the long tests.
+meld_seeds_test(motion_moves moves_test.py 0 4 28)
+meld_seeds_test(motion_connected connected_test.py 0 3 21)
 meld_seeds_test(motion_storm storm_test.py 0 2 2)
 meld_seeds_test(motion_tumble tumble_test.py 0 1 13)
 meld_seeds_test(motion_mechanisms mechanisms_test.py 0 3 21)
-meld_seeds_test(motion_grips grips_test.py 0 4 24)
+meld_seeds_test(motion_grips grips_test.py 0 2 26)
 add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
                  $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)

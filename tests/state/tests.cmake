@@ -65,8 +65,8 @@ add_test(NAME debug_why_breaks COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIS
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 # Random programs; the campaign goes on where the default run ends.
 set(judged test_random --why 12 --worlds 2 --shipped 0 --out ${CMAKE_BINARY_DIR}/random_failures)
-add_test(NAME debug_why_random COMMAND ${judged} --seeds 14 --jobs 2)
-add_test(NAME debug_why_campaign COMMAND ${judged} --first 15 --seeds 1500 --jobs 2)
+add_test(NAME debug_why_random COMMAND ${judged} --seeds 8 --jobs 2)
+add_test(NAME debug_why_campaign COMMAND ${judged} --first 9 --seeds 1506 --jobs 2)
 set_tests_properties(debug_why debug_why_parts debug_why_breaks debug_why_random PROPERTIES TIMEOUT 300)
 set_tests_properties(debug_why_random PROPERTIES PROCESSORS 2)
 set_tests_properties(debug_why_campaign PROPERTIES TIMEOUT 3600 PROCESSORS 2 LABELS campaign)
