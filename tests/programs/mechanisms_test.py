@@ -7,7 +7,7 @@ Usage: mechanisms_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 import random
 import sys
 
-from tumble_test import SETTINGS, Tumbling, shape
+from tumble_test import main, shape
 
 PROGRAM = """
 type action force(node, float, float, float) while.
@@ -108,12 +108,5 @@ def case(seed):
     return PROGRAM, world
 
 
-def main():
-    meldsim, first, seeds, ticks = sys.argv[1], *(int(word) for word in (sys.argv[2:] + ["0", "4", "24"][len(sys.argv) - 2:])[:3])
-    divided = Tumbling(meldsim, "mechanisms", SETTINGS, ["--ticks", str(ticks), "--digest", "-"])
-    return divided.compare(((seed, *case(seed)) for seed in range(first, first + seeds)),
-                           lambda digests: len(set(digests.splitlines())) > ticks // 2)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main("mechanisms", case))

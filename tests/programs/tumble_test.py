@@ -115,12 +115,13 @@ def case(seed):
     return PROGRAM, world
 
 
-def main():
+def main(name, make):
+    """Compares the programs and worlds that make(seed) gives, on all settings."""
     meldsim, first, seeds, ticks = sys.argv[1], *(int(word) for word in (sys.argv[2:] + ["0", "4", "24"][len(sys.argv) - 2:])[:3])
-    divided = Tumbling(meldsim, "tumble", SETTINGS, ["--ticks", str(ticks), "--digest", "-"])
-    return divided.compare(((seed, *case(seed)) for seed in range(first, first + seeds)),
+    divided = Tumbling(meldsim, name, SETTINGS, ["--ticks", str(ticks), "--digest", "-"])
+    return divided.compare(((seed, *make(seed)) for seed in range(first, first + seeds)),
                            lambda digests: len(set(digests.splitlines())) > ticks // 2)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main("tumble", case))
