@@ -58,11 +58,8 @@ Digest deep_digest(sim::Subdomain& subdomain) {
             for (u32 r = 0; r < head.count; ++r) rank(head.data + std::size_t{r} * subdomain.module.columns[info.column].row_bytes);
         }
         digest.add(hash);
-        const auto* losses = subdomain.tombstones().of(c);
-        for (std::size_t i = 0; losses != nullptr && i < losses->size(); ++i) {
-            const auto& l = (*losses)[i];
+        for (const auto& l : subdomain.tombstones().of(c))
             digest.add(hash_combine(hash_combine(hash_combine(hash, l.key), l.least_rank), static_cast<u64>(l.time) + l.predicate));
-        }
     }
     std::vector<std::byte> bytes(sizeof digest);
     std::memcpy(bytes.data(), &digest, sizeof digest);

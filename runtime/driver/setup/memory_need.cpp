@@ -40,8 +40,8 @@ constexpr double kGrown = 1.5;
 // The id of a catom that does not follow from its index; dirty bits that some catom has in most runs.
 constexpr double kId = 8;
 constexpr double kUsualBits = 3;
-// A group that remembers a loss: an entry of a table, and its list.
-constexpr double kTombstone = 96;
+// A group that remembers a loss, while the array of these grows, and its slot in a table.
+constexpr double kTombstone = 112;
 // A list, string or set of some words; and where the rules of a block of catoms make them, as localization.meld needs it.
 constexpr double kList = 64;
 constexpr double kScratchCatom = 64 << 10;

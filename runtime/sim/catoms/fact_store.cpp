@@ -163,10 +163,9 @@ bool FactStore::take_shared(u32 predicate, u32 catom, const Value* arguments, in
 void FactStore::pack(u32 catom, ByteWriter& out) const {
     columns.pack(catom, tuple::Columns::Which::All, out);
     out.write(evaluator.agenda().dirty(catom));
-    const auto* losses = evaluator.tombstones().of(catom);
-    out.write_count(losses == nullptr ? 0 : losses->size());
-    if (losses != nullptr)
-        for (const auto& loss : *losses) out.write(loss);
+    const std::vector<eval::Tombstones::Entry> losses = evaluator.tombstones().of(catom);
+    out.write_count(losses.size());
+    for (const auto& loss : losses) out.write(loss);
     const auto* undefined = evaluator.undefined().of(catom);
     out.write_count(undefined == nullptr ? 0 : undefined->size());
     if (undefined != nullptr)
@@ -178,7 +177,7 @@ void FactStore::unpack(u32 catom, ByteReader& in) {
     mark(catom, in.read<u64>() | kDirtyWake | kDirtyLinks);
     std::vector<eval::Tombstones::Entry> losses(in.read_count(sizeof(eval::Tombstones::Entry)));
     for (auto& loss : losses) loss = in.read<eval::Tombstones::Entry>();
-    evaluator.tombstones().restore(catom, std::move(losses));
+    evaluator.tombstones().restore(catom, losses);
     eval::Undefined::Entries undefined(in.read_count(sizeof(eval::Undefined::Entry)));
     for (auto& entry : undefined) entry = in.read<eval::Undefined::Entry>();
     evaluator.undefined().restore(catom, std::move(undefined));

@@ -77,7 +77,7 @@ void FactStore::load_passing(i64 now, const std::function<std::optional<u32>(u64
         const std::optional<u32> catom = find(losses.read<u64>());
         std::vector<eval::Tombstones::Entry> entries(losses.read_count(sizeof(eval::Tombstones::Entry)));
         for (auto& entry : entries) entry = losses.read<eval::Tombstones::Entry>();
-        if (catom) evaluator.tombstones().restore(*catom, std::move(entries));
+        if (catom) evaluator.tombstones().restore(*catom, entries);
     }
     for (ByteReader undefined(in.read_block(), "the undefined derivations of a snapshot"); !undefined.done();) {
         const std::optional<u32> catom = find(undefined.read<u64>());

@@ -140,19 +140,22 @@ Result<void> LatticeMotion::step(Subdomain& subdomain) {
 void LatticeMotion::act(Subdomain& subdomain) {
     subdomain.refresh();
     refuse_those_of_other_worlds(subdomain, here_);
-    const Proposals mine = collect(subdomain);
+    Proposals mine = collect(subdomain), shared;
     Teleports teleports;
-    const std::vector<bool> wins = decide(subdomain, mine, share(subdomain, mine, teleports));
-    std::vector<Proposal> granted;
+    if (!subdomain.alone()) shared = share(subdomain, mine, teleports);
+    const std::vector<bool> wins = decide(subdomain, mine, subdomain.alone() ? mine : shared);
+    // Those that are granted move to the front.
+    std::size_t granted = 0;
     for (std::size_t i = 0; i < mine.list.size(); ++i) {
         if (wins[i])
-            granted.push_back(mine.list[i]);
+            mine.list[granted++] = mine.list[i];
         else
             refuse(subdomain, mine.list[i].mover, mine.list[i].kind, teleports.why_not(mine.list[i]));
     }
-    grant(subdomain, granted);
+    mine.list.resize(granted);
+    grant(subdomain, mine.list);
     apply(subdomain, exchange(subdomain));
-    if (!granted.empty()) last_change_ = subdomain.tick();
+    if (granted > 0) last_change_ = subdomain.tick();
     subdomain.refresh();
     possible_.sense_changes(subdomain);
 }

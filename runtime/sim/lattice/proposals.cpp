@@ -297,7 +297,7 @@ LatticeMotion::Objection LatticeMotion::may_leave(const Subdomain& subdomain, Pr
 // Afterwards every proposal that may compete with one of ours is known here: competitors are within eight cells of our mover, so in its
 // brick or a neighbouring one. If any catom teleports, all processes get all proposals.
 Proposals LatticeMotion::share(Subdomain& subdomain, const Proposals& mine, Teleports& teleports) const {
-    if (subdomain.alone()) return mine;
+    MELD_EXPECT(!subdomain.alone(), "{} proposals are shared by one process", mine.list.size());
     Proposals all;
     if (subdomain.totals.teleports > 0) {
         ByteWriter bytes;
