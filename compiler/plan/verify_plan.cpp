@@ -1,5 +1,6 @@
 // The promises of the passes over plans: storage does not overlap, and steps use only known variables.
 #include <algorithm>
+#include <optional>
 
 #include "compiler/plan/access.h"
 #include "compiler/plan/verify.h"
@@ -66,7 +67,10 @@ void verify_column(const Plan& plan, const Column& c) {
 // Follows the known variables from step to step, as emission does.
 class Scoping {
   public:
-    Scoping(const Plan& plan, const RulePlan& r) : plan_(plan), rule_(rule_of(plan, r)) {
+    Scoping(const Plan& plan, const RulePlan& r)
+        : plan_(plan),
+          joined_(r.more.empty() ? std::nullopt : std::optional(rule_of(plan, r))),
+          rule_(joined_ ? *joined_ : plan.program.rules[r.rule]) {
         known_.places.insert(rule_.site);
         known_.values.insert(r.given.begin(), r.given.end());
     }
@@ -218,7 +222,8 @@ class Scoping {
     }
 
     const Plan& plan_;
-    const Rule rule_;
+    const std::optional<Rule> joined_;  // Of several rules.
+    const Rule& rule_;
     Known known_;
 };
 
