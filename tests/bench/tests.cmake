@@ -58,6 +58,11 @@ add_executable(bench_shapes ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_shapes.cpp)
 target_link_libraries(bench_shapes PRIVATE physics_scene)
 add_test(NAME bench_shapes_small COMMAND bench_shapes --ticks 3 5)
 
+add_executable(bench_engines ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_engines.cpp)
+target_link_libraries(bench_engines PRIVATE physics_scene)
+add_test(NAME bench_engines_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_engines.py $<TARGET_FILE_DIR:bench_engines> --short)
+
 add_executable(bench_mechanics ${CMAKE_CURRENT_SOURCE_DIR}/bench/bench_mechanics.cpp)
 target_link_libraries(bench_mechanics PRIVATE physics_scene)
 add_test(NAME bench_mechanics COMMAND bench_mechanics)
