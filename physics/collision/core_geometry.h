@@ -16,7 +16,8 @@ inline constexpr double kApart = 1e-7, kOverFace = 1e-3;
 // of one of them, although one point between their edges may be a little nearer.
 inline constexpr double kFlat = 0.98, kSlant = 0.2;
 
-enum class CoreKind { Point, Line, Cylinder, Box };
+// A triangle is no core of a shape; see PlacedCore.
+enum class CoreKind { Point, Line, Cylinder, Box, Triangle };
 inline CoreKind kind_of(const Core& core) {
     if (core.half_m.y > 0) return CoreKind::Box;
     return core.half_m.x > 0 ? CoreKind::Cylinder : core.half_m.z > 0 ? CoreKind::Line : CoreKind::Point;

@@ -117,6 +117,17 @@ int MeshSurface::collide(const Mesh& mesh, Vec3 centre, double radius_m, double 
     return static_cast<int>(count);
 }
 
+void MeshSurface::triangles_at(const Mesh& mesh, Vec3 low, Vec3 high, std::vector<Triangle>& found) const {
+    const auto meets = [&](const Vec3& from, const Vec3& to) {
+        return from.x <= high.x && from.y <= high.y && from.z <= high.z && to.x >= low.x && to.y >= low.y && to.z >= low.z;
+    };
+    each(
+        mesh, [&](const Bounds& box) { return meets(box.low, box.high); },
+        [&](const Triangle& t) {
+            if (meets(lower_of(t.a, lower_of(t.b, t.c)), upper_of(t.a, upper_of(t.b, t.c)))) found.push_back(t);
+        });
+}
+
 std::optional<SurfaceContact> MeshSurface::meet(const Mesh& mesh, Vec3 centre, double radius_m, Vec3 path,
                                                 std::span<const SurfaceContact> touched) const {
     std::optional<Impact> first;

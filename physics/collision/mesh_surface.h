@@ -27,6 +27,8 @@ class MeshSurface {
     // contact do not count: an even face gives one contact, also at the edges of its triangles. Cost: a few microseconds for each contact.
     int collide(const Mesh& mesh, Vec3 centre, double radius_m, double reach_m,
                 std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) const;
+    // Adds the triangles whose own boxes meet a box.
+    void triangles_at(const Mesh& mesh, Vec3 low, Vec3 high, std::vector<Triangle>& found) const;
     // As Obstacles::meet. Triangles that the sphere touches are not met, nor is what lies below the tangent planes of the given contacts.
     std::optional<SurfaceContact> meet(const Mesh& mesh, Vec3 centre, double radius_m, Vec3 path,
                                        std::span<const SurfaceContact> touched) const;

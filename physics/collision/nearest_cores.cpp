@@ -89,13 +89,17 @@ Vec3 PlacedCore::support(Vec3 direction) const {
         const double along_x = dot(direction, x), along_y = dot(direction, y), across = std::sqrt(along_x * along_x + along_y * along_y);
         return across > 0 ? up + ((half_m.x * along_x / across) * x + (half_m.x * along_y / across) * y) : up;
     }
+    if (kind == CoreKind::Triangle) {
+        const double along_x = dot(direction, x), along_y = dot(direction, y), along_z = dot(direction, z);
+        return centre + (along_x >= along_y && along_x >= along_z ? x : along_y >= along_z ? y : z);
+    }
     if (kind != CoreKind::Box) return up;
     return up + ((dot(direction, x) < 0 ? -half_m.x : half_m.x) * x + (dot(direction, y) < 0 ? -half_m.y : half_m.y) * y);
 }
 
 PlacedCore PlacedCore::shrunk(double by_m) const {
     PlacedCore smaller = *this;
-    if (kind < CoreKind::Cylinder) return smaller;
+    if (kind < CoreKind::Cylinder || kind == CoreKind::Triangle) return smaller;
     smaller.half_m.x -= by_m, smaller.half_m.z -= by_m;
     if (kind == CoreKind::Box) smaller.half_m.y -= by_m;
     return smaller;

@@ -5,7 +5,7 @@
 
 namespace meld::physics {
 
-// A core in its place, seen from the centre of the first body of a pair.
+// A core in its place, seen from the centre of the first body of a pair. Of a triangle, `axes` are its corners, seen from its own centre.
 struct PlacedCore {
     CoreKind kind;
     Vec3 half_m, centre;

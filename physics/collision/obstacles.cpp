@@ -9,6 +9,7 @@
 
 #include "physics/collision/ode_library.h"
 #include "physics/collision/ode_shapes.h"
+#include "physics/collision/surface_contacts.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {
@@ -193,6 +194,23 @@ std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre,
                 return meeting(shape, centre, radius_m, path);
         },
         entry.shape);
+}
+
+int Obstacles::collide_shape(std::size_t obstacle, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
+                             std::array<Manifold, kMaxSurfaceContacts>& found) const {
+    thread_local std::vector<Triangle> triangles;
+    triangles.clear();
+    const Entry& entry = entries_[obstacle];
+    const Vec3 reach{reach_m, reach_m, reach_m};
+    const Around box = around(core, pose);
+    if (const Terrain* terrain = std::get_if<Terrain>(&entry.shape)) {
+        triangles_at(*terrain, box.low - reach, box.high + reach, triangles);
+        return collide_with_surface(core, pose, triangles, SurfaceSide::Outer, reach_m, hint, found);
+    }
+    const Mesh* mesh = std::get_if<Mesh>(&entry.shape);
+    MELD_EXPECT(mesh != nullptr, "obstacle {} has no triangles", obstacle);
+    entry.surface->triangles_at(*mesh, box.low - reach, box.high + reach, triangles);
+    return collide_with_surface(core, pose, triangles, SurfaceSide::Both, reach_m, hint, found);
 }
 
 void Obstacles::prepare(int threads) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "physics/bodies/types.h"
+#include "physics/collision/core_contacts.h"
 #include "physics/collision/mesh_surface.h"
 #include "physics/collision/terrain.h"
 #include "runtime/base/error.h"
@@ -59,6 +60,12 @@ class Obstacles {
     // those of the contacts `touched` may be met. Cost: a few tens of nanoseconds, for terrain and meshes some microseconds.
     std::optional<SurfaceContact> meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path,
                                        std::span<const SurfaceContact> touched = {}) const;
+
+    // Whether it is made of triangles: terrain or a mesh.
+    bool is_surface(std::size_t obstacle) const { return entries_[obstacle].shape.index() >= 2; }
+    // Where a body that is no sphere touches such a surface, nearer than `reach_m` (surface_contacts.h); returns the number of manifolds.
+    int collide_shape(std::size_t obstacle, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
+                      std::array<Manifold, kMaxSurfaceContacts>& found) const;
 
     // Makes the geometries of workers 0 .. threads - 1; call it from one thread.
     void prepare(int threads);

@@ -81,6 +81,18 @@ std::optional<Nearest> nearest_of(const Terrain& terrain, Vec3 point, double ran
 
 }  // namespace
 
+void triangles_at(const Terrain& terrain, Vec3 low, Vec3 high, std::vector<Triangle>& found) {
+    const Vec3 from = low - terrain.origin, to = high - terrain.origin;
+    if (to.x < 0 || to.y < 0 || from.x > (terrain.columns - 1) * terrain.cell_m || from.y > (terrain.rows - 1) * terrain.cell_m) return;
+    const auto cell = [&](double at, int cells) {
+        return static_cast<int>(std::clamp(std::floor(at / terrain.cell_m), 0.0, static_cast<double>(cells - 1)));
+    };
+    for (int row = cell(from.y, terrain.rows - 1); row <= cell(to.y, terrain.rows - 1); ++row)
+        for (int column = cell(from.x, terrain.columns - 1); column <= cell(to.x, terrain.columns - 1); ++column)
+            for (const Triangle& triangle : triangles_of(terrain, column, row))
+                if (std::max({triangle.a.z, triangle.b.z, triangle.c.z}) >= low.z) found.push_back(triangle);
+}
+
 double distance_to(const Terrain& terrain, Vec3 point, double range_m) {
     const auto nearest = nearest_of(terrain, point, range_m);
     return nearest ? nearest->distance_m : range_m;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/bodies/types.h"
+#include "physics/collision/triangle.h"
 
 namespace meld::physics {
 
@@ -34,6 +35,8 @@ double distance_to(const Terrain& terrain, Vec3 point, double range_m);
 // do not count: even ground gives one contact, also at the edges of triangles.
 int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m,
             std::array<SurfaceContact, kMaxSurfaceContacts>& contacts);
+// Adds the triangles over, in or under a box, if they are not below it: what is in the ground is so at any depth.
+void triangles_at(const Terrain& terrain, Vec3 low, Vec3 high, std::vector<Triangle>& found);
 // As Obstacles::meet.
 std::optional<SurfaceContact> meet(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path);
 

@@ -423,6 +423,8 @@ class OdeEngine final : public Engine {
     int collide_with(std::uint32_t obstacle, std::uint32_t slot, dGeomID sphere, dGeomID other,
                      std::array<dContact, kMaxContactsOfShapes>& contacts) {
         const Place& p = world_.bodies.place[slot];
+        if (const BodyShapes::Index shape = world_.shapes.of(world_.bodies.properties[slot].id); shape != 0)
+            return collide_shape_with(obstacle, slot, world_.shapes.kind(shape).shape, sphere, other, contacts);
         std::array<SurfaceContact, kMaxSurfaceContacts> found;
         const int count =
             std::min(world_.obstacles.collide(0, obstacle, {p.x, p.y, p.z}, p.radius, 0, found), static_cast<int>(kMaxContactsOfPair));
@@ -435,6 +437,29 @@ class OdeEngine final : public Engine {
             geom.normal[0] = surface.normal.x, geom.normal[1] = surface.normal.y, geom.normal[2] = surface.normal.z;
             geom.depth = -surface.gap_m;
             geom.g1 = sphere, geom.g2 = other;
+        }
+        return count;
+    }
+
+    int collide_shape_with(std::uint32_t obstacle, std::uint32_t slot, const BodyShape& shape, dGeomID form, dGeomID other,
+                           std::array<dContact, kMaxContactsOfShapes>& contacts) {
+        const Pose pose = physics::pose_of(centre_of(world_.bodies.place[slot]), widened(world_.bodies.orientation[slot]));
+        std::array<Manifold, kMaxSurfaceContacts> found;
+        AxisHint hint = kNoAxis;
+        const int parts = world_.obstacles.collide_shape(obstacle, {shape.core_m, shape.rounding_m}, pose, 0, hint, found);
+        int count = 0;
+        for (int part = 0; part < parts; ++part) {
+            const Manifold& points = found[static_cast<std::size_t>(part)];
+            for (int p = 0; p < points.count && count < static_cast<int>(kMaxContactsOfShapes); ++p) {
+                const ManifoldPoint& point = points.points[static_cast<std::size_t>(p)];
+                const Vec3 at = pose.centre + point.at, out = -points.normal;
+                dContactGeom& geom = contacts[static_cast<std::size_t>(count++)].geom;
+                geom = {};
+                geom.pos[0] = at.x, geom.pos[1] = at.y, geom.pos[2] = at.z;
+                geom.normal[0] = out.x, geom.normal[1] = out.y, geom.normal[2] = out.z;
+                geom.depth = -point.gap_m;
+                geom.g1 = form, geom.g2 = other;
+            }
         }
         return count;
     }

@@ -145,8 +145,6 @@ Result<std::uint8_t> Scene::add_material(Material material) {
 
 Result<std::uint32_t> Scene::add_obstacle(Shape shape, std::uint8_t material) {
     if (material >= world_->materials.size()) return fail(fmt::format("there is no material {}", material), "Add it first");
-    if (!world_->shapes.empty() && (std::holds_alternative<Terrain>(shape) || std::holds_alternative<Mesh>(shape)))
-        return fail("there are bodies with shapes, which terrain and meshes do not hold", "Use planes and boxes, or spheres");
     auto added = world_->obstacles.add(std::move(shape), material);
     if (added) engine_->structure_changed();
     return added;
@@ -170,10 +168,6 @@ Result<void> Scene::check_shape(const BodySpec& spec) const {
     if (spec.shape->is_sphere()) return {};
     if (world_->settings.engine == EngineKind::Hash)
         return fail(fmt::format("body {} has a shape (the engine Hash has none)", spec.id), "Use the engine Blocks or Ode");
-    for (std::uint32_t obstacle = 0; obstacle < world_->obstacles.count(); ++obstacle)
-        if (const auto kind = world_->obstacles.kind(obstacle); kind == "terrain" || kind == "mesh")
-            return fail(fmt::format("body {} has a shape, which obstacle {}, a {}, does not hold", spec.id, obstacle, kind),
-                        "Use planes and boxes, or spheres");
     return {};
 }
 
@@ -184,12 +178,21 @@ double Scene::depth_in(std::uint32_t obstacle, const BodySpec& spec) const {
     const Pose pose = pose_of(spec.position_m, spec.orientation);
     Manifold found;
     AxisHint hint = kNoAxis;
+    found.count = 0;
     if (const Plane* plane = std::get_if<Plane>(&world_->obstacles.shape(obstacle)))
         collide_with_plane(core, pose, plane->normal, plane->offset_m, 0, hint, found);
     else if (const Box* box = std::get_if<Box>(&world_->obstacles.shape(obstacle)))
         collide(core, pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), 0, hint, found);
     double depth = 0;
-    for (int p = 0; p < found.count; ++p) depth = std::max(depth, -found.points[static_cast<std::size_t>(p)].gap_m);
+    const auto note = [&](const Manifold& points) {
+        for (int p = 0; p < points.count; ++p) depth = std::max(depth, -points.points[static_cast<std::size_t>(p)].gap_m);
+    };
+    note(found);
+    // A mesh has no inside.
+    if (!std::holds_alternative<Terrain>(world_->obstacles.shape(obstacle))) return depth;
+    std::array<Manifold, kMaxSurfaceContacts> parts;
+    const int count = world_->obstacles.collide_shape(obstacle, core, pose, 0, hint, parts);
+    for (int part = 0; part < count; ++part) note(parts[static_cast<std::size_t>(part)]);
     return depth;
 }
 

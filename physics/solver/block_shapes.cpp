@@ -14,6 +14,20 @@ namespace {
 // Lanes whose surfaces are nearer than this share of the skin when a list is made may well touch before the next one.
 constexpr double kNearShare = 0.5;
 
+// Whether a point of a lane is near, and whether all are far.
+struct Nearby {
+    bool near = false, far = true;
+};
+Nearby nearby(const ShapeBatch& batch, int i, const ShapeLane& lane, float near_m, float far_m) {
+    Nearby found;
+    for (std::size_t p = 0; p < lane.points; ++p) {
+        const ShapePoint& point = batch.points[p];
+        found.near = found.near || point.gap[i] < near_m || point.normal_impulse[i] > 0 || point.bounced[i] > 0;
+        found.far = found.far && point.gap[i] >= far_m;
+    }
+    return found;
+}
+
 // Multiplies the components of v along the axes of a body turned by q.
 Vec3 scaled_in_frame(Quat q, Vec3 factors, Vec3 v) {
     const Vec3 own = rotate(conjugate(q), v);
@@ -117,17 +131,28 @@ void BlockEngine::find_shape_events(std::uint32_t block, float near_m, float far
         const ShapeBatch& batch = batches[n / kLanes];
         const int i = static_cast<int>(n % kLanes);
         ShapeLane& lane = lanes[n];
-        if (lane.points == 0 && lane.touching == 0) continue;
-        bool near = false, far = true;
-        for (std::size_t p = 0; p < lane.points; ++p) {
-            const ShapePoint& point = batch.points[p];
-            near = near || point.gap[i] < near_m || point.normal_impulse[i] > 0 || point.bounced[i] > 0;
-            far = far && point.gap[i] >= far_m;
-        }
-        const bool now = near || (!far && lane.touching != 0);
+        if ((lane.points == 0 && lane.touching == 0) || lane.is_part()) continue;
+        const Nearby points = nearby(batch, i, lane, near_m, far_m);
+        const bool now = points.near || (!points.far && lane.touching != 0);
         if (now == (lane.touching != 0)) continue;
         lane.touching = now ? 1 : 0;
         events.push_back({touch_of_lane(batch, i, lane), now});
+    }
+    if (!shape_contacts_.has_parts()) return;
+    // All parts of a surface are one touch.
+    thread_local std::vector<ShapeContacts::Part> parts;
+    shape_contacts_.list_parts(block, world_.bodies.count(), parts);
+    for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
+        Nearby points;
+        for (; end < parts.size() && parts[end].is_of(parts[begin]); ++end) {
+            const Nearby some = nearby(*parts[end].batch, parts[end].lane, *parts[end].what, near_m, far_m);
+            points = {points.near || some.near, points.far && some.far};
+        }
+        const ShapeLane& first = *parts[begin].what;
+        const bool before = first.touching != 0, now = points.near || (!points.far && before);
+        if (now == before) continue;
+        for (std::size_t n = begin; n < end; ++n) parts[n].what->touching = now ? 1 : 0;
+        events.push_back({touch_of_lane(*parts[begin].batch, parts[begin].lane, first), now});
     }
 }
 
@@ -135,7 +160,7 @@ void BlockEngine::each_shape_touch(std::size_t block,
                                    const std::function<void(const ShapeBatch&, int, const ShapeLane&, double)>& visit) const {
     const double per_substep = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0, per_step = last_dt_s_ > 0 ? 1 / last_dt_s_ : 0;
     each_shape_lane(block, [&](const ShapeBatch& batch, int i, const ShapeLane& lane) {
-        if (lane.touching == 0) return;
+        if (lane.touching == 0 || (lane.is_part() && lane.points == 0)) return;
         double force_n = 0;
         for (std::size_t p = 0; p < lane.points; ++p)
             force_n += per_substep * static_cast<double>(batch.points[p].normal_impulse[i]) +

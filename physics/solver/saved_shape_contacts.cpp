@@ -37,6 +37,7 @@ void ShapeContacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint3
             if (!used) continue;
             out.write(addresses.address(batch.a[i]));
             out.write(lane->obstacle);
+            if (lane->is_part()) out.write(lane->part);
             if (lane->obstacle == kNoSlot) out.write(addresses.address(batch.b[i]));
             out.write(lane->axis), out.write(lane->points), out.write(lane->touching);
             out.write(std::array{batch.nx[i], batch.ny[i], batch.nz[i]});
@@ -55,7 +56,7 @@ bool ShapeContacts::load(const Setup& setup, std::span<const std::span<const std
     }
     batches_.resize(first_.back());
     lanes_.assign(kLanes * std::size_t{first_.back()}, {});
-    candidates_ = 0;
+    candidates_ = 0, has_parts_ = false;
     for (std::size_t b = 0; b < of_block.size(); ++b) {
         ByteReader& in = readers[b];
         const BodyAddresses addresses(setup.grid, static_cast<std::uint32_t>(b));
@@ -72,6 +73,10 @@ bool ShapeContacts::load(const Setup& setup, std::span<const std::span<const std
                 batch.a[i] = addresses.slot(in.read<std::uint32_t>());
                 lane->obstacle = in.read<std::uint32_t>();
                 if (lane->obstacle == kNoSlot) batch.b[i] = addresses.slot(in.read<std::uint32_t>());
+                const bool has_part = lane->obstacle < setup.obstacles.count() && setup.obstacles.is_surface(lane->obstacle);
+                if (has_part) lane->part = in.read<std::uint8_t>();
+                if (has_part && lane->part >= kMaxSurfaceContacts) return false;
+                has_parts_ = has_parts_ || has_part;
                 lane->axis = in.read<AxisHint>(), lane->points = in.read<std::uint8_t>(), lane->touching = in.read<std::uint8_t>();
                 const bool known = lane->obstacle == kNoSlot ? batch.b[i] != kNoSlot : lane->obstacle < setup.obstacles.count();
                 if (in.failed() || batch.a[i] == kNoSlot || !known || lane->points > kMaxManifoldPoints || batch.a[i] == batch.b[i])

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <unordered_map>
 
 #include "physics/bodies/denormals.h"
@@ -108,18 +109,20 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies, 
             const bool obstacle = lane.obstacle != kNoSlot;
             const BodyId a = bodies.properties[batch.a[i]].id, b = obstacle ? lane.obstacle : bodies.properties[batch.b[i]].id;
             if (gone(batch.a[i]) || (!obstacle && gone(batch.b[i])) || indifferent(batch.a[i], batch.b[i], obstacle)) {
-                if (lane.touching != 0) ended.push_back({a, b, obstacle});
+                if (lane.touching != 0 && (!lane.is_part() || lane.part == 0)) ended.push_back({a, b, obstacle});
                 continue;
             }
             const bool swapped = !obstacle && b < a;
             Kept& kept = kept_.emplace_back();
-            kept.key = swapped ? key_of(b, a, false) : key_of(a, b, obstacle);
+            kept.key = swapped ? key_of(b, a, false) : key_of(a, obstacle ? code_of(lane) : b, obstacle);
             kept.axis = swapped ? kNoAxis : lane.axis;
             kept.points = lane.points, kept.touching = lane.touching;
             const float sign = swapped ? -1.0f : 1.0f;
             for (std::size_t p = 0; p < lane.points; ++p) {
                 const ShapePoint& point = batch.points[p];
-                const float on_a[3] = {point.ax[i], point.ay[i], point.az[i]}, on_b[3] = {point.bx[i], point.by[i], point.bz[i]};
+                const float on_a[3] = {point.ax[i], point.ay[i], point.az[i]};
+                const float on_b[3] = {lane.is_part() ? batch.nx[i] : point.bx[i], lane.is_part() ? batch.ny[i] : point.by[i],
+                                       lane.is_part() ? batch.nz[i] : point.bz[i]};
                 std::copy_n(swapped ? on_b : on_a, 3, kept.of[p].first);
                 std::copy_n(swapped ? on_a : on_b, 3, kept.of[p].second);
                 kept.of[p].normal_impulse = point.normal_impulse[i];
@@ -141,13 +144,26 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
     arena.lanes.clear(), arena.key_of_composite.clear();
     arena.keys = slots.size();
     const bool composed = !setup.composites.empty(), selective = composed || !setup.composites.joined().empty();
+    const auto place = [&](const Chosen& chosen, int points) { arena.near[points > 2 ? 0 : points > 0 ? 1 : 2].push_back(chosen); };
+    // All parts of a surface are there, whether it has as many directions or not.
+    const auto sort_parts = [&](Chosen chosen) {
+        std::array<Manifold, kMaxSurfaceContacts> found;
+        AxisHint hint = kNoAxis;
+        const std::uint32_t slot = chosen.slots.first;
+        const int count = setup.obstacles.collide_shape(chosen.obstacle, core_of(setup, slot), poses_[slot], reach.near_m, hint, found);
+        for (int part = 0; part < kMaxSurfaceContacts; ++part) {
+            chosen.part = static_cast<std::uint8_t>(part);
+            place(chosen, part < count ? found[static_cast<std::size_t>(part)].count : 0);
+        }
+    };
     const auto sort = [&](const Chosen& chosen) {
+        if (chosen.obstacle != kNoSlot && setup.obstacles.is_surface(chosen.obstacle)) return sort_parts(chosen);
         ShapeBatch pair;
         pair.a[0] = chosen.slots.first, pair.b[0] = chosen.slots.second;
         ShapeLane lane{.obstacle = chosen.obstacle};
         Manifold found;
         collide_lane(setup, pair, 0, lane, reach.near_m, found);
-        arena.near[found.count > 2 ? 0 : found.count > 0 ? 1 : 2].push_back(chosen);
+        place(chosen, found.count);
     };
     const auto lay = [&] {
         for (std::vector<Chosen>& some : arena.near) {
@@ -173,10 +189,10 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const BodyProperties& what = bodies.properties[slot];
         if ((what.flags & kShaped) == 0 || (what.flags & kFixed) != 0 || (composed && setup.composites.immovable(what))) continue;
         const std::uint32_t number = slot - own.first;
-        const Place& place = bodies.place[slot];
+        const Place& where = bodies.place[slot];
         const double reach_m = reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle)
-            if (setup.obstacles.may_reach(obstacle, centre_of(place), place.radius, reach_m))
+            if (setup.obstacles.may_reach(obstacle, centre_of(where), where.radius, reach_m))
                 sort({{slot, nobody}, {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot}, obstacle});
     }
     lay();
@@ -199,7 +215,7 @@ void ShapeContacts::recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& l
     const bool obstacle = lane.obstacle != kNoSlot;
     const BodyId a = bodies.properties[batch.a[i]].id, b = obstacle ? lane.obstacle : bodies.properties[batch.b[i]].id;
     const bool swapped = !obstacle && b < a;
-    const std::uint64_t key = swapped ? key_of(b, a, false) : key_of(a, b, obstacle);
+    const std::uint64_t key = swapped ? key_of(b, a, false) : key_of(a, obstacle ? code_of(lane) : b, obstacle);
     const auto found = std::ranges::lower_bound(kept_, key, {}, &Kept::key);
     if (found == kept_.end() || found->key != key) return;
     lane.touching = found->touching, lane.points = found->points;
@@ -210,7 +226,10 @@ void ShapeContacts::recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& l
         const Kept::Point& was = found->of[p];
         const float(&on_a)[3] = swapped ? was.second : was.first, (&on_b)[3] = swapped ? was.first : was.second;
         point.ax[i] = on_a[0], point.ay[i] = on_a[1], point.az[i] = on_a[2];
-        point.bx[i] = on_b[0], point.by[i] = on_b[1], point.bz[i] = on_b[2];
+        if (lane.is_part())
+            batch.nx[i] = on_b[0], batch.ny[i] = on_b[1], batch.nz[i] = on_b[2];
+        else
+            point.bx[i] = on_b[0], point.by[i] = on_b[1], point.bz[i] = on_b[2];
         point.normal_impulse[i] = was.normal_impulse;
         point.tx[i] = sign * was.tangent[0], point.ty[i] = sign * was.tangent[1], point.tz[i] = sign * was.tangent[2];
     }
@@ -246,7 +265,7 @@ void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::v
                     batch.a[i] = chosen->slots.first, batch.b[i] = chosen->slots.second;
                     if (chosen->slots.first >= bodies.count()) continue;
                     ++counts[b];
-                    lane->obstacle = chosen->obstacle;
+                    lane->obstacle = chosen->obstacle, lane->part = chosen->part;
                     set_materials(setup, batch, i, *lane);
                     recall(bodies, batch, *lane, i);
                 }
@@ -255,6 +274,7 @@ void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::v
     });
     candidates_ = 0;
     for (const std::size_t count : counts) candidates_ += count;
+    has_parts_ = std::ranges::any_of(lanes_, &ShapeLane::is_part);
     kept_.clear();
     kept_.shrink_to_fit();
     prepared_ = false;
@@ -308,7 +328,7 @@ void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, in
     if (const Plane* plane = std::get_if<Plane>(&shape))
         return collide_with_plane(a, a_pose, plane->normal, plane->offset_m, reach_m, lane.axis, found);
     const Box* box = std::get_if<Box>(&shape);
-    MELD_CHECK(box != nullptr, "obstacle {} is neither a plane nor a box", lane.obstacle);
+    MELD_CHECK(box != nullptr, "obstacle {} has no parts here", lane.obstacle);
     collide(a, a_pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), reach_m, lane.axis, found);
 }
 
@@ -320,25 +340,37 @@ void ShapeContacts::empty_lane(ShapeBatch& batch, int i, int from) const {
     }
 }
 
-// Each point takes the impulses of the former point that was nearest to it on body a, unless that was elsewhere.
-void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found) const {
+// The points that a contact had, and which of them have given their impulses to new ones.
+struct ShapeContacts::Former {
+    struct Point {
+        float at[3], normal[3], normal_impulse, tangent[3];
+    };
+    std::array<Point, kMaxManifoldPoints * kMaxSurfaceContacts> points;
+    int count = 0;
+    unsigned used = 0;
+
+    void add(const ShapeBatch& batch, int i, const ShapeLane& lane) {
+        for (std::size_t p = 0; p < lane.points; ++p) {
+            const ShapePoint& point = batch.points[p];
+            points[static_cast<std::size_t>(count++)] = {{point.ax[i], point.ay[i], point.az[i]},
+                                                         {batch.nx[i], batch.ny[i], batch.nz[i]},
+                                                         point.normal_impulse[i],
+                                                         {point.tx[i], point.ty[i], point.tz[i]}};
+        }
+    }
+};
+
+// Each point takes the impulses of the former point that was nearest to it on body a, unless that was elsewhere; of parts, unless that had
+// another direction.
+void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found,
+                                Former& former) const {
     constexpr float kSamePlace = 0.2f * 0.2f, kSameRim = 2 * 2;
     const double a_share = 1 / setup.bodies.place[batch.a[i]].radius;
     const bool obstacle = lane.obstacle != kNoSlot;
     const double b_share = obstacle ? 0 : 1 / setup.bodies.place[batch.b[i]].radius;
     const Vec3 shift = obstacle ? Vec3{} : poses_[batch.b[i]].centre - poses_[batch.a[i]].centre;
-    struct Former {
-        float at[3], normal_impulse, tangent[3];
-    };
-    std::array<Former, kMaxManifoldPoints> former;
     const int before = lane.points;
-    for (int p = 0; p < before; ++p) {
-        const ShapePoint& point = batch.points[static_cast<std::size_t>(p)];
-        former[static_cast<std::size_t>(p)] = {
-            {point.ax[i], point.ay[i], point.az[i]}, point.normal_impulse[i], {point.tx[i], point.ty[i], point.tz[i]}};
-    }
     set_lane(batch.nx, batch.ny, batch.nz, i, found.normal);
-    unsigned used = 0;
     for (int p = 0; p < found.count; ++p) {
         ShapePoint& point = batch.points[static_cast<std::size_t>(p)];
         const ManifoldPoint& here = found.points[static_cast<std::size_t>(p)];
@@ -347,16 +379,22 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
         point.gap[i] = static_cast<float>(here.gap_m);
         int best = -1;
         float least = found.on_rim ? kSameRim : kSamePlace;
-        for (int q = 0; q < before; ++q) {
-            const Former& was = former[static_cast<std::size_t>(q)];
+        for (int q = 0; q < former.count; ++q) {
+            const Former::Point& was = former.points[static_cast<std::size_t>(q)];
             const float x = was.at[0] - point.ax[i], y = was.at[1] - point.ay[i], z = was.at[2] - point.az[i];
-            const float away = x * x + y * y + z * z;
-            if ((used >> q & 1u) == 0 && away < least) best = q, least = away;
+            float away = x * x + y * y + z * z;
+            if (lane.is_part()) {
+                const float u = was.normal[0] - batch.nx[i], v = was.normal[1] - batch.ny[i], w = was.normal[2] - batch.nz[i];
+                const float turned = u * u + v * v + w * w;
+                if (turned >= kSamePlace) continue;
+                away += turned;
+            }
+            if ((former.used >> q & 1u) == 0 && away < least) best = q, least = away;
         }
         point.normal_impulse[i] = point.tx[i] = point.ty[i] = point.tz[i] = 0;
         if (best < 0) continue;
-        used |= 1u << best;
-        const Former& was = former[static_cast<std::size_t>(best)];
+        former.used |= 1u << best;
+        const Former::Point& was = former.points[static_cast<std::size_t>(best)];
         point.normal_impulse[i] = was.normal_impulse;
         const float along = was.tangent[0] * batch.nx[i] + was.tangent[1] * batch.ny[i] + was.tangent[2] * batch.nz[i];
         point.tx[i] = was.tangent[0] - along * batch.nx[i];
@@ -370,33 +408,93 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
 std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup, std::uint32_t block, const Contact& contact) {
     const Bodies& bodies = setup.bodies;
     std::optional<TooDeep> worst;
+    if (has_parts_) refresh_parts(setup, block, contact, worst);
     ShapeLane* lane = lanes(block).data();
     Manifold found;
     for (ShapeBatch& batch : batches(block)) {
         std::uint8_t most = 0;
         for (int i = 0; i < kLanes; ++i, ++lane) {
             if (batch.a[i] >= bodies.count()) continue;
-            const bool obstacle = lane->obstacle != kNoSlot;
-            const BodyVelocity &a = bodies.velocity[batch.a[i]], &b = bodies.velocity[batch.b[i]];
-            const double speed = length(velocity_of(b) - velocity_of(a)) + speed_of(a) + speed_of(b);
-            collide_lane(setup, batch, i, *lane, contact.margin_m + contact.ahead_s * speed, found);
+            if (lane->is_part()) {
+                most = std::max(most, lane->points);
+                continue;
+            }
+            collide_lane(setup, batch, i, *lane, reach_of(setup, batch, i, contact), found);
             if (found.count == 0) {
                 if (lane->points != 0) empty_lane(batch, i, 0);
                 lane->points = 0;
                 continue;
             }
-            take_points(setup, batch, i, *lane, found);
+            Former former;
+            former.add(batch, i, *lane);
+            take_points(setup, batch, i, *lane, found, former);
             most = std::max(most, lane->points);
-            double deepest = 0;
-            for (int p = 0; p < found.count; ++p) deepest = std::max(deepest, -found.points[static_cast<std::size_t>(p)].gap_m);
-            const double own = least_of(setup, batch.a[i]), other = obstacle ? own : least_of(setup, batch.b[i]);
-            if (deepest <= contact.max_overlap_share * (own + other)) continue;
-            const BodyId id = bodies.properties[batch.a[i]].id, second = obstacle ? id : bodies.properties[batch.b[i]].id;
-            if (!worst || std::min(id, second) < std::min(worst->body, worst->other)) worst = {id, second, lane->obstacle, deepest, own};
+            note_depth(setup, batch, i, *lane, found, contact, worst);
         }
         batch.used = most;
     }
     return worst;
+}
+
+double ShapeContacts::reach_of(const Setup& setup, const ShapeBatch& batch, int i, const Contact& contact) const {
+    const BodyVelocity &a = setup.bodies.velocity[batch.a[i]], &b = setup.bodies.velocity[batch.b[i]];
+    return contact.margin_m + contact.ahead_s * (length(velocity_of(b) - velocity_of(a)) + speed_of(a) + speed_of(b));
+}
+
+void ShapeContacts::note_depth(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, const Manifold& found,
+                               const Contact& contact, std::optional<TooDeep>& worst) {
+    const Bodies& bodies = setup.bodies;
+    const bool obstacle = lane.obstacle != kNoSlot;
+    double deepest = 0;
+    for (int p = 0; p < found.count; ++p) deepest = std::max(deepest, -found.points[static_cast<std::size_t>(p)].gap_m);
+    const double own = least_of(setup, batch.a[i]), other = obstacle ? own : least_of(setup, batch.b[i]);
+    if (deepest <= contact.max_overlap_share * (own + other)) return;
+    const BodyId id = bodies.properties[batch.a[i]].id, second = obstacle ? id : bodies.properties[batch.b[i]].id;
+    if (!worst || std::min(id, second) < std::min(worst->body, worst->other)) worst = {id, second, lane.obstacle, deepest, own};
+}
+
+void ShapeContacts::list_parts(std::size_t block, std::size_t bodies, std::vector<Part>& parts) {
+    parts.clear();
+    ShapeLane* lane = lanes(block).data();
+    for (ShapeBatch& batch : batches(block))
+        for (int i = 0; i < kLanes; ++i, ++lane)
+            if (batch.a[i] < bodies && lane->is_part()) parts.push_back({&batch, i, lane});
+    std::ranges::sort(parts, {}, [](const Part& part) { return std::tuple(part.body(), part.what->obstacle, part.what->part); });
+}
+
+void ShapeContacts::refresh_parts(const Setup& setup, std::uint32_t block, const Contact& contact, std::optional<TooDeep>& worst) {
+    thread_local std::vector<Part> parts;
+    list_parts(block, setup.bodies.count(), parts);
+    std::array<Manifold, kMaxSurfaceContacts> found;
+    for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
+        const Part& first = parts[begin];
+        while (end < parts.size() && parts[end].is_of(first)) ++end;
+        const double reach_m = reach_of(setup, *first.batch, first.lane, contact);
+        const int count = setup.obstacles.collide_shape(first.what->obstacle, core_of(setup, first.body()), poses_[first.body()], reach_m,
+                                                        first.what->axis, found);
+        Former former;
+        for (std::size_t n = begin; n < end; ++n) former.add(*parts[n].batch, parts[n].lane, *parts[n].what);
+        std::array<bool, kMaxSurfaceContacts> taken{};
+        for (std::size_t n = begin; n < end; ++n) {
+            ShapeBatch& batch = *parts[n].batch;
+            const int i = parts[n].lane;
+            ShapeLane& lane = *parts[n].what;
+            const Vec3 last = vector_of_lane(batch.nx, batch.ny, batch.nz, i);
+            std::size_t best = kMaxSurfaceContacts;
+            double likeness = -2;
+            for (std::size_t m = 0; m < static_cast<std::size_t>(count); ++m)
+                if (const double like = dot(last, found[m].normal); !taken[m] && like > likeness) best = m, likeness = like;
+            if (best == kMaxSurfaceContacts) {
+                if (lane.points != 0) empty_lane(batch, i, 0);
+                set_lane(batch.nx, batch.ny, batch.nz, i, {});
+                lane.points = 0;
+                continue;
+            }
+            taken[best] = true;
+            take_points(setup, batch, i, lane, found[best], former);
+            note_depth(setup, batch, i, lane, found[best], contact, worst);
+        }
+    }
 }
 
 void ShapeContacts::prepare(std::span<const std::uint32_t> blocks, const Bodies& bodies, Workers& workers) {

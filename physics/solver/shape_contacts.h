@@ -7,6 +7,9 @@
 // A member of a composite that moves freely is moved through a copy of its composite (composite_rows.h), an entry behind those of the
 // bodies, and its arms count from the composite's centre. Only batches with such members have MovedLanes beside them.
 //
+// A body and a surface of triangles have four lanes, which are its parts: a manifold each, of those that its directions make. They share
+// the body, so they lie in different batches.
+//
 // As with spheres, batches of eight lanes are laid out with the candidate list, and impulses stay in place. A lane is two bodies. Lanes
 // that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing. Points are
 // found anew at the end of each step; within it they follow the bodies' velocities.
@@ -69,12 +72,19 @@ struct alignas(32) MovedLanes {
     Lanes b_scale, bx, by, bz;
 };
 
+// Of a lane that is no part of a contact with a surface.
+inline constexpr std::uint8_t kNoPart = 0xff;
+
 struct ShapeLane {
     // Of an obstacle its number; kNoSlot: b is a body.
     std::uint32_t obstacle = kNoSlot;
     AxisHint axis = kNoAxis;
     std::uint8_t points = 0;
+    // The same in all parts.
     std::uint8_t touching = 0;
+    std::uint8_t part = kNoPart;
+
+    bool is_part() const { return part != kNoPart; }
 };
 
 // How easily a body is turned, T as seen from the world: xx, xy, xz, yy, yz, zz and two entries without meaning.
@@ -163,6 +173,17 @@ class ShapeContacts {
         return block + 1 < first_.size() ? std::span(lanes_).subspan(kLanes * first_[block], kLanes * (first_[block + 1] - first_[block]))
                                          : std::span<ShapeLane>();
     }
+    // The parts of contacts with surfaces in a block, those of one contact behind each other.
+    struct Part {
+        ShapeBatch* batch;
+        int lane;
+        ShapeLane* what;
+
+        std::uint32_t body() const { return batch->a[lane]; }
+        bool is_of(const Part& other) const { return body() == other.body() && what->obstacle == other.what->obstacle; }
+    };
+    bool has_parts() const { return has_parts_; }
+    void list_parts(std::size_t block, std::size_t bodies, std::vector<Part>& parts);
     std::span<const ShapeLane> lanes(std::size_t block) const { return const_cast<ShapeContacts*>(this)->lanes(block); }
     const Turning& turning(std::uint32_t slot) const { return turnings_[slot]; }
 
@@ -186,7 +207,8 @@ class ShapeContacts {
         std::uint64_t key;
         AxisHint axis;
         std::uint8_t points, touching;
-        // Of each point its arms on the first and the second of them, and the impulses on the second.
+        // Of each point its arms on the first and the second of them, and the impulses on the second. Of a part, whose second has no arms,
+        // the normal instead.
         struct Point {
             float first[3], second[3], normal_impulse, tangent[3];
         };
@@ -196,20 +218,31 @@ class ShapeContacts {
         BodyPair slots;
         BodyPair keys;
         std::uint32_t obstacle;
+        std::uint8_t part = kNoPart;
     };
     struct Arena;
     static std::uint64_t key_of(BodyId body, std::uint32_t partner, bool obstacle) {
         return std::uint64_t{body} << 32 | std::uint64_t{partner} << 1 | std::uint64_t{obstacle};
+    }
+    // Of an obstacle, or a part of it.
+    static std::uint32_t code_of(const ShapeLane& lane) {
+        return (kMaxSurfaceContacts + 1) * lane.obstacle + (lane.is_part() ? lane.part + 1u : 0u);
     }
     void choose(const Setup& setup, const Reach& reach, std::uint32_t block, Arena& arena) const;
     static void empty_batch(ShapeBatch& batch);
     static void set_materials(const Setup& setup, ShapeBatch& batch, int i, const ShapeLane& lane);
     void recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& lane, int i) const;
     void collide_lane(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m, Manifold& found) const;
+    // Of all parts of a contact, each takes the manifold whose normal is most like its last one.
+    void refresh_parts(const Setup& setup, std::uint32_t block, const Contact& contact, std::optional<TooDeep>& worst);
+    double reach_of(const Setup& setup, const ShapeBatch& batch, int i, const Contact& contact) const;
+    static void note_depth(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, const Manifold& found,
+                           const Contact& contact, std::optional<TooDeep>& worst);
     void empty_lane(ShapeBatch& batch, int i, int from) const;
     // Whether a contact is one of a composite that moves freely.
     bool is_moved(const ShapeBatch& batch, int i) const;
-    void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found) const;
+    struct Former;
+    void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found, Former& former) const;
 
     Buffer<ShapeBatch> batches_;
     Buffer<MovedLanes> moved_;
@@ -221,7 +254,7 @@ class ShapeContacts {
     Buffer<Turning> turnings_;
     Buffer<Pose> poses_;
     std::size_t candidates_ = 0;
-    bool prepared_ = false;
+    bool prepared_ = false, has_parts_ = false;
 };
 
 }  // namespace meld::physics

@@ -397,6 +397,27 @@ def have_shapes(bodies):
                               capture_output=True, text=True, check=False)
         same(done.returncode, 0, done.stderr)
         same((bodies.folder / "on.digests").read_text(), digests[0], f"the digests over a checkpoint of {before} processes")
+    # On uneven ground and over a mesh, too.
+    (bodies.folder / "dome.obj").write_text("v -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nv 0 0 1\n"
+                                            "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 1 3 2\nf 1 4 3\n")
+    heights = [[round(0.4 * math.sin(1.3 * x) * math.cos(y), 3) for x in range(13)] for y in range(13)]
+    rough = (fall.replace("ground = 0\n", "") + '[[motion.catoms]]\nwhere = "y > 0"\nshape = "cylinder"\nheight = 0.6\n'
+             f'[[motion.obstacle]]\nkind = "terrain"\ncentre = [-6, -6, 0]\ncell = 1\nheights = {heights}\n'
+             "[[motion.obstacle]]\nkind = \"mesh\"\nshape = \"move(mesh('dome.obj', scale = 1), 1, 1, -0.2)\"\n")
+    rough_digests = []
+    for processes, threads in sizes:
+        done = bodies.command(program, rough, 90, "-n", str(processes), "--threads", str(threads), "--digest", bodies.folder / "digests")
+        same(done.returncode, 0, done.stderr)
+        rough_digests.append((bodies.folder / "digests").read_text())
+    same(rough_digests[1:], rough_digests[:1] * 4, "the digests on a surface with some numbers of processes and threads")
+    for before, after in ((1, 3), (2, 1)):
+        saved = bodies.folder / f"rough{before}"
+        done = bodies.command(program, rough, 60, "-n", str(before), "--checkpoint", saved, "--digest", bodies.folder / "on.digests")
+        same(done.returncode, 0, done.stderr)
+        done = subprocess.run([bodies.meldsim, "resume", saved, "--ticks", "90", "--quiet", "-n", str(after)], env=bodies.environment,
+                              capture_output=True, text=True, check=False)
+        same(done.returncode, 0, done.stderr)
+        same((bodies.folder / "on.digests").read_text(), rough_digests[0], f"the digests on a surface after {before} processes")
     # Those that hold on to each other where they meet, and carry each other, on one process.
     holding = program + ("type carries(node, node, int).\nconnect(A, B) :- neighbor(A, B).\n"
                          "release(A, B) :- load(A, B, T, S, _), T + S > 60.0.\n"
@@ -429,9 +450,7 @@ def have_shapes(bodies):
             (ONE + 'shape = "cube"\n[[motion.catoms]]\nwhere = "id == 0"\ninertia = 0.5\n', "w.toml:6:1: the inertia of a cube follows"),
             (ONE + '[[motion.catoms]]\nwhere = "id == 0"\nturned = [1e200, 0, 0]\n', "w.toml:7:10: a catom is turned by more than"),
             (ONE + 'shape = "cube"\nengine = "hash"\n', 'the engine "hash" knows spheres alone'),
-            (ONE + 'shape = "cube"\n[[motion.feature]]\ndirections = 6\n', "w.toml:6:1: only spheres have features"),
-            (ONE + 'shape = "cube"\n[[motion.obstacle]]\nkind = "terrain"\nheights = [[0, 0], [0, 0]]\n',
-             "w.toml:6:1: a terrain holds spheres alone")):
+            (ONE + 'shape = "cube"\n[[motion.feature]]\ndirections = 6\n', "w.toml:6:1: only spheres have features")):
         done = bodies.command(PLACE, world, 1)
         if done.returncode != 2 or message not in done.stderr:
             sys.exit(f"{world}\nended with {done.returncode}: {done.stderr}\nnot {message}")

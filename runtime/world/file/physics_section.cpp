@@ -217,7 +217,7 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
-// Bodies with shapes touch each other, planes and boxes; what only spheres can do or have is an error where it is written.
+// What only spheres can do or have is an error where it is written.
 void check_forms(TomlReader& reader, const Section& section, const PhysicsOptions& p) {
     if (!p.has_forms()) return;
     const auto at = [&](const std::string& place, std::string problem, const char* suggestion) {
@@ -225,9 +225,6 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
     };
     if (p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" knows spheres alone", "write engine = \"blocks\", or take the shapes out");
-    for (const ObstacleOptions& o : p.obstacles)
-        if (o.kind == "terrain" || o.kind == "mesh")
-            at(o.place, fmt::format("a {} holds spheres alone", o.kind), "use planes and boxes, or take the shapes out");
     for (const FeatureOptions& f : p.features) at(f.place, "only spheres have features", "take the features out, or the shapes");
     const bool no_spheres =
         !p.form.is_sphere() && std::ranges::none_of(p.groups, [](const CatomGroup& g) { return g.form && g.form->is_sphere(); });

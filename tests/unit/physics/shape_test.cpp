@@ -317,9 +317,6 @@ TEST(Shapes, AreRefusedWhereTheyCannotBe) {
     Settings hash;
     hash.engine = EngineKind::Hash;
     refused(make_scene(hash)->add_body(cube), "the engine Hash has none");
-    auto on_mesh = make_scene();
-    need(on_mesh->add_obstacle(Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}}, 0));
-    refused(on_mesh->add_body(cube), "obstacle 0, a mesh");
     auto scene = scene_on_plane();
     refused(scene->add_body({.id = 0, .shape = BodyShape({0.5, 0.5, 0}, 0.1)}), "no solid");
     refused(scene->add_body({.id = 0, .shape = box_shape({1, 1, 1}, 0.6)}), "no solid");
@@ -328,7 +325,6 @@ TEST(Shapes, AreRefusedWhereTheyCannotBe) {
     const auto table = scene->add_feature_table({{.direction = {1, 0, 0}}});
     ASSERT_TRUE(table);
     refused(scene->set_feature_table(0, *table), "features are on spheres");
-    EXPECT_FALSE(scene->add_obstacle(Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {0, 1, 2}}, 0));
 }
 
 TEST(Shapes, ADeepOverlapEndsTheStepAndRestoresTheState) {
