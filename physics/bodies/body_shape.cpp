@@ -61,6 +61,27 @@ double BodyShape::surface_m2() const {
     return 8 * (a * b + b * c + c * a) + 4 * kPi * r * (a + b + c) + 4 * kPi * r * r;
 }
 
+// Along the ray, the distance from the core is convex: Newton's method from outside comes nearer from one side.
+double BodyShape::way_out_m(Vec3 direction) const {
+    if (is_sphere()) return rounding_m;
+    constexpr int kMaxSteps = 60;
+    const bool box = core_m.y > 0;
+    const double across = box ? std::abs(direction.x) : std::hypot(direction.x, direction.y);
+    const double speeds[3] = {across, box ? std::abs(direction.y) : 0, std::abs(direction.z)}, half[3] = {core_m.x, core_m.y, core_m.z};
+    double way = radius_m();
+    for (int step = 0; step < kMaxSteps; ++step) {
+        double square = 0, growth = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double beyond = std::max(0.0, speeds[k] * way - half[k]);
+            square += beyond * beyond, growth += beyond * speeds[k];
+        }
+        const double distance = std::sqrt(square), next = way - (distance - rounding_m) * distance / growth;
+        if (!(distance > rounding_m) || !(next < way)) break;
+        way = next;
+    }
+    return way;
+}
+
 Vec3 BodyShape::inertia_per_kg_m2() const {
     const auto [a, b, c] = core_m;
     if (is_cylinder()) {

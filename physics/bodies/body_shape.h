@@ -30,6 +30,8 @@ struct BodyShape {
     double least_m() const;
     double volume_m3() const;
     double surface_m2() const;
+    // From its middle to its surface in a direction of length 1.
+    double way_out_m(Vec3 direction) const;
     // The moments of inertia about its axes, each divided by the mass.
     Vec3 inertia_per_kg_m2() const;
 };

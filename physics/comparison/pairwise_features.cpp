@@ -28,6 +28,10 @@ Result<void> PairwiseFeatures::find(World& world, double dt_s, Workers& workers)
             const Vec3 apart = position(b) - position(a);
             const double distance = length(apart), gap = distance - a.radius - b.radius;
             if (!(distance > 0 && gap < range)) continue;
+            if (((bodies.properties[pair.first].flags | bodies.properties[pair.second].flags) & kShaped) != 0) {
+                add_shape_feature_wrenches(world, wrenches_, pair.first, pair.second);
+                continue;
+            }
             const Vec3 normal = (1 / distance) * apart;
             const double held = add_feature_wrenches(world, wrenches_, pair.first, pair.second, normal, gap);
             if (held == 0) continue;

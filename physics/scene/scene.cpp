@@ -288,8 +288,9 @@ Result<void> Scene::set_wrench(BodyId body, Vec3 force, Vec3 torque) {
 Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     if (auto fine = known(body); !fine) return fine;
     if (table >= world_->tables.size()) return fail(fmt::format("there is no feature table {}", table), "Add it first");
-    if (world_->shapes.of(body) != 0 && !world_->tables[table].empty())
-        return fail(fmt::format("body {} has a shape, and features are on spheres", body), "Use spheres, or no features");
+    const auto latches = [](const Feature& feature) { return feature.kind == FeatureKind::Latch; };
+    if (world_->shapes.of(body) != 0 && std::ranges::any_of(world_->tables[table], latches))
+        return fail(fmt::format("body {} has a shape, and latches are on spheres", body), "Use magnets or plates, or spheres");
     Bodies& bodies = world_->bodies;
     bodies.need_features();
     const std::uint32_t slot = bodies.slot(body);

@@ -1,6 +1,7 @@
 // Magnets, plates and latches along the candidate pairs. Forces are added to per-body sums in colour order, so no two threads add to one
 // body and the order of additions depends only on the world; latches act through the contact rows.
 #include <algorithm>
+#include <utility>
 
 #include "physics/bodies/actuation.h"
 #include "physics/solver/block_engine.h"
@@ -30,6 +31,14 @@ void BlockEngine::actuate_block(std::uint32_t block) {
                                                               {d(batch.nx[i]), d(batch.ny[i]), d(batch.nz[i])}, d(batch.gap[i])));
         }
         if (!contacts_.adhesion.empty()) contacts_.adhesion[contacts_.first_pair_batch(block) + n] = held;
+    }
+    const std::span<const ShapeLane> lanes_of_shapes = std::as_const(shape_contacts_).lanes(block);
+    for (std::size_t n = 0; n < lanes_of_shapes.size(); ++n) {
+        if (lanes_of_shapes[n].obstacle != kNoSlot) continue;
+        const ShapeBatch& batch = std::as_const(shape_contacts_).batches(block)[n / kLanes];
+        const std::uint32_t a = batch.a[n % kLanes], b = batch.b[n % kLanes];
+        if (a >= world_.bodies.count() || features[a].on == 0 || features[b].on == 0) continue;
+        add_shape_feature_wrenches(world_, feature_wrenches_, a, b);
     }
 }
 

@@ -2,8 +2,10 @@
 #include "physics/solver/feature_wrenches.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "physics/bodies/actuation.h"
 #include "runtime/base/assert.h"
@@ -37,6 +39,38 @@ Near near_features(const std::vector<Feature>& table, std::uint32_t on, Quat tur
     for (std::size_t i = 0; i < table.size(); ++i)
         if ((on >> i & 1) != 0 && dot(table[i].direction, local) >= least_cosine) near.index[near.count++] = static_cast<std::uint8_t>(i);
     return near;
+}
+
+// The features of a body that are on and may reach another one.
+struct Reaching {
+    struct One {
+        const Feature* feature;
+        FeaturePose pose;
+        Vec3 lever;
+    };
+    std::size_t count = 0;
+    std::array<One, kMaxFeatures> of;
+};
+
+void find_reaching(const World& world, std::uint32_t slot, std::uint32_t other, Reaching& found) {
+    const Bodies& bodies = world.bodies;
+    const Bodies::FeatureState& state = bodies.features[slot];
+    const std::vector<Feature>& table = world.tables[state.table];
+    const BodyShapes::Index shape = world.shapes.of(bodies.properties[slot].id);
+    const Place &place = bodies.place[slot], &other_place = bodies.place[other];
+    const Quat turned = orientation(bodies.orientation[slot]);
+    const Vec3 apart = position(other_place) - position(place);
+    // Depths lead inwards, here and there, and so away from the other body.
+    const double farthest = other_place.radius + world.feature_range_m() + 4 * world.feature_depth_m();
+    found.count = 0;
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        if ((state.on >> i & 1) == 0) continue;
+        const double way = shape == 0 ? place.radius : world.shapes.kind(shape).shape.way_out_m(table[i].direction);
+        const Vec3 direction = rotate(turned, table[i].direction), lever = way * direction, to_other = apart - lever;
+        if (dot(to_other, to_other) > farthest * farthest) continue;
+        const double sign = (state.reversed >> i & 1) != 0 ? -1.0 : 1.0;
+        found.of[found.count++] = {&table[i], {position(place) + lever, direction, sign}, lever};
+    }
 }
 
 }  // namespace
@@ -115,6 +149,24 @@ double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::ui
             b_state.charge_j += static_cast<float>(charge / 2);
         }
     return held;
+}
+
+void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b) {
+    MELD_EXPECT(a != b && a < wrenches.size() && b < wrenches.size(), "slots {} and {} of {}", a, b, wrenches.size());
+    Reaching of_a, of_b;
+    find_reaching(world, a, b, of_a);
+    if (of_a.count == 0) return;
+    find_reaching(world, b, a, of_b);
+    Bodies& bodies = world.bodies;
+    for (const Reaching::One& first : std::span(of_a.of).first(of_a.count))
+        for (const Reaching::One& second : std::span(of_b.of).first(of_b.count)) {
+            double charge = 0;
+            const Interaction done = interact(*first.feature, first.pose, *second.feature, second.pose, charge);
+            add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(first.lever, done.force_n));
+            add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(second.lever, done.force_n));
+            bodies.features[a].charge_j += static_cast<float>(charge / 2);
+            bodies.features[b].charge_j += static_cast<float>(charge / 2);
+        }
 }
 
 }  // namespace meld::physics

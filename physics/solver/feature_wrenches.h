@@ -15,6 +15,8 @@ void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double 
 // Then, for each pair whose surfaces are nearer than the world's range, with `normal` from a to b: adds what their features do to each
 // other. Returns the force of the latches that hold, N, which the wrenches do not include.
 double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m);
+// The same for two bodies of which at least one has a shape. Each feature is where the ray in its direction leaves the surface.
+void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b);
 // At the end of the step: adds the energy drawn by charging plates.
 void account_charges(World& world, Workers& workers);
 

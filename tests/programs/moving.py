@@ -67,6 +67,22 @@ def rolling(outcome, recorded, in_other_world):
     expect(abs(turned - 2 * angle[-1]) < 0.02 * 720, f"it has turned by {turned:.1f} degrees")
 
 
+def planar_catoms(outcome, recorded, in_other_world):
+    """From one end of the row to the other, in touch with it and without slipping by more than 2 % of what it turns."""
+    expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
+    expect((4, 16) in outcome.facts["step"], "it has not counted sixteen steps")
+    steps = numpy.array(recorded.positions)
+    apart = numpy.min(numpy.linalg.norm(steps[:, :4, :2] - steps[:, 4:, :2], axis=2), axis=1)
+    expect(numpy.all(numpy.abs(apart - 1) < 0.005), f"it has left the row or gone into it: {numpy.min(apart)} to {numpy.max(apart)}")
+    expect(numpy.all(numpy.abs(steps[:, :, 2] - 0.35) < 0.002), "it has left the table")
+    expect(numpy.min(numpy.diff(steps[:, 4, 0])) > -0.02, "it has rolled back on the way")
+    expect(3.35 < steps[-1, 4, 0] < 3.55, f"it has come to {steps[-1, 4, 0]:.3f}")
+    ((_, w, z),) = [row for row in outcome.facts["turned"] if row[0] == 4]
+    turned = numpy.degrees(2 * numpy.arctan2(z, w)) % 360
+    # A third of the way around, the way that is left after a whole turn, to the right.
+    expect(abs(turned - 240) < 0.02 * 480, f"it is turned by {turned:.1f} degrees")
+
+
 def row(outcome, recorded, in_other_world):
     """Nothing moves until all push in the same tick; then the row and the load go up together by Newton's law, the slope being
     without friction. Ten would be too weak, and do not try."""
