@@ -51,39 +51,56 @@ void Composites::body_moved(BodyId body) {
 
 bool Composites::settle(Bodies& bodies, const BodyShapes& shapes) {
     if (!pending_) return false;
+    if (!find_changes([](BodyId) { return true; })) return false;
+    make_changes(bodies, shapes);
+    return true;
+}
+
+bool Composites::find_changes(const std::function<bool(BodyId)>& here) {
+    new_groups_.clear(), ends_.clear();
+    if (!pending_) return false;
     pending_ = false;
     // A connection between two bodies that others hold together changes nothing.
     for (Composite& old : composites_)
         if (old.changed != 0 && connections_.in_same_group(members_[old.first].id)) old.changed = 0;
-    const std::vector<std::vector<BodyId>> groups = connections_.take_changed();
+    std::vector<std::vector<BodyId>> groups = connections_.take_changed();
     std::map<BodyId, std::size_t> by_first;
-    for (std::size_t i = 0; i < groups.size(); ++i) by_first.emplace(groups[i].front(), i);
+    for (std::size_t i = 0; i < groups.size(); ++i)
+        if (std::ranges::any_of(groups[i], here)) by_first.emplace(groups[i].front(), i);
     // A composite stays if nothing has touched it, or if it has the same members again.
     const auto stays = [&](const Composite& old) {
         if (old.changed == 0) return true;
         const auto group = by_first.find(members_[old.first].id);
         return old.moved == 0 && group != by_first.end() && std::ranges::equal(members(old), groups[group->second], {}, &Member::id);
     };
+    bool any_ends = false;
+    for (Composite& old : composites_) {
+        ends_.push_back(stays(old) ? 0 : 1);
+        any_ends = any_ends || ends_.back() != 0;
+        if (ends_.back() == 0) by_first.erase(members_[old.first].id);
+        old.changed = old.moved = 0;
+    }
+    for (const auto& [first, group] : by_first) new_groups_.push_back(std::move(groups[group]));
+    return any_ends || !new_groups_.empty();
+}
+
+void Composites::make_changes(Bodies& bodies, const BodyShapes& shapes) {
+    MELD_EXPECT(ends_.size() == composites_.size(), "{} of {} composites", ends_.size(), composites_.size());
     std::vector<std::pair<const Composite*, const std::vector<BodyId>*>> all;
-    std::vector<BodyId> freed;
-    for (const Composite& old : composites_) {
-        if (stays(old)) {
-            all.emplace_back(&old, nullptr);
-            by_first.erase(members_[old.first].id);
-        } else {
-            for (const Member& member : members(old)) freed.push_back(member.id);
+    for (std::size_t c = 0; c < composites_.size(); ++c) {
+        if (ends_[c] == 0) {
+            all.emplace_back(&composites_[c], nullptr);
+            continue;
+        }
+        for (const Member& member : members(composites_[c])) {
+            of_id_[member.id] = kNoComposite;
+            const std::uint32_t slot = bodies.slot(member.id);
+            bodies.properties[slot].flags &= static_cast<std::uint8_t>(~kMember);
+            bodies.restore_masses(slot);
         }
     }
-    for (const auto& [first, group] : by_first) all.emplace_back(nullptr, &groups[group]);
-    const bool changed = !freed.empty() || !by_first.empty();
+    for (const std::vector<BodyId>& group : new_groups_) all.emplace_back(nullptr, &group);
     std::ranges::sort(all, {}, [&](const auto& entry) { return entry.first ? members_[entry.first->first].id : entry.second->front(); });
-
-    for (const BodyId body : freed) {
-        of_id_[body] = kNoComposite;
-        const std::uint32_t slot = bodies.slot(body);
-        bodies.properties[slot].flags &= static_cast<std::uint8_t>(~kMember);
-        bodies.restore_masses(slot);
-    }
     std::vector<Composite> composites;
     std::vector<Member> members;
     composites.reserve(all.size()), members.reserve(members_.size());
@@ -95,11 +112,10 @@ bool Composites::settle(Bodies& bodies, const BodyShapes& shapes) {
         else
             make(bodies, shapes, *group, made, members);
         made.first = first;
-        made.changed = made.moved = 0;
     }
     composites_ = std::move(composites), members_ = std::move(members);
-    if (changed) index(bodies);
-    return changed;
+    new_groups_.clear(), ends_.clear();
+    index(bodies);
 }
 
 Symmetric Composites::own_inertia(const Member& member, const Bodies& bodies, const BodyShapes& shapes) {
@@ -202,14 +218,78 @@ void Composites::restore() {
     for (std::size_t c = 0; c < kept_.size(); ++c) composites_[c].motion = kept_[c], composites_[c].asleep = 0;
 }
 
-void Composites::write(ByteWriter& out) const {
-    const auto pairs = connections_.all();
+void Composites::write(const Composite& composite, ByteWriter& out) const {
+    Composite written = composite;
+    written.first = 0;
+    out.write(written);
+    for (Member member : members(composite)) {
+        member.slot = 0;
+        out.write(member);
+    }
+}
+
+bool Composites::read_one(ByteReader& in) {
+    Composite& composite = composites_.emplace_back(in.read<Composite>());
+    if (in.failed() || composite.count < 2 || composite.count > in.left() / sizeof(Member)) return false;
+    composite.first = static_cast<std::uint32_t>(members_.size());
+    for (std::uint32_t i = 0; i < composite.count; ++i) members_.push_back(in.read<Member>());
+    return true;
+}
+
+void Composites::sort_all() {
+    const auto first_of = [&](const Composite& composite) { return members_[composite.first].id; };
+    if (std::ranges::is_sorted(composites_, {}, first_of)) return;
+    std::ranges::sort(composites_, {}, first_of);
+    std::vector<Member> all;
+    all.reserve(members_.size());
+    for (Composite& composite : composites_) {
+        const auto first = static_cast<std::uint32_t>(all.size());
+        std::ranges::copy(members(composite), std::back_inserter(all));
+        composite.first = first;
+    }
+    members_ = std::move(all);
+}
+
+void Composites::keep(const std::vector<bool>& chosen) {
+    MELD_EXPECT(chosen.size() == composites_.size(), "{} of {} composites", chosen.size(), composites_.size());
+    std::vector<Composite> kept;
+    std::vector<Member> all;
+    for (std::size_t c = 0; c < chosen.size(); ++c) {
+        if (!chosen[c]) {
+            for (const Member& member : members(composites_[c]))
+                if (member.id < of_id_.size()) of_id_[member.id] = kNoComposite;
+            continue;
+        }
+        const auto first = static_cast<std::uint32_t>(all.size());
+        std::ranges::copy(members(composites_[c]), std::back_inserter(all));
+        kept.push_back(composites_[c]);
+        kept.back().first = first;
+    }
+    composites_ = std::move(kept), members_ = std::move(all);
+}
+
+void Composites::arrange(Bodies& bodies) {
+    sort_all();
+    index(bodies);
+}
+
+void Composites::write(ByteWriter& out, const std::function<bool(BodyId)>& ours) const {
+    auto pairs = connections_.all();
+    std::erase_if(pairs, [&](const auto& pair) { return !ours(pair.first); });
     out.write_count(pairs.size());
     for (const auto& [one, other] : pairs) out.write(one), out.write(other);
-    out.write_count(composites_.size());
-    for (const Composite& composite : composites_) out.write(composite);
-    out.write_count(members_.size());
-    for (Member member : members_) {
+    std::vector<Composite> composites;
+    std::vector<Member> members;
+    for (const Composite& composite : composites_) {
+        if (!ours(members_[composite.first].id)) continue;
+        composites.push_back(composite);
+        composites.back().first = static_cast<std::uint32_t>(members.size());
+        std::ranges::copy(this->members(composite), std::back_inserter(members));
+    }
+    out.write_count(composites.size());
+    for (const Composite& composite : composites) out.write(composite);
+    out.write_count(members.size());
+    for (Member& member : members) {
         member.slot = 0;
         out.write(member);
     }
@@ -222,24 +302,29 @@ bool Composites::read(ByteReader& in) {
         if (one >= other || other >= kMaxBodies) return false;
         connections_.connect(one, other);
     }
-    composites_.resize(in.read_count(sizeof(Composite)));
-    for (Composite& composite : composites_) composite = in.read<Composite>();
-    members_.resize(in.read_count(sizeof(Member)));
-    for (Member& member : members_) member = in.read<Member>();
-    pending_ = in.read<bool>();
+    const std::size_t before = composites_.size(), first = members_.size();
+    composites_.resize(before + in.read_count(sizeof(Composite)));
+    for (std::size_t c = before; c < composites_.size(); ++c) composites_[c] = in.read<Composite>();
+    members_.resize(first + in.read_count(sizeof(Member)));
+    for (std::size_t m = first; m < members_.size(); ++m) members_[m] = in.read<Member>();
+    pending_ = in.read<bool>() || pending_;
     std::uint64_t next = 0;
-    for (const Composite& composite : composites_) {
+    for (std::size_t c = before; c < composites_.size(); ++c) {
+        Composite& composite = composites_[c];
         if (composite.first != next || composite.count < 2) return false;
         next += composite.count;
+        composite.first += static_cast<std::uint32_t>(first);
     }
-    return !in.failed() && next == members_.size();
+    if (in.failed() || first + next != members_.size()) return false;
+    sort_all();
+    return true;
 }
 
-bool Composites::loaded(Bodies& bodies) {
+bool Composites::loaded(Bodies& bodies, bool divided) {
     const auto missing = [&](BodyId body) { return !bodies.has(body); };
     if (std::ranges::any_of(members_, missing, &Member::id)) return false;
     for (const auto& [one, other] : connections_.all())
-        if (missing(one) || missing(other)) return false;
+        if (!divided && (missing(one) || missing(other))) return false;
     index(bodies);
     return true;
 }

@@ -5,10 +5,14 @@
 // Connections take effect in `settle`, before a step: whatever was made and broken since, only the bodies that are together then count.
 // A composite gets its mass, centre, inertia, momentum and angular momentum from sums over its members in the order of their ids, and
 // nothing else, so its bits do not depend on how it came about.
+//
+// In a divided world every subdomain knows all connections, and has the composites of which it has some body. A composite is made anew
+// where it is, once all its bodies are there: `find_changes`, which settle does first, says whether that is needed (subdomain.h).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -85,6 +89,11 @@ class Composites {
     // Merges and splits as the connections say. Bodies that become free get their masses back. Returns whether the members of some
     // composite have changed.
     bool settle(Bodies& bodies, const BodyShapes& shapes);
+    // The same in two steps: which groups of bodies, here or elsewhere, are to be composites that are none yet; whether any composite that
+    // is here changes; and then the change, for which all bodies of these groups must be here. `here`: whether a body is.
+    bool find_changes(const std::function<bool(BodyId)>& here);
+    std::span<const std::vector<BodyId>> new_groups() const { return new_groups_; }
+    void make_changes(Bodies& bodies, const BodyShapes& shapes);
     // Bodies have other slots.
     void locate(const Bodies& bodies);
 
@@ -127,10 +136,19 @@ class Composites {
     void keep();
     void restore();
 
-    void write(ByteWriter& out) const;
-    // Connections come before the bodies; `loaded` follows when all bodies are in their slots. False if they name what is not there.
+    // Of a divided world: a composite on its way to another subdomain, or in a snapshot; leaves those that are chosen here, by their places
+    // in all(). Then, when the bodies of all are in their slots, `arrange`.
+    void write(const Composite& composite, ByteWriter& out) const;
+    bool read_one(ByteReader& in);
+    void keep(const std::vector<bool>& chosen);
+    void arrange(Bodies& bodies);
+
+    // Those for which `ours` says so of the lowest body of a composite, and of the lower body of a connection.
+    void write(ByteWriter& out, const std::function<bool(BodyId)>& ours) const;
+    // Adds what was written, several times in a divided world. Connections come before the bodies; `loaded` follows when all bodies are in
+    // their slots. False if they name what is not there; connections may lead to bodies elsewhere if `divided`.
     bool read(ByteReader& in);
-    bool loaded(Bodies& bodies);
+    bool loaded(Bodies& bodies, bool divided);
     std::size_t bytes() const;
 
   private:
@@ -139,6 +157,8 @@ class Composites {
         std::uint32_t composite, first, end;
     };
     void note(BodyId body);
+    // In the order of their lowest bodies, with their members.
+    void sort_all();
     void make(const Bodies& bodies, const BodyShapes& shapes, const std::vector<BodyId>& group, Composite& made,
               std::vector<Member>& members) const;
     // Which composite each member belongs to, and its slot; members lose their masses.
@@ -160,6 +180,10 @@ class Composites {
     std::vector<std::uint32_t> jobs_;
     std::vector<std::uint32_t> of_id_;
     std::vector<CompositeMotion> kept_;
+    // Between find_changes and make_changes: groups that become composites, in the order of their lowest bodies; and by composite, whether
+    // it ends.
+    std::vector<std::vector<BodyId>> new_groups_;
+    std::vector<std::uint8_t> ends_;
     bool pending_ = false;
 };
 

@@ -40,8 +40,12 @@ struct Stage {
         // Which colours have contacts that would bounce now; then, by colour, a sweep of restitution.
         FindBounces,
         Bounce,
+        // In a divided world with composites, behind the colours: those that collide, block after block.
+        BounceComposites,
         Move,
         Refresh,
+        // In a divided world: what contacts have done to members of composites whose loads somebody wants.
+        ShareLoads,
         // Touch events and the end of the tick.
         Finish,
     };
@@ -51,11 +55,18 @@ struct Stage {
     int bounce_stages = 0;
     // For Refresh: whether the step goes on after it, so that contacts of shapes may follow their bodies until its end.
     bool goes_on = false;
-    // For Prepare: whether subdomains tell each other which blocks joints link.
+    // For Prepare: whether subdomains tell each other which blocks joints and composites link, and where copies of composites are.
     bool shares_links = false;
+    // For BounceComposites, which is run several times (subdomain.h): which time it is.
+    int round = 0;
 
     // Whether other subdomains must receive its results before the next stage (subdomain.h).
-    bool must_exchange() const { return colour >= 0 || kind == Kind::FindResting || shares_links; }
+    bool must_exchange() const {
+        return colour >= 0 || kind == Kind::FindResting || kind == Kind::BounceComposites || kind == Kind::ShareLoads || shares_links;
+    }
+    bool has_rounds() const { return kind == Kind::BounceComposites; }
+    // Whether it is the end of a sweep over all colours, after which the copies of composites take their mean.
+    bool ends_sweep() const { return colour == kColours - 1 && (kind == Kind::WarmStart || kind == Kind::Solve || kind == Kind::Relax); }
     // Whether the subdomains must combine the results of this stage, and may then skip stages.
     bool must_agree() const { return kind == Kind::FindBounces; }
     // How many of the following stages do nothing if the contacts that would bounce have these colours (bits). A sweep changes nothing

@@ -126,11 +126,17 @@ class Scene {
     // Connections (scene_connections.cpp) hold two bodies rigidly where they are. Bodies that connections join, however indirectly, move as
     // one composite from the next step on: it has the sums of their masses, momenta and angular momenta, and they do not touch each other.
     // Those that are released go on with the velocities that they have as parts of it. A composite with a fixed body is carried by it (by
-    // the one with the lowest number). Both may be called when it is so already. Only the engine Blocks in an undivided world has
-    // connections. Cost: the smaller of the two parts, and in the next step, one pass over the bodies of the composite and a new candidate
-    // list.
+    // the one with the lowest number). Both may be called when it is so already. Only the engine Blocks has connections. Cost: the smaller
+    // of the two parts, and in the next step, one pass over the bodies of the composite and a new candidate list.
     Result<void> connect(BodyId body, BodyId other);
     Result<void> release(BodyId body, BodyId other);
+    // The scene is, or will be, the share of a subdomain (subdomain.h). All subdomains make and break all connections alike, whether the
+    // bodies are here or not.
+    void share() { shared_ = true; }
+    // Of a body that is removed elsewhere.
+    void release_all(BodyId body);
+    // Whether connections lead from one to the other.
+    bool together(BodyId body, BodyId other) const;
     bool connected(BodyId body, BodyId other) const;
     // The bodies connected to it directly; valid until the next call that connects or releases.
     std::span<const BodyId> connected_to(BodyId body) const;
@@ -284,6 +290,7 @@ class Scene {
     std::vector<ContactReport> contacts_;
     std::vector<std::uint32_t> contact_start_, contact_index_;
     bool contacts_known_ = false;
+    bool shared_ = false;
 };
 
 }  // namespace meld::physics

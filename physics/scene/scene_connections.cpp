@@ -24,32 +24,38 @@ const char* name_of(EngineKind engine) {
 
 Result<void> Scene::connect(BodyId body, BodyId other) {
     for (const BodyId one : {body, other})
-        if (auto fine = known(one); !fine) return fine;
+        if (auto fine = known(one); !shared_ && !fine) return fine;
     if (body == other) return fail(fmt::format("body {} cannot be connected to itself", body), "Name another body");
     if (world_->settings.engine != EngineKind::Blocks)
         return fail(fmt::format("bodies {} and {} cannot be connected (the engine {} has no composites)", body, other,
                                 name_of(world_->settings.engine)),
                     "Use the engine Blocks");
-    if (engine_->divided())
-        return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Use one process");
+    if (engine_->divided() && !shared_)
+        return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Share the scene before");
     for (const BodyId one : {body, other})
         if (!joined_to(one).empty())
             return fail(fmt::format("bodies {} and {} cannot be connected (body {} has a joint)", body, other, one),
                         "Connect bodies without joints");
     if (connected(body, other)) return {};
     world_->composites.connect(body, other);
-    for (const BodyId one : {body, other}) engine_->body_changed(world_->bodies.slot(one), false);
+    for (const BodyId one : {body, other})
+        if (has(one)) engine_->body_changed(world_->bodies.slot(one), false);
     return {};
 }
 
 Result<void> Scene::release(BodyId body, BodyId other) {
     for (const BodyId one : {body, other})
-        if (auto fine = known(one); !fine) return fine;
+        if (auto fine = known(one); !shared_ && !fine) return fine;
     if (!connected(body, other)) return {};
     world_->composites.release(body, other);
-    for (const BodyId one : {body, other}) engine_->body_changed(world_->bodies.slot(one), false);
+    for (const BodyId one : {body, other})
+        if (has(one)) engine_->body_changed(world_->bodies.slot(one), false);
     return {};
 }
+
+void Scene::release_all(BodyId body) { world_->composites.release_all(body); }
+
+bool Scene::together(BodyId body, BodyId other) const { return world_->composites.connections().together(body, other); }
 
 bool Scene::connected(BodyId body, BodyId other) const { return world_->composites.connections().connected(body, other); }
 

@@ -1,8 +1,6 @@
 // Packing and unpacking the messages between subdomains.
 #include "physics/scene/subdomain.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "physics/scene/packed_body.h"
 #include "physics/solver/block_engine.h"
 #include "physics/solver/engine.h"
 #include "physics/solver/saved_bodies.h"
@@ -24,22 +23,6 @@ namespace {
 // A moving body with a shape takes about as long as four spheres.
 constexpr std::uint32_t kShapedWeight = 16, kMovingWeight = 4, kRestingWeight = 1;
 
-// All the data of a body that migrate with it; its shape follows if it is no sphere.
-struct PackedBody {
-    Place place;
-    Orientation orientation;
-    BodyVelocity velocity;
-    BodyProperties properties;
-    Wrench wrench;
-    Bodies::FeatureState features;
-    double energy_j;
-};
-
-struct PackedVelocity {
-    BodyId id;
-    float linear[3], surface[3];
-};
-
 struct PackedFeatureWrench {
     BodyId id;
     Wrench pull;
@@ -52,12 +35,6 @@ struct PackedRest {
     std::uint64_t flags;
 };
 constexpr std::uint64_t kRests = 1, kJoined = 2;
-
-// A block with joints: one that it is linked with, and whether it does not stay.
-struct PackedLink {
-    std::uint64_t key, linked;
-    std::uint64_t moves;
-};
 
 // A block of a snapshot of which some bodies go where joints hold them.
 struct PackedHome {
@@ -83,9 +60,10 @@ Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self, int parts)
       parts_(parts) {
     MELD_EXPECT(self >= 0 && self < parts, "subdomain {} of {}", self, parts);
     MELD_CHECK(scene.world().settings.engine == EngineKind::Blocks, "only the engine 'blocks' is divided");
-    MELD_CHECK(scene.world().composites.empty(), "a divided world has no connections");
+    MELD_CHECK(scene.world().composites.all().empty(), "a world is divided before its first step");
     engine_.owns_ = [this](BlockCoordinates block) { return owner_(block) == self_; };
     engine_.divided_joints_ = !world_.joints.empty();
+    world_.loads.note_pushes();
 }
 
 bool Subdomain::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
@@ -133,6 +111,11 @@ Subdomain::Holding Subdomain::holding_joined(const Joints::Groups& groups, Pairs
         std::vector<BodyId> bodies;
         for (const std::uint32_t joint : joints)
             for (const BodyId body : {world_.joints.all()[joint].first, world_.joints.all()[joint].second}) bodies.push_back(body);
+        hold_together(std::move(bodies));
+    }
+    for (const Composite& composite : world_.composites.all()) {
+        std::vector<BodyId> bodies;
+        for (const Composites::Member& member : world_.composites.members(composite)) bodies.push_back(member.id);
         hold_together(std::move(bodies));
     }
     for (const auto& [one, other] : also) hold_together({one, other});
@@ -190,15 +173,18 @@ std::vector<std::pair<BlockCoordinates, std::uint32_t>> Subdomain::weights() con
         const BlockCoordinates block = block_of(bodies.place[slot], block_m);
         if (found.empty() || !(found.back().first == block)) found.emplace_back(block, 0);
         const bool shaped = (bodies.properties[slot].flags & kShaped) != 0;
-        found.back().second += bodies.velocity[slot].inverse_mass == 0 ? kRestingWeight : shaped ? kShapedWeight : kMovingWeight;
+        const std::uint32_t mover = world_.composites.mover_of(bodies.properties[slot].id);
+        const bool rests = mover == kNoComposite ? bodies.velocity[slot].inverse_mass == 0 : world_.composites.all()[mover].asleep != 0;
+        found.back().second += rests ? kRestingWeight : shaped ? kShapedWeight : kMovingWeight;
     }
     return found;
 }
 
 Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     Bodies& bodies = world_.bodies;
-    engine_.count_still_ticks(times_.dt_s);
+    if (!std::exchange(counted_, false)) engine_.count_still_ticks(times_.dt_s);
     engine_.note_stillness();
+    world_.events.clear();
     engine_.cache_contacts(workers);
     engine_.cached_ = engine_.rebuild_ = true;
 
@@ -210,10 +196,13 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     std::optional<Standing> at;
     Holding holding;
     std::map<int, std::vector<Joint>> joints;
-    if (!world_.joints.empty()) {
+    std::map<int, std::vector<std::uint32_t>> composites;
+    std::vector<bool> kept_composites;
+    if (has_joined()) {
         const Joints::Groups groups = world_.joints.groups(bodies);
         holding = holding_joined(groups, {}, [&](BodyId body) { return block_of(bodies.place[bodies.slot(body)], block_m); });
         joints = hand_over_joints(groups, holding);
+        composites = hand_over_composites(holding, kept_composites);
     }
     departed_.clear();
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
@@ -238,19 +227,17 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
             const BodyId id = bodies.properties[slot].id;
             if (ids.size() <= id) ids.resize(id + 1u);
             ids[id] = is_near;
-            bytes.write(PackedBody{bodies.place[slot], bodies.orientation[slot], bodies.velocity[slot], bodies.properties[slot],
-                                   bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
-                                   bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
-                                   bodies.energy.empty() ? 0 : bodies.energy[slot]});
-            if ((bodies.properties[slot].flags & kShaped) != 0) bytes.write(world_.shapes.shape(id));
+            pack_body(world_, slot, bytes);
         }
         const auto with_joints = joints.find(part);
         bytes.write_count(with_joints == joints.end() ? 0 : with_joints->second.size());
         if (with_joints != joints.end())
             for (const Joint& joint : with_joints->second) bytes.write(joint);
+        if (shares_composites()) pack_composites(composites[part], bytes);
         engine_.shape_contacts_.pack_kept(ids, bytes);
         for (const CachedContact& contact : engine_.contacts_.cached_of(ids)) bytes.write(contact);
     }
+    drop_composites(kept_composites);
     std::sort(departed_.begin(), departed_.end());
     for (const auto& [id, owner] : departed_) bodies.properties[bodies.slot(id)].flags |= kGhost;
     bodies.permute(kept, workers);
@@ -259,30 +246,11 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
 }
 
 Result<void> Subdomain::unpack_bodies(Bytes bytes) {
-    Bodies& bodies = world_.bodies;
     ByteReader in(bytes, "a message between subdomains of the physics");
     const double block_m = engine_.next_shape().block_m();
     for (auto left = in.read<std::uint64_t>(); left > 0; --left) {
-        PackedBody body = in.read<PackedBody>();
-        if (bodies.has(body.properties.id))
-            return fail(fmt::format("body {} came from another part and is here already", body.properties.id),
-                        "Give each body to one part");
-        const bool ours = owner_(block_of(body.place, block_m)) == self_;
-        const BodyId id = body.properties.id;
-        world_.shapes.forget(id);
-        if ((body.properties.flags & kShaped) != 0)
-            if (auto set = world_.shapes.set(id, in.read<BodyShape>()); !set) return set;
-        body.properties.flags = static_cast<std::uint8_t>((body.properties.flags & (kFixed | kShaped)) | (ours ? 0 : kGhost));
-        bodies.add(body.place, body.orientation, body.velocity, body.properties);
-        if (world_.has_features()) bodies.need_features();
-        const std::uint32_t slot = bodies.slot(id);
-        const Wrench& wrench = body.wrench;
-        if (std::any_of(wrench.force, wrench.force + 3, [](float f) { return f != 0; }) ||
-            std::any_of(wrench.torque, wrench.torque + 3, [](float f) { return f != 0; }))
-            bodies.need_wrenches();
-        if (!bodies.wrenches.empty()) bodies.wrenches[slot] = wrench;
-        if (world_.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
-        bodies.restore_masses(slot);
+        auto added = unpack_body(world_, in, [&](const Place& place) { return owner_(block_of(place, block_m)) == self_; });
+        if (!added) return added;
     }
     std::vector<Joint> joints(in.read_count(sizeof(Joint)));
     for (Joint& joint : joints) {
@@ -290,6 +258,7 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
         world_.composites.joined().add(joint.first, joint.second);
     }
     world_.joints.add_all(joints);
+    if (shares_composites()) unpack_composites(in);
     engine_.shape_contacts_.unpack_kept(in);
     std::vector<CachedContact> contacts;
     while (!in.done()) contacts.push_back(in.read<CachedContact>());
@@ -297,7 +266,13 @@ Result<void> Subdomain::unpack_bodies(Bytes bytes) {
     return {};
 }
 
-void Subdomain::unpacked() { engine_.rebuild_ = true; }
+void Subdomain::unpacked() {
+    engine_.rebuild_ = true;
+    if (!shares_composites()) return;
+    world_.composites.arrange(world_.bodies);
+    Loads::OfComposites of = std::exchange(of_composites_, {});
+    if (world_.loads.wanted()) world_.loads.put_in(std::move(of), world_.composites);
+}
 
 void Subdomain::loaded() {
     loading_joined_.clear();
@@ -306,7 +281,7 @@ void Subdomain::loaded() {
     plan_exchange();
 }
 
-bool Subdomain::has_joints() const { return !world_.joints.empty(); }
+bool Subdomain::has_joined() const { return !world_.joints.empty() || !world_.composites.all().empty(); }
 
 std::vector<Subdomain::JoinedBody> Subdomain::joined_bodies(Pairs also) const {
     std::unordered_map<std::uint32_t, Home> homes;
@@ -323,6 +298,8 @@ std::vector<Subdomain::JoinedBody> Subdomain::joined_bodies(Pairs also) const {
     };
     for (const Joint& joint : world_.joints.all()) add(joint.first), add(joint.second);
     for (const auto& [one, other] : also) add(one), add(other);
+    if (engine_.composites_fine_)
+        for (const Composites::Member& member : world_.composites.members()) add(member.id);
     std::ranges::sort(ours, {}, &JoinedBody::id);
     const auto twice = std::ranges::unique(ours, {}, &JoinedBody::id);
     ours.erase(twice.begin(), twice.end());
@@ -337,7 +314,10 @@ void Subdomain::learn_joined(std::span<const JoinedBody> all, Pairs also) {
     std::vector<bool> kept(world_.joints.all().size());
     for (std::size_t j = 0; j < kept.size(); ++j)
         kept[j] = known.contains(world_.joints.all()[j].first) && known.contains(world_.joints.all()[j].second);
-    if (std::ranges::find(kept, false) != kept.end()) return;
+    const auto unknown = [&](const Composites::Member& member) { return !known.contains(member.id); };
+    if (std::ranges::find(kept, false) != kept.end() || !engine_.composites_fine_ ||
+        std::ranges::any_of(world_.composites.members(), unknown))
+        return;
     std::vector<std::pair<BodyId, BodyId>> pairs;
     for (const auto& pair : also)
         if (known.contains(pair.first) && known.contains(pair.second)) pairs.push_back(pair);
@@ -355,6 +335,10 @@ void Subdomain::learn_joined(std::span<const JoinedBody> all, Pairs also) {
     for (const auto& [lowest, joints] : groups)
         for (const std::uint32_t joint : joints) kept[joint] = contains(loading_joined_.at(lowest), self_);
     keep_joints(kept);
+    std::vector<bool> here;
+    for (const Composite& composite : world_.composites.all())
+        here.push_back(contains(loading_joined_.at(world_.composites.members(composite).front().id), self_));
+    world_.composites.keep(here);
 }
 
 Subdomain::Messages Subdomain::pack_joined() const {
@@ -400,10 +384,16 @@ std::vector<Stage> Subdomain::stages(double dt_s, int substeps) {
 }
 
 Result<void> Subdomain::run(const Stage& stage, Workers& workers) {
+    using Kind = Stage::Kind;
+    if (stage.kind == Kind::FindResting) add_copies();
+    if (stage.kind == Kind::BounceComposites) begin_round(stage.round);
     if (auto done = engine_.run(stage, times_, workers); !done) return done;
-    if (stage.kind == Stage::Kind::Prepare && engine_.rebuilt_in_step_) plan_exchange();
-    if (engine_.divided_joints_ && stage.kind == Stage::Kind::Prepare) engine_.say_links_and_stays();
-    if (engine_.divided_joints_ && stage.kind == Stage::Kind::FindResting) engine_.say_rests();
+    if (stage.kind == Kind::Prepare && engine_.rebuilt_in_step_) plan_exchange();
+    const bool links = engine_.divided_joints_ || engine_.shares_composites();
+    if (links && stage.kind == Kind::Prepare) engine_.say_links_and_stays();
+    if (links && stage.kind == Kind::FindResting) engine_.say_rests();
+    if (stage.kind == Kind::ShareLoads)
+        for (Loads::Noted& push : world_.loads.noted()) push.block = engine_.grid_.blocks()[push.block].key;
     return {};
 }
 
@@ -421,7 +411,7 @@ void Subdomain::plan_exchange() {
     }
     joined_holders_.clear();
     std::vector<const std::vector<int>*> of_joined;
-    if (!world_.joints.empty()) {
+    if (has_joined()) {
         joined_holders_ = holding_joined(world_.joints.groups(world_.bodies), {},
                                          [&](BodyId body) { return physics::unpack(blocks[block_with(body)].key); });
         of_joined.resize(world_.bodies.count());
@@ -452,6 +442,7 @@ void Subdomain::plan_exchange() {
             std::sort(slots.begin(), slots.end());
             slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
         }
+    plan_copies();
 }
 
 Subdomain::Messages Subdomain::pack(const Stage& stage) const {
@@ -459,25 +450,29 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
     Messages messages;
     const Bodies& bodies = world_.bodies;
     const auto blocks = engine_.grid_.blocks();
-    // To all others.
-    const auto tell = [&](const auto& record) {
-        for (int part = 0; part < parts_; ++part)
-            if (part != self_) messages[part].write(record);
-    };
-    if (stage.kind == Stage::Kind::Prepare) {
-        for (std::uint32_t b = 0; b < engine_.has_joined_.size(); ++b)
-            if (engine_.has_joined_[b] != 0)
-                tell(PackedLink{blocks[b].key, blocks[engine_.linked_[b]].key, engine_.states_[b].owned && !engine_.states_[b].stays});
-        return messages;
+    switch (stage.kind) {
+        case Stage::Kind::Prepare:
+            pack_links(messages);
+            return messages;
+        case Stage::Kind::BounceComposites:
+            pack_bounces(stage, messages);
+            return messages;
+        case Stage::Kind::ShareLoads:
+            pack_loads(messages);
+            return messages;
+        default:
+            break;
     }
     if (stage.kind == Stage::Kind::FindResting) {
         for (const auto& [part, list] : border_)
             for (const std::uint32_t b : list) messages[part].write(PackedRest{blocks[b].key, engine_.states_[b].rests ? kRests : 0});
         for (std::uint32_t b = 0; b < engine_.has_joined_.size(); ++b)
-            if (engine_.has_joined_[b] != 0 && engine_.states_[b].owned)
-                tell(PackedRest{blocks[b].key, kJoined | (engine_.states_[b].rests ? kRests : 0)});
+            for (int part = 0; part < parts_; ++part)
+                if (part != self_ && engine_.has_joined_[b] != 0 && engine_.states_[b].owned)
+                    messages[part].write(PackedRest{blocks[b].key, kJoined | (engine_.states_[b].rests ? kRests : 0)});
         return messages;
     }
+    if (stage.ends_sweep() && engine_.shares_composites()) pack_copies(messages);
     for (const auto& [part, slots] : touched_[static_cast<std::size_t>(stage.colour)]) {
         ByteWriter& bytes = messages[part];
         const bool pulls = stage.kind == Stage::Kind::Actuate;
@@ -488,10 +483,9 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
                 bytes.write(PackedFeatureWrench{id, engine_.feature_wrenches_[slot], bodies.features[slot].charge_j});
                 continue;
             }
-            const BodyVelocity& velocity = bodies.velocity[slot];
-            bytes.write(PackedVelocity{id,
-                                       {velocity.linear[0], velocity.linear[1], velocity.linear[2]},
-                                       {velocity.surface[0], velocity.surface[1], velocity.surface[2]}});
+            // Composites move their members.
+            if ((bodies.properties[slot].flags & kMember) != 0) continue;
+            bytes.write(packed_velocity(bodies, slot));
         }
     }
     return messages;
@@ -500,12 +494,12 @@ Subdomain::Messages Subdomain::pack(const Stage& stage) const {
 void Subdomain::unpack(const Stage& stage, Bytes bytes) {
     Bodies& bodies = world_.bodies;
     ByteReader in(bytes, "a message between subdomains of the physics");
+    if (stage.kind == Stage::Kind::Prepare) return unpack_links(in);
+    if (stage.kind == Stage::Kind::ShareLoads) return unpack_loads(in);
+    if (stage.kind == Stage::Kind::BounceComposites) unpack_bounces(in);
+    if (stage.ends_sweep() && engine_.shares_composites()) unpack_copies(in);
     while (!in.done()) {
-        if (stage.kind == Stage::Kind::Prepare) {
-            const auto link = in.read<PackedLink>();
-            engine_.all_links_.link(link.linked, link.key);
-            if (link.moves != 0) engine_.all_links_.say_no(link.key);
-        } else if (stage.kind == Stage::Kind::FindResting) {
+        if (stage.kind == Stage::Kind::FindResting) {
             const auto rest = in.read<PackedRest>();
             const bool rests = (rest.flags & kRests) != 0;
             if ((rest.flags & kJoined) == 0) {

@@ -4,20 +4,35 @@
 //
 // A tick, the same on all subdomains (here `part`; the caller decides how the bytes are sent):
 //
-//     if (any part: part.must_rebuild(dt, substeps)) {
+//     if (any part: part.recomposes()) {
+//         for (destination, bytes : part.pack_members(of all parts: part.members_held())) send;
+//         for each received: part.unpack_members(bytes);
+//         part.recompose(workers);
+//     }
+//     if (any part: part.recomposes() or part.must_rebuild(dt, substeps)) {
 //         part.set_velocities(of all parts, added: part.velocities(), dt, substeps);
 //         for (destination, bytes : part.pack_bodies(workers)) send;    for each received: part.unpack_bodies(bytes);
 //         part.unpacked();
 //     }
 //     for (stage : part.stages(dt, substeps)) {
 //         part.run(stage, workers);
-//         if (stage.must_agree()) leave out the next stage.left_out(all parts: part.bouncing_colours(), joined) stages;
+//         if (stage.must_agree()) {
+//             part.agree_on_bounces(of all parts: part.bouncing_blocks());
+//             leave out the next stage.left_out(all parts: part.bouncing_colours(), joined) stages;
+//         }
 //         if (stage.must_exchange()) { for (destination, bytes : part.pack(stage)) send;    for each received: part.unpack(stage, bytes); }
-//     }
+//     }                                                (a stage that has_rounds() is run and exchanged part.rounds() times)
 //     part.finish();
 //
 // A subdomain that has a body of a mechanism, its own or a ghost, has all bodies that joints hold to it, as ghosts, wherever they are, and
 // the joints. It solves the mechanism as all others do that have it: from the same velocities, with the same bits.
+//
+// The same is true of composites. All subdomains know all connections; a scene that is shared (Scene::share) makes and breaks
+// connections of bodies that it has not. When that changes composites, those that have some of the bodies of a new one get the others
+// before the step. Each block that has contacts of a composite has its copy of it (composite_rows.h), and after each sweep, all who have
+// the composite learn the velocities of all copies and take their mean in the order of the blocks. Composites that collide with
+// restitution do so block after block, in the order of the blocks, whoever owns them. What contacts do to members whose loads somebody
+// wants, all who have the composite learn at the end of the step, and add it up in that order.
 //
 // The settings name the least and the largest radius, and the least thickness if bodies have shapes. Feature tables, materials and
 // obstacles are added on all subdomains alike, and every action on a body is repeated on each subdomain that has it. So are all joints, and
@@ -39,6 +54,8 @@
 #include "physics/collision/broadphase.h"
 #include "physics/joints/joints.h"
 #include "physics/scene/scene.h"
+#include "physics/solver/composite_copies.h"
+#include "physics/statics/loads.h"
 #include "runtime/base/bytes.h"
 
 namespace meld::physics {
@@ -56,6 +73,15 @@ class Subdomain {
     // all subdomains and may change between ticks, before a rebuild.
     Subdomain(Scene& scene, OwnerOf owner, int self, int parts);
 
+    // Connections have changed since the last step: whether composites do that have bodies here. Which parts have some body of each new
+    // one; the bodies that these do not have yet; then the change, on all parts alike.
+    bool recomposes();
+    ByteWriter members_held() const;
+    using OfParts = std::vector<std::vector<std::byte>>;
+    Messages pack_members(const OfParts& held);
+    Result<void> unpack_members(Bytes bytes);
+    void recompose(Workers& workers);
+
     bool must_rebuild(double dt_s, int substeps) const;
     // The velocities of our bodies; then, before any other step of a rebuild, those of the bodies of all subdomains.
     Velocities velocities() const;
@@ -70,15 +96,16 @@ class Subdomain {
     // After Scene::loaded: the bodies of our blocks and, as ghosts, those around them came from a snapshot.
     void loaded();
 
-    // Of a snapshot with joints, before Scene::loaded, when the rest of all subdomains and the homes are there: each subdomain learns where
-    // the bodies with joints are, and gets those that it needs. `also`: more pairs of bodies that are needed where one of them is.
+    // Of a snapshot with joints or composites, before Scene::loaded, when the rest of all subdomains and the homes are there: each
+    // subdomain learns where their bodies are, and gets those that it needs. `also`: more pairs of bodies that are needed where one of
+    // them is.
     struct JoinedBody {
         BodyId id;
         std::uint32_t fixed;
         Home home;
     };
     using Pairs = std::span<const std::pair<BodyId, BodyId>>;
-    bool has_joints() const;
+    bool has_joined() const;
     std::vector<JoinedBody> joined_bodies(Pairs also) const;
     void learn_joined(std::span<const JoinedBody> all, Pairs also);
     Messages pack_joined() const;
@@ -88,8 +115,13 @@ class Subdomain {
     Result<void> run(const Stage& stage, Workers& workers);
     // After a stage that must_agree(); see Stage::left_out.
     std::uint8_t bouncing_colours() const;
-    // What the stage changed in bodies that others hold: velocities (28 bytes a body), feature wrenches, or which blocks rest, and which of
-    // them joints link.
+    // Whether any part has composites: only then, the blocks in which they bounce now.
+    bool shares_composites() const;
+    ByteWriter bouncing_blocks() const;
+    void agree_on_bounces(const OfParts& blocks);
+    int rounds() const { return static_cast<int>(rounds_.size()); }
+    // What the stage changed in bodies that others hold: velocities (28 bytes a body, 24 a copy of a composite), feature wrenches, or which
+    // blocks rest, and which of them joints and composites link.
     Messages pack(const Stage& stage) const;
     void unpack(const Stage& stage, Bytes bytes);
     StepReport finish();
@@ -132,6 +164,24 @@ class Subdomain {
     // Takes out the joints that are not needed here any more; returns those that others need and do not have.
     std::map<int, std::vector<Joint>> hand_over_joints(const Joints::Groups& groups, const Holding& holding);
     void keep_joints(const std::vector<bool>& kept);
+    // The same of composites (subdomain_composites.cpp): by destination, their places among all; and which of them stay here.
+    std::map<int, std::vector<std::uint32_t>> hand_over_composites(const Holding& holding, std::vector<bool>& kept) const;
+    void pack_composites(const std::vector<std::uint32_t>& composites, ByteWriter& out) const;
+    void unpack_composites(ByteReader& in);
+    void drop_composites(const std::vector<bool>& kept);
+    // The other subdomains that have had a body since the last step.
+    std::vector<int> had(BodyId body) const;
+    void plan_copies();
+    void add_copies();
+    void pack_links(Messages& messages) const;
+    void unpack_links(ByteReader& in);
+    void pack_copies(Messages& messages) const;
+    void unpack_copies(ByteReader& in);
+    void begin_round(int round);
+    void pack_bounces(const Stage& stage, Messages& messages) const;
+    void unpack_bounces(ByteReader& in);
+    void pack_loads(Messages& messages) const;
+    void unpack_loads(ByteReader& in);
     // After a rebuild: by colour and destination, the slots that our blocks of the colour touch and that the destination holds.
     void plan_exchange();
 
@@ -150,6 +200,24 @@ class Subdomain {
     bool all_have_joints_ = true;
     // While a snapshot is loaded.
     Holding loading_joined_;
+
+    // Whether composites that have bodies here change; and that still ticks of this step have been counted.
+    bool changes_here_ = false, counted_ = false;
+    // Of composites on their way here: what their loads are found from.
+    Loads::OfComposites of_composites_;
+    // Copies of composites of our blocks, by the subdomains that have the composite; those elsewhere, in the order in which others send
+    // them, and by subdomain the first of them and their number.
+    std::map<int, std::vector<PlaceOfCopy>> copies_to_;
+    std::vector<CopyName> names_elsewhere_;
+    std::vector<PlaceOfCopy> copies_elsewhere_;
+    std::map<int, std::pair<std::size_t, std::size_t>> copies_from_;
+    bool copies_are_new_ = false;
+    // Blocks in which composites bounce, in order, those of one subdomain after the other.
+    struct Round {
+        int part;
+        std::vector<std::uint64_t> blocks;
+    };
+    std::vector<Round> rounds_;
 };
 
 }  // namespace meld::physics

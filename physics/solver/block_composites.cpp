@@ -38,6 +38,7 @@ void BlockEngine::link_blocks() {
     for (std::uint32_t b = 0; b < linked_.size(); ++b) linked_[b] = first(b);
     if (!divided()) return;
     has_joined_.resize(blocks.size());
+    for (const Composites::Member& member : composites.members()) has_joined_[block_of[member.slot]] = 1;
     for (const Assembly& assembly : world_.joints.assemblies())
         for (const Assembly::Member& member : assembly.members()) has_joined_[block_of[member.slot]] = 1;
 }
@@ -212,17 +213,21 @@ bool BlockEngine::find_composite_bounces(const BounceRule& rule, Workers& worker
     return found;
 }
 
-void BlockEngine::bounce_composites(const BounceRule& rule) {
-    for (std::uint32_t block = 0; block < composites_bounce_.size(); ++block) {
-        if (composites_bounce_[block] == 0) continue;
-        each_collision(world_, contacts_, rows_, block, rule, [&](Batch& batch, Bounce& bounce, int i, const Collision& collision) {
-            if (!collision.bounces(rule)) return;
-            bounce.impulse[i] += static_cast<float>(collision.collide(rule));
-            // The impulse from before no longer presses.
-            batch.normal_impulse[i] = batch.tx[i] = batch.ty[i] = batch.tz[i] = 0;
-        });
-        shape_contacts_.bounce(world_.bodies, block, rule, &world_.composites);
-    }
+void BlockEngine::bounce_composites(const BounceRule& rule, std::uint32_t block) {
+    each_collision(world_, contacts_, rows_, block, rule, [&](Batch& batch, Bounce& bounce, int i, const Collision& collision) {
+        if (!collision.bounces(rule)) return;
+        bounce.impulse[i] += static_cast<float>(collision.collide(rule));
+        // The impulse from before no longer presses.
+        batch.normal_impulse[i] = batch.tx[i] = batch.ty[i] = batch.tz[i] = 0;
+    });
+    shape_contacts_.bounce(world_.bodies, block, rule, &world_.composites);
+}
+
+std::vector<std::uint32_t> BlockEngine::blocks_of_composite_bounces() const {
+    std::vector<std::uint32_t> blocks;
+    for (std::uint32_t block = 0; block < composites_bounce_.size(); ++block)
+        if (composites_bounce_[block] != 0) blocks.push_back(block);
+    return blocks;
 }
 
 }  // namespace meld::physics

@@ -48,12 +48,14 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
     // Before anything that would change the approach: the sweeps of a solver without restitution, and the relaxation sweep.
     const auto bounce = [&] {
         for (int left = bounces ? kBounceSweeps : 0; left > 0; --left) {
-            stages.push_back({.kind = Kind::FindBounces, .bounce_stages = left * (1 + kColours) - 1});
+            const int stages_of_sweep = 1 + kColours + (shares_composites() ? 1 : 0);
+            stages.push_back({.kind = Kind::FindBounces, .bounce_stages = left * stages_of_sweep - 1});
             coloured(Kind::Bounce);
+            if (shares_composites()) stages.push_back({.kind = Kind::BounceComposites});
         }
     };
     const bool joins = has_joints();
-    stages.push_back({.kind = Kind::Prepare, .shares_links = joins && divided()});
+    stages.push_back({.kind = Kind::Prepare, .shares_links = (joins && divided()) || shares_composites()});
     stages.push_back({.kind = Kind::FindResting});
     stages.push_back({.kind = Kind::UpdateSleep});
     if (world_.has_features()) coloured(Kind::Actuate);
@@ -74,6 +76,7 @@ std::vector<Stage> BlockEngine::plan(const StepTimes& times) const {
             if (joins) stages.push_back({.kind = Kind::RelaxJoints});
         }
     }
+    if (shares_composites() && world_.loads.wanted()) stages.push_back({.kind = Kind::ShareLoads});
     stages.push_back({.kind = Kind::Finish});
     return stages;
 }
@@ -105,8 +108,13 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             shape_contacts_.prepare(active_, bodies, workers);
         }
         over_colour(f);
-        if (stage.colour == kColours - 1) rows_.average(bodies, workers);
+        if (!stage.ends_sweep()) return;
+        if (divided())
+            average_due_ = true;
+        else
+            rows_.average(bodies, workers);
     };
+    if (std::exchange(average_due_, false)) rows_.average(bodies, workers);
     const auto sweep_joints = [&](Assembly::Phase phase) {
         const StageClock clock(world_.times.solve);
         world_.joints.run(phase, bodies, world_.shapes, times.substep_s(), workers);
@@ -181,15 +189,25 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             const StageClock clock(world_.times.solve);
             if (loads_wanted()) load_contacts_.before_bounces(contacts_);
             find_bounces(rules.bounce, workers);
-            if (bouncing_colours_ != 0 && loads_wanted()) load_contacts_.before_points(shape_contacts_, bodies);
             return {};
         }
         case Stage::Kind::Bounce: {
             const StageClock clock(world_.times.solve);
+            // Something bounces, here or elsewhere.
+            if (loads_wanted()) load_contacts_.before_points(shape_contacts_, bodies);
             over_colour([&](std::uint32_t block) { bounce_block(block, rules.bounce); });
-            if (stage.colour == kColours - 1) bounce_composites(rules.bounce);
+            if (stage.colour != kColours - 1 || divided()) return {};
+            for (const std::uint32_t block : blocks_of_composite_bounces()) bounce_composites(rules.bounce, block);
             return {};
         }
+        case Stage::Kind::BounceComposites: {
+            const StageClock clock(world_.times.solve);
+            for (const std::uint32_t block : composites_bounce_now_) bounce_composites(rules.bounce, block);
+            return {};
+        }
+        case Stage::Kind::ShareLoads:
+            collect_loads();
+            return {};
         case Stage::Kind::Move:
             return move(times, workers);
         case Stage::Kind::Refresh:
@@ -200,6 +218,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             world_.composites.set_velocities(bodies, workers);
             if (loads_wanted()) {
                 collect_loads();
+                world_.loads.add_noted(world_.composites);
                 world_.loads.end_step(world_.composites, wrenches, feature_wrenches, world_.settings.gravity_m_s2, times.dt_s);
             }
             find_events(workers);
@@ -261,12 +280,14 @@ void BlockEngine::bounce_block(std::uint32_t block, const BounceRule& rule) {
 }
 
 Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
-    world_.events.clear();
+    // What ended when bodies migrated has been noted.
+    if (!cached_) world_.events.clear();
     rebuilt_in_step_ = false;
     rows_.forget_velocities();
     count_still_ticks(times.dt_s);
-    recomposed_in_step_ = world_.composites.settle(world_.bodies, world_.shapes);
-    if (recomposed_in_step_) {
+    if (divided())
+        recomposed_in_step_ = std::exchange(recomposed_before_, false);
+    else if ((recomposed_in_step_ = world_.composites.settle(world_.bodies, world_.shapes))) {
         world_.composites.set_all_velocities(world_.bodies, workers);
         rebuild_ = true;
     }

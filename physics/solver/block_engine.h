@@ -151,8 +151,8 @@ class BlockEngine final : public Engine {
     void forget_blocks();
     void keep_pushed_awake();
     void find_resting();
-    // In a divided world with joints: what this subdomain says of blocks with joints, to be added to what the others say. Which are linked,
-    // and which do not stay; then which do not rest; then what all have said.
+    // In a divided world with joints or composites: what this subdomain says of their blocks, to be added to what the others say. Which are
+    // linked, and which do not stay; then which do not rest; then what all have said.
     void say_links_and_stays();
     void say_rests();
     void hear_rests();
@@ -178,11 +178,15 @@ class BlockEngine final : public Engine {
     void bounce_block(std::uint32_t block, const BounceRule& rule);
     // Contacts of composites, which are few when they bounce: one after the other, in the order of blocks, each with the whole mass.
     bool find_composite_bounces(const BounceRule& rule, Workers& workers);
-    void bounce_composites(const BounceRule& rule);
+    void bounce_composites(const BounceRule& rule, std::uint32_t block);
+    // Those in which they bounce, in order.
+    std::vector<std::uint32_t> blocks_of_composite_bounces() const;
     // Which blocks sleep and wake together, because a composite has members in them.
     void link_blocks();
     // Whether any subdomain has joints.
     bool has_joints() const { return owns_ ? divided_joints_ : !world_.joints.empty(); }
+    // Whether any subdomain of a divided world has composites: all know all connections.
+    bool shares_composites() const { return divided() && !world_.composites.connections().empty(); }
     // Clears the flag of a block where one that is linked with it has none.
     void all_or_none(std::vector<std::uint8_t>& of_block) const;
     void let_composites_sleep();
@@ -229,9 +233,11 @@ class BlockEngine final : public Engine {
     bool load_contacts_fresh_ = false;
     // By block, if composites have contacts that bounce: which blocks have them.
     std::vector<std::uint8_t> composites_bounce_;
+    // In a divided world: of these blocks they bounce in the present round.
+    std::vector<std::uint32_t> composites_bounce_now_;
     // By block: the first of those that it is linked with; empty without composites.
     std::vector<std::uint32_t> linked_;
-    // In a divided world, by block: whether it has bodies with joints; and which of all such blocks are linked.
+    // In a divided world, by block: whether it has bodies with joints or members of composites; and which of all such blocks are linked.
     std::vector<std::uint8_t> has_joined_;
     LinkedBlocks all_links_;
     std::vector<BlockState> states_;
@@ -254,6 +260,8 @@ class BlockEngine final : public Engine {
     Loading loading_;
     bool composites_fine_ = true, joints_fine_ = true;
     bool cached_ = false;
+    // In a divided world: composites have been made anew before the step; copies must take their mean when those of all are here.
+    bool recomposed_before_ = false, average_due_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;
 };
 

@@ -118,8 +118,12 @@ void BlockEngine::save_rest(ByteWriter& out) const {
                           world_.loads.wanted(),
                           !world_.joints.empty(),
                           {}});
-    if (!world_.composites.empty()) world_.composites.write(out);
-    if (world_.loads.wanted()) world_.loads.write(out);
+    // All know all connections; what a body has is saved by its owner.
+    const auto is_ours = [&](BodyId body) {
+        return !divided() || (world_.bodies.has(body) && (world_.bodies.properties[world_.bodies.slot(body)].flags & kGhost) == 0);
+    };
+    if (!world_.composites.empty()) world_.composites.write(out, is_ours);
+    if (world_.loads.wanted()) world_.loads.write(out, divided(), is_ours);
     // Of those that several subdomains have, the one with the lowest body saves them.
     if (world_.joints.empty()) return;
     std::vector<bool> ours(world_.joints.all().size(), !divided());
@@ -140,20 +144,18 @@ void BlockEngine::load_rest(ByteReader& in) {
     rebuild_ = saved.rebuild != 0 || (!first && rebuild_);
     fresh_ = saved.fresh != 0 && (first || fresh_);
     forget_ = saved.forget != 0 || (!first && forget_);
-    composites_fine_ = saved.has_composites == 0 || world_.composites.read(in);
+    composites_fine_ = (saved.has_composites == 0 || world_.composites.read(in)) && composites_fine_;
     if (saved.has_loads != 0) world_.loads.read(in);
-    joints_fine_ = saved.has_joints == 0 || world_.joints.read(in);
+    joints_fine_ = (saved.has_joints == 0 || world_.joints.read(in)) && joints_fine_;
 }
 
 Result<void> BlockEngine::loaded(Workers& workers) {
     Bodies& bodies = world_.bodies;
-    const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies); };
+    const auto composites_loaded = [&] { return composites_fine_ && world_.composites.loaded(bodies, divided()); };
     if (!joints_fine_ || !world_.joints.fits(bodies)) return damaged_snapshot("has invalid joints");
     // A subdomain has done so for its joints.
     for (const Joint& joint : world_.joints.all())
         if (!divided()) world_.composites.joined().add(joint.first, joint.second);
-    if (owns_ && !world_.composites.empty())
-        return fail("the snapshot has connected bodies (and the world is divided)", "Load it on one process", ExitCode::RecordingRefused);
     if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");
     std::sort(loading_.blocks.begin(), loading_.blocks.end(),
               [](const LoadedBlock& one, const LoadedBlock& other) { return one.key < other.key; });

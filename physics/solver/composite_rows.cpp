@@ -31,7 +31,7 @@ void CompositeRows::each_stretch(Contacts& contacts, std::size_t block, const F&
 void CompositeRows::lay_out(Contacts& contacts, ShapeContacts& shapes, std::size_t blocks, Bodies& bodies, const Composites& composites,
                             Workers& workers) {
     fresh_ = in_copies_ = false;
-    rows_.clear(), copies_.clear(), centres_.clear(), composite_of_.clear(), entries_.clear();
+    rows_.clear(), copies_.clear(), centres_.clear(), composite_of_.clear(), block_of_copy_.clear(), entries_.clear();
     if (composites.all().empty()) return;
     if (!shapes.empty()) lay_out_entries(shapes, blocks, bodies, composites);
     first_row_.assign(blocks + 1, 0);
@@ -68,7 +68,7 @@ void CompositeRows::lay_out(Contacts& contacts, ShapeContacts& shapes, std::size
     for (std::size_t b = 0; b < blocks; ++b) {
         first[b + 1] = first[b] + static_cast<std::uint32_t>(here[b].size());
         for (const std::uint32_t composite : here[b]) {
-            composite_of_.push_back(composite);
+            composite_of_.push_back(composite), block_of_copy_.push_back(static_cast<std::uint32_t>(b));
             if (composite != kNoComposite) ++first_copy_[composite + 1];
         }
     }
@@ -209,7 +209,8 @@ void CompositeRows::sweep(Contacts& contacts, std::uint32_t block, BodyVelocity*
 std::size_t CompositeRows::bytes() const {
     return entries_.capacity() * sizeof(Entry) + rows_.capacity() * sizeof(CompositeRow) + copies_.capacity() * sizeof(CompositeCopy) +
            centres_.capacity() * sizeof(Place) +
-           (composite_of_.capacity() + first_row_.capacity() + first_copy_.capacity() + copy_of_.capacity()) * sizeof(std::uint32_t);
+           (composite_of_.capacity() + block_of_copy_.capacity() + first_row_.capacity() + first_copy_.capacity() + copy_of_.capacity()) *
+               sizeof(std::uint32_t);
 }
 
 }  // namespace meld::physics

@@ -12,6 +12,7 @@
 
 #include "physics/bodies/buffer.h"
 #include "physics/bodies/composites.h"
+#include "physics/solver/composite_copies.h"
 #include "physics/solver/contacts.h"
 #include "physics/solver/shape_contacts.h"
 
@@ -54,7 +55,17 @@ class CompositeRows {
     // After new batches. Contacts of shapes have copies of their own, entries behind those of the bodies (rows_of_shapes.cpp).
     void lay_out(Contacts& contacts, ShapeContacts& shapes, std::size_t blocks, Bodies& bodies, const Composites& composites,
                  Workers& workers);
-    bool empty() const { return rows_.empty() && entries_.empty(); }
+    bool empty() const { return copies_.empty() && entries_.empty(); }
+
+    // In a divided world (composite_copies.h): the copies of our blocks, by composite, first those for spheres, in the order of blocks.
+    std::vector<PlaceOfCopy> copies_here() const;
+    CopyName name_of(const PlaceOfCopy& copy, std::span<const Block> blocks, const Composites& composites) const;
+    // After lay_out: the copies of blocks of other subdomains of composites that are here. They have places here, too, so that each copy
+    // has its share of the mass and counts in the mean. Returns these places.
+    std::vector<PlaceOfCopy> add_copies(std::span<const CopyName> elsewhere, ShapeContacts& shapes, Bodies& bodies,
+                                        const Composites& composites, std::span<const Block> blocks);
+    CopyVelocity velocity_of(const PlaceOfCopy& copy, const Bodies& bodies) const;
+    void set_velocity(const PlaceOfCopy& copy, const CopyVelocity& velocity, Bodies& bodies);
 
     // Places have changed, or which composites sleep: arms and masses are computed again before they are next used.
     void places_changed() { fresh_ = false; }
@@ -88,8 +99,12 @@ class CompositeRows {
     // A copy for the contacts of shapes in a block.
     struct Entry {
         std::uint32_t composite, at;
+        std::uint64_t block;
     };
     void lay_out_entries(ShapeContacts& shapes, std::size_t blocks, Bodies& bodies, const Composites& composites);
+    void sort_entries(const Composites& composites);
+    // An entry behind all others.
+    std::uint32_t add_entry(std::uint32_t composite, ShapeContacts& shapes, Bodies& bodies, const Composites& composites) const;
     void begin_entry(std::uint32_t at, ShapeContacts& shapes, Bodies& bodies, const Composite& composite, double share) const;
     void place_arms(ShapeContacts& shapes, std::span<const std::uint32_t> blocks, const Bodies& bodies, const Composites& composites,
                     Workers& workers) const;
@@ -104,6 +119,8 @@ class CompositeRows {
     std::vector<std::uint32_t> composite_of_;
     // By block, and one more.
     std::vector<std::uint32_t> first_row_;
+    // By copy that is one of our blocks: its block.
+    std::vector<std::uint32_t> block_of_copy_;
     // By composite, and one more: its copies in the order of blocks.
     std::vector<std::uint32_t> first_copy_, copy_of_;
     // In the order of composites, and of blocks; by composite, and one more, the first of its entries.

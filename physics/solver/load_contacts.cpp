@@ -46,7 +46,7 @@ void LoadContacts::find(const Contacts& contacts, const ShapeContacts& shapes, s
 }
 
 void LoadContacts::begin_step() {
-    pressing_ = false;
+    pressing_ = false, substep_ = 0;
     for (Lane& lane : lanes_) lane.bounced = 0, lane.before = {};
     for (ShapeLoadLane& lane : shape_lanes_) lane.bounced = {}, lane.kept = {};
 }
@@ -62,9 +62,12 @@ void LoadContacts::end_substep(const Contacts& contacts, const ShapeContacts& sh
     if (!pressing_) return;
     pressing_ = false;
     end_shapes(shapes, bodies, composites, loads);
-    const auto push = [&](const Side& side, std::uint32_t slot, Vec3 impulse, Vec3 towards_contact) {
+    // Behind those of shapes.
+    const std::uint32_t turn = 2 * substep_ + 1;
+    const auto push = [&](const Lane& lane, const Side& side, std::uint32_t slot, Vec3 impulse, Vec3 towards_contact) {
         if (side.composite == kNoComposite || composites.all()[side.composite].asleep != 0) return;
-        loads.push(composites.all()[side.composite], side.member, impulse, cross(bodies.place[slot].radius * towards_contact, impulse));
+        loads.push(composites, side.composite, side.member, impulse, cross(bodies.place[slot].radius * towards_contact, impulse),
+                   {turn, lane.block});
     };
     for (Lane& lane : lanes_) {
         const Batch& batch = batch_of(contacts, lane);
@@ -77,8 +80,8 @@ void LoadContacts::end_substep(const Contacts& contacts, const ShapeContacts& sh
             lane.bounced = bounces[lane.batch].impulse[i];
         }
         if (impulse == Vec3{}) continue;
-        push(lane.a, batch.a[i], -impulse, normal);
-        if (!lane.obstacle) push(lane.b, batch.b[i], impulse, -normal);
+        push(lane, lane.a, batch.a[i], -impulse, normal);
+        if (!lane.obstacle) push(lane, lane.b, batch.b[i], impulse, -normal);
     }
 }
 

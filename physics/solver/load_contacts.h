@@ -26,7 +26,7 @@ class LoadContacts {
     void before_points(const ShapeContacts& shapes, const Bodies& bodies);
     void before_relaxation(const ShapeContacts& shapes, const Bodies& bodies);
     // At the beginning of a substep, whose contacts will press; and at its end.
-    void begin_substep() { pressing_ = true, noted_ = renewed_ = relaxed_ = false; }
+    void begin_substep() { pressing_ = true, noted_ = renewed_ = relaxed_ = false, ++substep_; }
     void end_substep(const Contacts& contacts, const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites,
                      Loads& loads);
     std::size_t bytes() const { return lanes_.capacity() * sizeof(Lane) + shape_lanes_.capacity() * sizeof(ShapeLoadLane); }
@@ -64,6 +64,8 @@ class LoadContacts {
 
     std::vector<Lane> lanes_;
     std::vector<ShapeLoadLane> shape_lanes_;
+    // Counts the substeps of a step.
+    std::uint32_t substep_ = 0;
     bool pressing_ = false, noted_ = false;
     // The points of shapes are no longer those that were swept, or some have bounced; a relaxation has gone over them.
     bool renewed_ = false, relaxed_ = false;

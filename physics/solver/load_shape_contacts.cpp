@@ -77,9 +77,9 @@ void LoadContacts::before_relaxation(const ShapeContacts& shapes, const Bodies& 
 }
 
 void LoadContacts::end_shapes(const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites, Loads& loads) {
-    const auto push = [&](const Side& side, const Pull& pull) {
+    const auto push = [&](const ShapeLoadLane& lane, const Side& side, const Pull& pull) {
         if (side.composite == kNoComposite || composites.all()[side.composite].asleep != 0 || pull.force == Vec3{}) return;
-        loads.push(composites.all()[side.composite], side.member, pull.force, pull.torque);
+        loads.push(composites, side.composite, side.member, pull.force, pull.torque, {2 * substep_, lane.block});
     };
     for (ShapeLoadLane& lane : shape_lanes_) {
         Both done = by_bounces(shapes, lane, bodies);
@@ -88,7 +88,7 @@ void LoadContacts::end_shapes(const ShapeContacts& shapes, const Bodies& bodies,
             const Both now = by_points(shapes, lane, bodies);
             add_pull(done.a, now.a, 1), add_pull(done.b, now.b, 1);
         }
-        push(lane.a, done.a), push(lane.b, done.b);
+        push(lane, lane.a, done.a), push(lane, lane.b, done.b);
     }
 }
 

@@ -34,7 +34,7 @@ void CompositeRows::lay_out_entries(ShapeContacts& shapes, std::size_t blocks, B
         const std::uint32_t first = next;
         const auto entry_of = [&](std::uint32_t composite) {
             if (last[composite] >= first) return last[composite];
-            entries_.push_back({composite, next});
+            entries_.push_back({composite, next, block});
             return last[composite] = next++;
         };
         for (ShapeBatch& batch : shapes.batches(block)) {
@@ -48,16 +48,28 @@ void CompositeRows::lay_out_entries(ShapeContacts& shapes, std::size_t blocks, B
             }
         }
     }
-    std::ranges::stable_sort(entries_, {}, &Entry::composite);
-    first_entry_.assign(composites.all().size() + 1, 0);
-    for (const Entry& entry : entries_) ++first_entry_[entry.composite + 1];
-    for (std::size_t c = 0; c + 1 < first_entry_.size(); ++c) first_entry_[c + 1] += first_entry_[c];
+    sort_entries(composites);
     bodies.velocity.resize(next), bodies.place.resize(next);
     shapes.add_turnings(next);
     for (const Entry& entry : entries_) {
         bodies.velocity[entry.at] = {};
         bodies.place[entry.at] = {0, 0, 0, unit_of(composites.all()[entry.composite])};
     }
+}
+
+void CompositeRows::sort_entries(const Composites& composites) {
+    std::ranges::stable_sort(entries_, {}, &Entry::composite);
+    first_entry_.assign(composites.all().size() + 1, 0);
+    for (const Entry& entry : entries_) ++first_entry_[entry.composite + 1];
+    for (std::size_t c = 0; c + 1 < first_entry_.size(); ++c) first_entry_[c + 1] += first_entry_[c];
+}
+
+std::uint32_t CompositeRows::add_entry(std::uint32_t composite, ShapeContacts& shapes, Bodies& bodies, const Composites& composites) const {
+    const auto at = static_cast<std::uint32_t>(bodies.velocity.size());
+    bodies.velocity.push_back(BodyVelocity{});
+    bodies.place.push_back({0, 0, 0, unit_of(composites.all()[composite])});
+    shapes.add_turnings(at + 1);
+    return at;
 }
 
 void CompositeRows::begin_entry(std::uint32_t at, ShapeContacts& shapes, Bodies& bodies, const Composite& composite, double share) const {

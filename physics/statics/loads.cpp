@@ -72,12 +72,31 @@ void Loads::begin(const Composites& composites, bool recomposed) {
     acted_.assign(composites.members().size(), {});
 }
 
-void Loads::push(const Composite& composite, std::uint32_t member, Vec3 impulse_ns, Vec3 turning_nms) {
+void Loads::push(const Composites& composites, std::uint32_t index, std::uint32_t member, Vec3 impulse_ns, Vec3 turning_nms, Order order) {
     MELD_EXPECT(member < acted_.size(), "member {} of {}", member, acted_.size());
-    const Quat back = conjugate(composite.motion.turn);
+    const Quat back = conjugate(composites.all()[index].motion.turn);
+    const Pull pull{rotate(back, impulse_ns), rotate(back, turning_nms)};
+    if (notes_) {
+        noted_.push_back({order.block, order.turn, composites.members()[member].id, pull});
+        return;
+    }
     Pull& sum = acted_[member];
-    sum.force = sum.force + rotate(back, impulse_ns);
-    sum.torque = sum.torque + rotate(back, turning_nms);
+    sum.force = sum.force + pull.force;
+    sum.torque = sum.torque + pull.torque;
+}
+
+void Loads::add_noted(const Composites& composites) {
+    std::ranges::stable_sort(noted_, {}, [](const Noted& push) { return std::pair{push.turn, push.block}; });
+    for (const Noted& push : noted_) {
+        const std::uint32_t composite = composites.composite_of(push.member);
+        MELD_CHECK(composite != kNoComposite, "body {} is pushed here, and has no composite", push.member);
+        const auto members = composites.members(composites.all()[composite]);
+        const auto at = std::ranges::lower_bound(members, push.member, {}, &Composites::Member::id) - members.begin();
+        Pull& sum = acted_[composites.all()[composite].first + static_cast<std::size_t>(at)];
+        sum.force = sum.force + push.pull.force;
+        sum.torque = sum.torque + push.pull.torque;
+    }
+    noted_.clear();
 }
 
 void Loads::end_step(const Composites& composites, const Wrench* first, const Wrench* second, Vec3 gravity_m_s2, double step_s) {
@@ -97,14 +116,15 @@ void Loads::end_step(const Composites& composites, const Wrench* first, const Wr
             if (!wrenches) continue;
             for (std::uint32_t m = composite.first; m < composite.first + composite.count; ++m) {
                 const Wrench& wrench = wrenches[composites.members()[m].slot];
-                push(composite, m, step_s * widened(wrench.force), step_s * widened(wrench.torque));
+                acted_[m].force = acted_[m].force + rotate(back, step_s * widened(wrench.force));
+                acted_[m].torque = acted_[m].torque + rotate(back, step_s * widened(wrench.torque));
             }
         }
     }
 }
 
 void Loads::forget() {
-    sums_.clear(), acted_.clear();
+    sums_.clear(), acted_.clear(), noted_.clear();
     if (!wanted()) carried_.clear();
 }
 
@@ -233,17 +253,88 @@ std::optional<ConnectionLoad> Loads::of(BodyId one, BodyId other) const {
     return at != carried_.end() && at->pair == pair ? std::optional(at->load) : std::nullopt;
 }
 
-void Loads::write(ByteWriter& out) const {
+Loads::OfComposites Loads::take_out(const Composites& composites) {
+    OfComposites all;
+    const bool summed = sums_.size() == composites.all().size() && acted_.size() == composites.members().size();
+    for (std::size_t c = 0; c < composites.all().size(); ++c) {
+        const Composite& composite = composites.all()[c];
+        OfComposite& of = all[composites.members(composite).front().id];
+        of.acted.resize(composite.count);
+        if (!summed) continue;
+        of.sums = sums_[c];
+        std::copy_n(acted_.begin() + composite.first, composite.count, of.acted.begin());
+    }
+    // Loads are found by their bodies, wherever these are.
+    sums_.clear(), acted_.clear();
+    return all;
+}
+
+void Loads::put_in(OfComposites all, const Composites& composites) {
+    sums_.clear();
+    acted_.assign(composites.members().size(), {});
+    for (const Composite& composite : composites.all()) {
+        OfComposite& of = all[composites.members(composite).front().id];
+        of.acted.resize(composite.count);
+        sums_.push_back(of.sums);
+        std::ranges::copy(of.acted, acted_.begin() + composite.first);
+        carried_.insert(carried_.end(), of.carried.begin(), of.carried.end());
+    }
+    std::ranges::sort(carried_, {}, &CarriedLoad::pair);
+    const auto twice = std::ranges::unique(carried_, {}, &CarriedLoad::pair);
+    carried_.erase(twice.begin(), twice.end());
+}
+
+namespace {
+
+void write_loads(std::span<const CarriedLoad> loads, ByteWriter& out) {
+    out.write_count(loads.size());
+    for (const auto& [pair, load] : loads)
+        for (const BodyId body : {pair.first, pair.second}) out.write(body);
+    for (const auto& [pair, load] : loads) out.write(load);
+}
+
+std::vector<CarriedLoad> read_loads(ByteReader& in) {
+    std::vector<CarriedLoad> loads(in.read_count(2 * sizeof(BodyId) + sizeof(ConnectionLoad)));
+    for (CarriedLoad& load : loads) load.pair.first = in.read<BodyId>(), load.pair.second = in.read<BodyId>();
+    for (CarriedLoad& load : loads) load.load = in.read<ConnectionLoad>();
+    return loads;
+}
+
+}  // namespace
+
+void Loads::write(const Composites& composites, const Composite& composite, ByteWriter& out) const {
+    const auto members = composites.members(composite);
+    const auto at = static_cast<std::size_t>(&composite - composites.all().data());
+    const bool summed = sums_.size() == composites.all().size() && acted_.size() == composites.members().size();
+    out.write(summed ? sums_[at] : Sums{});
+    out.write_count(members.size());
+    for (std::size_t m = 0; m < members.size(); ++m) out.write(summed ? acted_[composite.first + m] : Pull{});
+    std::vector<CarriedLoad> carried;
+    for (const Composites::Member& member : members) {
+        const auto its = std::ranges::equal_range(carried_, member.id, {}, [](const CarriedLoad& load) { return load.pair.first; });
+        carried.insert(carried.end(), its.begin(), its.end());
+    }
+    write_loads(carried, out);
+}
+
+Loads::OfComposite Loads::read_one(ByteReader& in) {
+    OfComposite of{.sums = in.read<Sums>(), .acted = std::vector<Pull>(in.read_count(sizeof(Pull))), .carried = {}};
+    for (Pull& pull : of.acted) pull = in.read<Pull>();
+    of.carried = read_loads(in);
+    return of;
+}
+
+// After a tick nothing is added up; an undivided world may be saved earlier.
+void Loads::write(ByteWriter& out, bool divided, const std::function<bool(BodyId)>& ours) const {
     out.write_count(limits_.size());
     for (const auto& [body, limits] : limits_) out.write(body), out.write(limits.force_n), out.write(limits.torque_nm);
-    out.write_count(carried_.size());
-    for (const auto& [pair, load] : carried_)
-        for (const BodyId body : {pair.first, pair.second}) out.write(body);
-    for (const auto& [pair, load] : carried_) out.write(load);
-    out.write_count(sums_.size());
-    for (const Sums& sums : sums_) out.write(sums);
-    out.write_count(acted_.size());
-    for (const Pull& pull : acted_) out.write(pull);
+    std::vector<CarriedLoad> carried = carried_;
+    std::erase_if(carried, [&](const CarriedLoad& load) { return !ours(load.pair.first); });
+    write_loads(carried, out);
+    out.write_count(divided ? 0 : sums_.size());
+    for (std::size_t c = 0; c < (divided ? 0 : sums_.size()); ++c) out.write(sums_[c]);
+    out.write_count(divided ? 0 : acted_.size());
+    for (std::size_t m = 0; m < (divided ? 0 : acted_.size()); ++m) out.write(acted_[m]);
 }
 
 void Loads::read(ByteReader& in) {
@@ -252,9 +343,9 @@ void Loads::read(ByteReader& in) {
         const auto force = in.read<double>(), torque = in.read<double>();
         set_limits(body, {force, torque});
     }
-    carried_.resize(in.read_count(2 * sizeof(BodyId) + sizeof(ConnectionLoad)));
-    for (CarriedLoad& load : carried_) load.pair.first = in.read<BodyId>(), load.pair.second = in.read<BodyId>();
-    for (CarriedLoad& load : carried_) load.load = in.read<ConnectionLoad>();
+    const std::vector<CarriedLoad> more = read_loads(in);
+    carried_.insert(carried_.end(), more.begin(), more.end());
+    std::ranges::sort(carried_, {}, &CarriedLoad::pair);
     sums_.resize(in.read_count(sizeof(Sums)));
     for (Sums& sums : sums_) sums = in.read<Sums>();
     acted_.resize(in.read_count(sizeof(Pull)));
@@ -263,7 +354,7 @@ void Loads::read(ByteReader& in) {
 
 std::size_t Loads::bytes() const {
     std::size_t sum = limits_.size() * kLimitNode_bytes + sums_.capacity() * sizeof(Sums) + acted_.capacity() * sizeof(Pull) +
-                      carried_.capacity() * sizeof(CarriedLoad) + kept_.capacity() * sizeof(Kept);
+                      carried_.capacity() * sizeof(CarriedLoad) + noted_.capacity() * sizeof(Noted) + kept_.capacity() * sizeof(Kept);
     for (const Kept& kept : kept_) sum += kept.seats.capacity() * sizeof(Kept::Sat) + (kept.lattice ? kept.lattice->bytes() : 0);
     return sum;
 }

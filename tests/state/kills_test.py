@@ -29,7 +29,7 @@ from frame import TOOLS, files_of, main  # noqa: E402
 from running import children, processes_of  # noqa: E402
 
 # Short runs with tens of checkpoints.
-RUNS = {"waiting": 300, "storm": 60, "doze": 60, "tumble": 60, "chains": 40}
+RUNS = {"waiting": 300, "storm": 60, "doze": 60, "tumble": 60, "chains": 40, "pieces": 40}
 KEEP = ("--checkpoint", "kept", "--checkpoint-every", "7ticks")
 MOST = 30  # Kills of a run.
 HANGS_S = 300  # Without a sign of life. The machine may be busy with something else, and three processes may then take minutes.

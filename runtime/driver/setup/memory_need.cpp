@@ -141,7 +141,7 @@ class Counting {
         const double each = (kBody + (processes_ > 1 ? kHandedOver : 0)) * here_;
         const double contact = kContact + (processes_ > 1 ? kHandedOverContact : 0);
         // Whom a program connects is not known; at most all at once.
-        const bool asks = processes_ == 1 && tuple::ProgramActions(module_).uses(ActionKind::Connect);
+        const bool asks = tuple::ProgramActions(module_).uses(ActionKind::Connect);
         const bool holds =
             std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
         const double loads = wants_loads() ? kLoads : 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -20,6 +21,10 @@ using Pair = std::pair<physics::BodyId, physics::BodyId>;
 
 Pair pair_of(physics::BodyId one, physics::BodyId other) { return {std::min(one, other), std::max(one, other)}; }
 
+physics::Touch touch_with(std::uint64_t key) {
+    return {static_cast<physics::BodyId>(key >> 32), static_cast<std::uint32_t>(key >> 1) & (physics::kMaxBodies - 1), (key & 1) != 0};
+}
+
 bool is_lost(std::span<const physics::BodyId> lost, physics::BodyId id) { return std::binary_search(lost.begin(), lost.end(), id); }
 
 }  // namespace
@@ -31,10 +36,6 @@ Result<void> BodyConnections::check(const Subdomain& subdomain) const {
     if (!by_world && !subdomain.program_actions.uses(ActionKind::Connect)) return {};
     const std::string who = by_world ? group->place + ": these catoms are connected" : "the program asks for `connect`";
     const std::string_view out = by_world ? "take out `connected`" : "take `connect` out of the program";
-    if (!subdomain.alone())
-        return fail(
-            fmt::format("{}, and this run has {} processes (connected catoms move on one process only)", who, subdomain.comm.processes()),
-            fmt::format("Use one process, without -n, or {}", out));
     if (world_.physics.engine != "blocks")
         return fail(fmt::format("{}, and the world has the engine \"{}\" (which connects no catoms)", who, world_.physics.engine),
                     fmt::format("Write [motion] engine = \"blocks\" in {}, or {}", world_.path, out));
@@ -43,18 +44,34 @@ Result<void> BodyConnections::check(const Subdomain& subdomain) const {
 
 Result<void> BodyConnections::connect_groups(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies,
                                              std::span<const physics::TouchEvent> touches) const {
-    std::vector<bool> connects(world_.physics.groups.size());
+    // Each process knows the groups of its catoms.
+    std::map<physics::BodyId, std::uint64_t> mine, groups;
+    for (const physics::TouchEvent& e : touches)
+        for (const physics::BodyId body : {e.touch.body, physics::BodyId{e.touch.other}})
+            if (const std::optional<std::size_t> group = bodies.connected_in(body)) mine.emplace(body, *group);
+    ByteWriter out;
+    for (std::size_t i = 0; i < world_.physics.groups.size(); ++i) out.write(std::uint8_t{bodies.groups_met()[i]});
+    for (const auto& [body, group] : mine) out.write(body), out.write(group);
+    std::vector<bool> met(world_.physics.groups.size()), connects(met.size());
+    for (const auto& from : gather_bytes(subdomain, out)) {
+        ByteReader in(from, "catoms that are connected at the start");
+        for (std::size_t i = 0; i < met.size(); ++i) met[i] = in.read<std::uint8_t>() != 0 || met[i];
+        while (!in.done()) {
+            const auto body = in.read<physics::BodyId>();
+            groups[body] = in.read<std::uint64_t>();
+        }
+    }
     for (const physics::TouchEvent& e : touches) {
-        const std::optional<std::size_t> group = bodies.connected_in(e.touch.body);
-        if (!group || bodies.connected_in(e.touch.other) != group) continue;
+        const auto one = groups.find(e.touch.body), other = groups.find(e.touch.other);
+        if (one == groups.end() || other == groups.end() || one->second != other->second) continue;
         if (auto done = scene.connect(e.touch.body, e.touch.other); !done) return done;
-        connects[*group] = true;
+        connects[one->second] = true;
     }
     Unmatched unmatched(subdomain.comm);
     for (std::size_t i = 0; i < connects.size(); ++i) {
         const world::CatomGroup& group = world_.physics.groups[i];
         // Of a region without catoms there is another warning.
-        const bool fine = connects[i] || !group.connected.value_or(false) || !bodies.groups_met()[i];
+        const bool fine = connects[i] || !group.connected.value_or(false) || !met[i];
         unmatched.add(fine, [&] {
             return fmt::format("{}: no two catoms of `{}` touch at the start, so none are connected", group.place, group.where.text());
         });
@@ -80,40 +97,69 @@ bool BodyConnections::touch(const Subdomain& subdomain, const PhysicsScene& phys
     return linked;
 }
 
+bool BodyConnections::may_break() const {
+    const world::PhysicsOptions& options = world_.physics;
+    return options.breaking_force || options.breaking_torque ||
+           std::ranges::any_of(options.groups, [](const world::CatomGroup& g) { return g.breaking_force || g.breaking_torque; });
+}
+
 std::vector<RefusedConnection> BodyConnections::carry_out(Subdomain& subdomain, PhysicsScene& physics, BodySenses& senses,
                                                           std::span<const AskedConnection> asked) const {
     std::vector<RefusedConnection> refused;
-    if (asked.empty()) return refused;
+    if (subdomain.alone() && asked.empty()) return refused;
     physics::Scene& scene = *physics.scene;
     std::vector<Pair> released, connected;
     const auto order = [](std::vector<Pair>& pairs) {
         std::ranges::sort(pairs);
         pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     };
-    const auto each = [&](ActionKind action, const auto& decide) {
-        for (const AskedConnection& ask : asked) {
-            if (ask.action != action) continue;
-            const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(ask.catom));
-            // Numbers beyond those of bodies belong to no catom.
-            const bool exists = ask.other < physics::kMaxBodies && scene.has(static_cast<physics::BodyId>(ask.other));
-            const auto other = exists ? static_cast<physics::BodyId>(ask.other) : body;
-            if (const std::optional<Refusal> why = decide(ask.catom, body, other)) refused.push_back({action, ask.catom, *why});
-        }
+    // Those who ask for a connection, and why they get none unless the other asks for a release.
+    struct Wish {
+        Catom catom;
+        Pair pair;
+        std::optional<Refusal> why;
     };
-    each(ActionKind::Release, [&](Catom, physics::BodyId body, physics::BodyId other) -> std::optional<Refusal> {
-        if (body == other || !scene.connected(body, other)) return Refusal::NotConnected;
-        released.push_back(pair_of(body, other));
-        return std::nullopt;
-    });
-    order(released);
-    each(ActionKind::Connect, [&](Catom catom, physics::BodyId body, physics::BodyId other) -> std::optional<Refusal> {
-        if (std::ranges::binary_search(released, pair_of(body, other))) return Refusal::Conflict;
-        if (body != other && scene.connected(body, other)) return std::nullopt;
-        if (!touch(subdomain, physics, catom, body, other)) return subdomain.world.links ? Refusal::NotTouching : Refusal::NotANeighbour;
-        connected.push_back(pair_of(body, other));
-        return std::nullopt;
-    });
-    order(connected);
+    std::vector<Wish> wishes;
+    for (const AskedConnection& ask : asked) {
+        const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(ask.catom));
+        // Numbers beyond those of bodies belong to no catom. Bodies that are far away may be unknown to this process.
+        const bool exists = ask.other < physics::kMaxBodies && scene.has(static_cast<physics::BodyId>(ask.other));
+        const auto other = exists ? static_cast<physics::BodyId>(ask.other) : body;
+        const Pair pair = pair_of(body, other);
+        const bool holds = body != other && scene.connected(body, other);
+        if (ask.action == ActionKind::Connect) {
+            const bool fine = holds || touch(subdomain, physics, ask.catom, body, other);
+            const Refusal why = subdomain.world.links ? Refusal::NotTouching : Refusal::NotANeighbour;
+            wishes.push_back({ask.catom, pair, fine ? std::nullopt : std::optional(why)});
+            if (fine && !holds) connected.push_back(pair);
+        } else if (holds) {
+            released.push_back(pair);
+        } else {
+            refused.push_back({ask.action, ask.catom, Refusal::NotConnected});
+        }
+    }
+    if (!subdomain.alone()) {
+        ByteWriter mine;
+        for (const std::vector<Pair>* pairs : {&released, &connected}) {
+            mine.write_count(pairs->size());
+            for (const auto& [one, other] : *pairs) mine.write(one), mine.write(other);
+        }
+        released.clear(), connected.clear();
+        for (const auto& from : gather_bytes(subdomain, mine)) {
+            ByteReader in(from, "connections that catoms ask for");
+            for (std::vector<Pair>* pairs : {&released, &connected})
+                for (auto left = in.read_count(2 * sizeof(physics::BodyId)); left > 0; --left) {
+                    const auto one = in.read<physics::BodyId>();
+                    pairs->emplace_back(one, in.read<physics::BodyId>());
+                }
+        }
+    }
+    order(released), order(connected);
+    for (const Wish& wish : wishes) {
+        const bool conflicts = std::ranges::binary_search(released, wish.pair);
+        if (conflicts || wish.why) refused.push_back({ActionKind::Connect, wish.catom, conflicts ? Refusal::Conflict : *wish.why});
+    }
+    std::erase_if(connected, [&](const Pair& pair) { return std::ranges::binary_search(released, pair); });
     const auto change = [&](const Pair& pair, bool holds) {
         const auto done = holds ? scene.connect(pair.first, pair.second) : scene.release(pair.first, pair.second);
         MELD_CHECK(done.has_value(), "catoms @{} and @{} cannot be connected or released", pair.first, pair.second);
@@ -127,7 +173,6 @@ std::vector<RefusedConnection> BodyConnections::carry_out(Subdomain& subdomain, 
 void BodyConnections::lose(Subdomain& subdomain, const physics::Scene& scene, BodySenses& senses, std::span<const physics::BodyId> lost) {
     MELD_EXPECT(std::ranges::is_sorted(lost), "{} bodies are not in order", lost.size());
     for (const physics::BodyId id : lost) {
-        if (!scene.has(id)) continue;
         for (const physics::BodyId other : scene.connected_to(id))
             if (!is_lost(lost, other)) senses.note_connection(subdomain, id, other, false);
     }
@@ -165,8 +210,7 @@ std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scen
 }
 
 // If they still touch, the physics has found that out by now, on the process that looks for it.
-std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
-    parted_.clear();
+std::span<const physics::TouchEvent> BodyConnections::follow_joints(Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
     if (lasting_.empty()) return events;
     followed_.clear();
     ByteWriter mine;
@@ -186,20 +230,83 @@ std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain&
     return followed_;
 }
 
+// A touch may have ended on a process that has its catoms no longer, so all learn what has ended; who has the first of the two knows
+// whether it lasts.
+std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain& subdomain, const physics::Scene& scene,
+                                                                      std::span<const physics::TouchEvent> events, bool recomposed) {
+    parted_.clear();
+    if (!world_.physics.joints.empty()) return follow_joints(subdomain, events);
+    if (!recomposed) return events;
+    followed_.clear();
+    using Touches = std::vector<physics::Touch>;
+    const auto gather = [&](const Touches& mine) {
+        ByteWriter out;
+        for (const physics::Touch& touch : mine) out.write(touch.key());
+        Touches all;
+        for (const auto& from : gather_bytes(subdomain, out))
+            for (ByteReader in(from, "touches of connected catoms"); !in.done();) all.push_back(touch_with(in.read<std::uint64_t>()));
+        std::ranges::sort(all);
+        return all;
+    };
+    Touches mine_begun, mine_ended, mine_over;
+    for (const physics::TouchEvent& e : events) {
+        if (!e.began)
+            mine_ended.push_back(e.touch);
+        else if (std::ranges::binary_search(lasting_, e.touch))
+            mine_begun.push_back(e.touch);
+        else
+            followed_.push_back(e);
+    }
+    const Touches begun = gather(mine_begun), ended = gather(mine_ended);
+    const auto owned = [&](physics::BodyId body) {
+        const std::optional<Catom> catom = subdomain.ensemble.find(body);
+        return catom && subdomain.owned(*catom);
+    };
+    for (const Touches* touches : {&ended, const_cast<const Touches*>(&lasting_)})
+        for (const physics::Touch& touch : *touches)
+            if (owned(touch.body) && !scene.lasts(touch)) mine_over.push_back(touch);
+    const Touches over = gather(mine_over);
+    const auto is_over = [&](const physics::Touch& touch) { return std::ranges::binary_search(over, touch); };
+    const auto end = [&](const physics::Touch& touch) {
+        if (!touch.other_is_obstacle)
+            parted_.push_back({touch, false});
+        else if (owned(touch.body))
+            followed_.push_back({touch, false});
+    };
+    std::erase_if(lasting_, [&](const physics::Touch& touch) {
+        if (!is_over(touch)) return false;
+        // If they still touch, the physics has found that out by now.
+        if (!std::ranges::binary_search(begun, touch)) end(touch);
+        return true;
+    });
+    for (const physics::Touch& touch : ended) {
+        if (is_over(touch))
+            end(touch);
+        else
+            lasting_.push_back(touch);
+    }
+    std::ranges::sort(lasting_), std::ranges::sort(followed_), std::ranges::sort(parted_);
+    return followed_;
+}
+
 void BodyConnections::part(std::span<const physics::ConnectionPair> joints) {
     for (const auto& [one, other] : joints) lasting_.emplace_back(one, other, false);
     std::ranges::sort(lasting_);
 }
 
-void BodyConnections::adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) {
+void BodyConnections::adopt(Subdomain& subdomain, const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) {
     std::erase_if(touches, [&](const physics::TouchEvent& e) { return !scene.lasts(e.touch); });
+    ByteWriter mine;
     for (const physics::TouchEvent& e : touches)
-        if (!scene.connected_to(e.touch.body).empty() || !scene.connected_to(e.touch.other).empty()) lasting_.push_back(e.touch);
+        if (!scene.connected_to(e.touch.body).empty() || !scene.connected_to(e.touch.other).empty()) mine.write(e.touch.key());
+    for (const auto& from : gather_bytes(subdomain, mine))
+        for (ByteReader in(from, "touches of connected catoms"); !in.done();) lasting_.push_back(touch_with(in.read<std::uint64_t>()));
     std::ranges::sort(lasting_);
 }
 
 std::vector<physics::ConnectionPair> BodyConnections::lasting() const {
     std::vector<physics::ConnectionPair> pairs;
+    if (world_.physics.joints.empty()) return pairs;
     for (const physics::Touch& touch : lasting_)
         if (!touch.other_is_obstacle) pairs.emplace_back(touch.body, touch.other);
     return pairs;
@@ -211,28 +318,21 @@ void BodyConnections::save(ByteWriter& out) const {
 }
 
 void BodyConnections::load(ByteReader& in) {
-    for (auto left = in.read_count(sizeof(std::uint64_t)); left > 0; --left) {
-        const auto key = in.read<std::uint64_t>();
-        lasting_.emplace_back(static_cast<physics::BodyId>(key >> 32), static_cast<std::uint32_t>(key >> 1) & (physics::kMaxBodies - 1),
-                              (key & 1) != 0);
-    }
+    for (auto left = in.read_count(sizeof(std::uint64_t)); left > 0; --left) lasting_.push_back(touch_with(in.read<std::uint64_t>()));
     std::ranges::sort(lasting_);
     // Several processes have saved the same.
     const auto twice = std::ranges::unique(lasting_);
     lasting_.erase(twice.begin(), twice.end());
 }
 
-Result<void> BodyConnections::check_loaded(const Subdomain& subdomain, const physics::Scene& scene) const {
-    if (subdomain.alone() || scene.connection_count() == 0) return {};
-    return fail(fmt::format("the run that goes on has connected catoms, and there are {} processes now (they move on one process only)",
-                            subdomain.comm.processes()),
-                "Use one process, without -n", ExitCode::RecordingRefused);
-}
-
 bool BodyConnections::fits(const Subdomain& subdomain, const physics::Scene& scene) const {
+    const bool joints = !world_.physics.joints.empty();
     return std::ranges::all_of(lasting_, [&](const physics::Touch& touch) {
         const bool one = scene.has(touch.body), both = one && (touch.other_is_obstacle || scene.has(touch.other));
-        return both || (!subdomain.alone() && !one && !scene.has(touch.other));
+        if (both || subdomain.alone()) return both;
+        if (joints) return !one && !scene.has(touch.other);
+        const std::optional<Catom> catom = subdomain.ensemble.find(touch.body);
+        return !catom || !subdomain.owned(*catom);
     });
 }
 

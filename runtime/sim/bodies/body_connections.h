@@ -33,48 +33,55 @@ class BodyConnections {
   public:
     explicit BodyConnections(const world::World& world) : world_(world) {}
 
-    // Errors: the world or the program connects catoms, and this run cannot: it has several processes, or another engine.
+    // Errors: the world or the program connects catoms, and this run cannot: it has another engine.
     Result<void> check(const Subdomain& subdomain) const;
-    // At the start: connects the catoms of each group of the world that is connected, where they touch.
+    // At the start, on every process: connects the catoms of each group of the world that is connected, where they touch. `touches`: of all
+    // processes.
     Result<void> connect_groups(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies,
                                 std::span<const physics::TouchEvent> touches) const;
     // Tells programs of all connections: at the start, and in a run that goes on from a snapshot of another program.
     void sense_all(Subdomain& subdomain, const physics::Scene& scene, BodySenses& senses) const;
 
     // Carries out the actions of a tick, in any order with the same result: whether catoms are connected, and touch, is judged as the tick
-    // found them, and a release goes before a wish to connect. Returns what was refused.
+    // found them, and a release goes before a wish to connect. Returns what was refused. Every process calls it, and all make and break
+    // all connections.
     std::vector<RefusedConnection> carry_out(Subdomain& subdomain, PhysicsScene& physics, BodySenses& senses,
                                              std::span<const AskedConnection> asked) const;
+    // Whether the world has limits, at which connections break.
+    bool may_break() const;
     // Before bodies are removed, sorted by number: they let go of those that stay.
     void lose(Subdomain& subdomain, const physics::Scene& scene, BodySenses& senses, std::span<const physics::BodyId> lost);
 
     // After each step: the touches that begin and end for programs, sorted; valid until the next call. `events`: those of the physics, and
     // `recomposed`: what the step's report says.
     std::span<const physics::TouchEvent> follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events, bool recomposed);
-    // The same on several processes, where only joints hold: every process calls it. Touches of joints that have ended are in parted(), on
-    // all processes alike, and not among those that it returns.
-    std::span<const physics::TouchEvent> follow_together(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    // The same on several processes: every process calls it. Touches of catoms that have ended with a joint or a connection are in
+    // parted(), on all processes alike, and not among those that it returns.
+    std::span<const physics::TouchEvent> follow_together(Subdomain& subdomain, const physics::Scene& scene,
+                                                         std::span<const physics::TouchEvent> events, bool recomposed);
     std::span<const physics::TouchEvent> parted() const { return parted_; }
     // After a step, on all processes: these joints have broken. Their catoms are neighbours until the next step finds whether they touch.
     // Sorted.
     void part(std::span<const physics::ConnectionPair> joints);
     // After the first step: of the touches among connected and fixed catoms at the start, leaves those of which the physics has no event.
-    void adopt(const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
+    // Every process calls it with those of its own catoms.
+    void adopt(Subdomain& subdomain, const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
 
-    // Pairs of bodies whose touches last.
+    // In a world with joints: pairs of bodies whose touches last.
     std::vector<physics::ConnectionPair> lasting() const;
     void save(ByteWriter& out) const;
     void load(ByteReader& in);
-    // When the scene has its connections again. Errors: there are some, and this run has several processes.
-    Result<void> check_loaded(const Subdomain& subdomain, const physics::Scene& scene) const;
     // Whether there are the bodies of what was loaded; on several processes, where any of them is here.
     bool fits(const Subdomain& subdomain, const physics::Scene& scene) const;
 
   private:
     static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);
 
+    std::span<const physics::TouchEvent> follow_joints(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+
     const world::World& world_;
-    // Touches that last although the physics has ended them, or, in a world with joints, has not begun them yet; sorted.
+    // Touches that last although the physics has ended them, or, in a world with joints, has not begun them yet; sorted. On
+    // several processes those of all.
     std::vector<physics::Touch> lasting_;
     std::vector<physics::TouchEvent> followed_, parted_;
 };

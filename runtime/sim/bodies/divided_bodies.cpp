@@ -109,14 +109,14 @@ Result<void> DividedBodies::load_ghosts(Subdomain& subdomain, physics::Scene& sc
 }
 
 Result<void> DividedBodies::load_joined(Subdomain& subdomain, std::span<const physics::ConnectionPair> also) {
-    // All processes have read the joints of all.
-    if (!subdomain_->has_joints()) return {};
+    // All processes have read the joints and composites of all.
+    if (!subdomain_->has_joined()) return {};
     using Joined = physics::Subdomain::JoinedBody;
     ByteWriter mine;
     for (const Joined& body : subdomain_->joined_bodies(also)) mine.write(body);
     std::vector<Joined> all;
     for (const auto& from : gather_bytes(subdomain, mine))
-        for (ByteReader in(from, "bodies with joints"); !in.done();) all.push_back(in.read<Joined>());
+        for (ByteReader in(from, "bodies that hang together"); !in.done();) all.push_back(in.read<Joined>());
     subdomain_->learn_joined(all, also);
     Result<void> fine;
     for (const comm::Packet& packet : subdomain.comm.exchange(packets_of(subdomain_->pack_joined())))
@@ -180,15 +180,25 @@ void DividedBodies::balance(Subdomain& subdomain) {
     greatest_load_ = std::max(greatest_load_, load);
 }
 
+Result<void> DividedBodies::recompose(Subdomain& subdomain) {
+    ByteWriter held = subdomain_->members_held();
+    Result<void> fine;
+    for (const comm::Packet& packet : subdomain.comm.exchange(packets_of(subdomain_->pack_members(gather_bytes(subdomain, held)))))
+        if (fine) fine = subdomain_->unpack_members(packet.bytes);
+    if (auto agreed = agree_on_error(subdomain, fine); !agreed) return agreed;
+    subdomain_->recompose(subdomain.workers);
+    return {};
+}
+
 Result<bool> DividedBodies::redistribute(Subdomain& subdomain, double step_s, int substeps) {
     MELD_EXPECT(!subdomain.alone());
-    ByteWriter wish;
-    wish.write(subdomain_->must_rebuild(step_s, substeps));
-    const std::vector<std::byte> wishes = subdomain.comm.allgather(wish.view());
-    ByteReader in(wishes, "wishes to divide bodies anew");
-    bool any = false;
-    for (int p = 0; p < subdomain.comm.processes(); ++p) any = in.read<bool>() || any;
-    if (!any) return false;
+    constexpr std::uint8_t kRebuilds = 1, kRecomposes = 2;
+    std::uint8_t wishes = subdomain_->recomposes() ? kRecomposes : 0;
+    if (subdomain_->must_rebuild(step_s, substeps)) wishes |= kRebuilds;
+    wishes = join_bits(subdomain, wishes);
+    if (wishes == 0) return false;
+    if ((wishes & kRecomposes) != 0)
+        if (auto done = recompose(subdomain); !done) return tl::unexpected<Error>(done.error());
     ByteWriter mine;
     mine.write(subdomain_->velocities());
     physics::Velocities velocities;
@@ -208,16 +218,24 @@ Result<physics::StepReport> DividedBodies::step(Subdomain& subdomain, double ste
     Result<void> fine;
     const std::vector<physics::Stage> stages = subdomain_->stages(step_s, substeps);
     for (std::size_t i = 0; i < stages.size(); ++i) {
-        const physics::Stage& stage = stages[i];
-        if (fine) fine = subdomain_->run(stage, subdomain.workers);
-        if (stage.must_agree())
-            i += static_cast<std::size_t>(stage.left_out(join_bits(subdomain, fine ? subdomain_->bouncing_colours() : std::uint8_t{0})));
-        if (!stage.must_exchange()) continue;
-        // A process that has failed sends nothing more; the others are informed at the end.
-        const std::vector<comm::Packet> received =
-            subdomain.comm.exchange(fine ? packets_of(subdomain_->pack(stage)) : std::vector<comm::Packet>{});
-        for (const comm::Packet& packet : received)
-            if (fine) subdomain_->unpack(stage, packet.bytes);
+        physics::Stage stage = stages[i];
+        const int rounds = stage.has_rounds() ? subdomain_->rounds() : 1;
+        for (stage.round = 0; stage.round < rounds; ++stage.round) {
+            if (fine) fine = subdomain_->run(stage, subdomain.workers);
+            if (!stage.must_exchange()) continue;
+            // A process that has failed sends nothing more; the others are informed at the end.
+            const std::vector<comm::Packet> received =
+                subdomain.comm.exchange(fine ? packets_of(subdomain_->pack(stage)) : std::vector<comm::Packet>{});
+            for (const comm::Packet& packet : received)
+                if (fine) subdomain_->unpack(stage, packet.bytes);
+        }
+        if (!stage.must_agree()) continue;
+        const std::uint8_t colours = join_bits(subdomain, fine ? subdomain_->bouncing_colours() : std::uint8_t{0});
+        if (colours != 0 && subdomain_->shares_composites()) {
+            ByteWriter blocks = fine ? subdomain_->bouncing_blocks() : ByteWriter();
+            subdomain_->agree_on_bounces(gather_bytes(subdomain, blocks));
+        }
+        i += static_cast<std::size_t>(stage.left_out(colours));
     }
     if (auto agreed = agree_on_error(subdomain, fine); !agreed) return tl::unexpected<Error>(agreed.error());
     return subdomain_->finish();

@@ -26,8 +26,8 @@ class DividedBodies {
     DividedBodies(Subdomain& subdomain, physics::Scene& scene, const partition::Partition& partition);
     // On every process, before Scene::loaded: our homes of a snapshot become ghosts of those who hold them, and theirs become ghosts here.
     Result<void> load_ghosts(Subdomain& subdomain, physics::Scene& scene, const std::vector<physics::SavedHome>& ours);
-    // The same of bodies that joints hold to others, and of these pairs, if the snapshot has joints: on every process, behind load_ghosts,
-    // which is not needed before anything has moved.
+    // The same of bodies that joints and connections hold to others, and of these pairs, if the snapshot has any: on every process, behind
+    // load_ghosts, which is not needed before anything has moved.
     Result<void> load_joined(Subdomain& subdomain, std::span<const physics::ConnectionPair> also);
     // After Scene::loaded.
     void loaded() { subdomain_->loaded(); }
@@ -52,6 +52,8 @@ class DividedBodies {
 
   private:
     int owner(physics::BlockCoordinates block) const;
+    // Composites change: brings their bodies together, on every process.
+    Result<void> recompose(Subdomain& subdomain);
     // Divides space again if the process with the most work has too much.
     void balance(Subdomain& subdomain);
     // The work in each block, the same on all processes.

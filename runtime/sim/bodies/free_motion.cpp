@@ -107,6 +107,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     auto made = make_physics_scene(world_, radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
+    if (!subdomain.alone()) physics_.scene->share();
     kinds_ = {radii, surfaces};
     Result<void> done = bodies.add_materials(physics_, surfaces);
     physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
@@ -151,7 +152,8 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     connect_bodies(subdomain);
     drive_joints(subdomain);
-    if (load_senses_.reads_loads()) physics_.scene->want_loads();
+    // Of several processes, perhaps not all have a catom with limits.
+    if (load_senses_.reads_loads() || (divided_ && connections_.may_break())) physics_.scene->want_loads();
     for (int i = 0; i < world_.physics.steps; ++i)
         if (auto done = step_once(subdomain); !done) return done;
     if (auto done = actions_.release(*physics_.scene); !done) return done;
@@ -171,6 +173,8 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
 }
 
 void FreeMotion::connect_bodies(Subdomain& subdomain) {
+    const bool asks = subdomain.program_actions.uses(ActionKind::Connect) || subdomain.program_actions.uses(ActionKind::Release);
+    if (!actions_.any_wrenches() || !asks) return;
     for (const RefusedConnection& each : connections_.carry_out(subdomain, physics_, senses_, actions_.asked()))
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
 }
@@ -182,21 +186,30 @@ void FreeMotion::drive_joints(Subdomain& subdomain) {
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
 }
 
+namespace {
+
+// Those of all processes, of which several may have the same; sorted.
+std::vector<physics::ConnectionPair> gather_pairs(Subdomain& subdomain, const std::vector<physics::ConnectionPair>& ours) {
+    ByteWriter mine;
+    for (const auto& [one, other] : ours) mine.write(one), mine.write(other);
+    std::vector<physics::ConnectionPair> all;
+    for (const auto& from : gather_bytes(subdomain, mine))
+        for (ByteReader in(from, "what broke"); !in.done();) {
+            const auto one = in.read<physics::BodyId>();
+            all.emplace_back(one, in.read<physics::BodyId>());
+        }
+    std::ranges::sort(all);
+    const auto twice = std::ranges::unique(all);
+    all.erase(twice.begin(), twice.end());
+    return all;
+}
+
+}  // namespace
+
 void FreeMotion::part_broken(Subdomain& subdomain) {
     const auto ours = physics_.scene->broken_joints();
     std::vector<physics::ConnectionPair> broken(ours.begin(), ours.end());
-    if (divided_ && joints_.may_break()) {
-        ByteWriter mine;
-        for (const auto& [one, other] : ours) mine.write(one), mine.write(other);
-        for (const auto& from : gather_bytes(subdomain, mine))
-            for (ByteReader in(from, "joints that broke"); !in.done();) {
-                const auto one = in.read<physics::BodyId>();
-                broken.emplace_back(one, in.read<physics::BodyId>());
-            }
-        std::ranges::sort(broken);
-        const auto twice = std::ranges::unique(broken);
-        broken.erase(twice.begin(), twice.end());
-    }
+    if (divided_ && joints_.may_break()) broken = gather_pairs(subdomain, broken);
     if (broken.empty()) return;
     load_senses_.note_broken(subdomain, broken);
     connections_.part(broken);
@@ -204,14 +217,25 @@ void FreeMotion::part_broken(Subdomain& subdomain) {
 }
 
 Result<void> FreeMotion::load_connections(Subdomain& subdomain) {
-    const auto broken = physics_.scene->solve_loads(subdomain.workers);
-    if (!broken) {
-        const Error error = about_catoms(broken.error());
-        return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
+    physics::Scene& scene = *physics_.scene;
+    auto solved = scene.solve_loads(subdomain.workers);
+    Result<void> fine;
+    if (!solved) {
+        const Error error = about_catoms(solved.error());
+        fine = fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
     }
-    for (const auto& [one, other] : *broken) senses_.note_connection(subdomain, one, other, false);
-    load_senses_.note_broken(subdomain, *broken);
-    broken_count_ += broken->size();
+    const bool together = divided_ && scene.connection_count() > 0 && (load_senses_.reads_loads() || connections_.may_break());
+    if (together) fine = agree_on_error(subdomain, fine);
+    if (!fine) return fine;
+    std::vector<physics::ConnectionPair> broken = std::move(*solved);
+    if (together && connections_.may_break()) {
+        broken = gather_pairs(subdomain, broken);
+        for (const auto& [one, other] : broken)
+            if (auto done = scene.release(one, other); !done) return done;
+    }
+    for (const auto& [one, other] : broken) senses_.note_connection(subdomain, one, other, false);
+    load_senses_.note_broken(subdomain, broken);
+    broken_count_ += broken.size();
     return {};
 }
 
@@ -244,8 +268,8 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
         return fail(fmt::format("in tick {}, {}", subdomain.tick(), error.problem), error.suggestion, error.code);
     }
     awake_ = report->awake_bodies;
-    const auto touches =
-        divided_ ? connections_.follow_together(subdomain, events()) : connections_.follow(*physics_.scene, events(), report->recomposed);
+    const auto touches = divided_ ? connections_.follow_together(subdomain, *physics_.scene, events(), report->recomposed)
+                                  : connections_.follow(*physics_.scene, events(), report->recomposed);
     note_fixed_touches(subdomain, touches);
     const StageClock clock(linking_s_);
     const DividedBodies* divided = divided_ ? &*divided_ : nullptr;
@@ -261,13 +285,13 @@ Result<void> FreeMotion::step_once(Subdomain& subdomain) {
     return {};
 }
 
-void FreeMotion::note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
+void FreeMotion::note_fixed_touches(Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
     if (fixed_touches_.empty()) return;
     // All processes know all of them; the owner of the first reports it.
     std::erase_if(fixed_touches_, [&](const physics::TouchEvent& e) {
         return !physics_.scene->has(e.touch.body) || (divided_ && divided_->owner_of(e.touch.body) != subdomain.comm.process());
     });
-    if (physics_.scene->connection_count() > 0) connections_.adopt(*physics_.scene, fixed_touches_);
+    if (physics_.scene->connection_count() > 0) connections_.adopt(subdomain, *physics_.scene, fixed_touches_);
     fixed_touches_.insert(fixed_touches_.end(), events.begin(), events.end());
     std::sort(fixed_touches_.begin(), fixed_touches_.end());
 }
@@ -322,8 +346,11 @@ Result<void> FreeMotion::take_out_all(Subdomain& subdomain, std::vector<physics:
     joints_.lose(subdomain, scene, ids);
     for (const physics::BodyId id : ids) {
         // The next step drops the body on all processes that hold it.
-        if (scene.has(id))
+        if (scene.has(id)) {
             if (auto removed = scene.remove_body(id); !removed) return removed;
+        } else {
+            scene.release_all(id);
+        }
         if (const std::optional<Catom> catom = subdomain.ensemble.find(id)) take_out(subdomain, *catom);
     }
     links_.forget(ids);

@@ -76,7 +76,7 @@ class FreeMotion : public SimModule {
     // Of a world whose neighbours are those within a range: places catoms where their bodies are, and links them.
     void find_in_range(Subdomain& subdomain);
     // After the first step: adds the touches that began in it to those of immovable and connected catoms.
-    void note_fixed_touches(const Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    void note_fixed_touches(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     void connect_bodies(Subdomain& subdomain);
     void drive_joints(Subdomain& subdomain);
     // After a step, on every process: tells of the joints that broke in it.

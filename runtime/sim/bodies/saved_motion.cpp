@@ -156,6 +156,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     auto made = make_physics_scene(world_, kinds_.radii, BodySenses::senses_acceleration(subdomain));
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
+    if (!subdomain.alone()) physics_.scene->share();
     if (auto added = add_materials(physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
     // A home takes some room besides that of its bodies.
     physics_.scene->reserve(subdomain.ensemble.owned_count() + loading_.homes.size(), subdomain.next_id());
@@ -165,7 +166,6 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
         physics_.scene->load_rest(in);
         if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
-    if (auto done = connections_.check_loaded(subdomain, *physics_.scene); !done) return done;
     // In the order in which the engine wants them.
     std::ranges::sort(loading_.homes, {}, &physics::SavedHome::home);
     for (const physics::SavedHome& home : loading_.homes)

@@ -465,7 +465,7 @@ TEST(Composites, ErrorsSayWhatIsWrong) {
     }
 }
 
-TEST(Composites, ADividedWorldHasNone) {
+TEST(Composites, ADividedWorldIsSharedBefore) {
     auto scene = make_scene();
     need(scene->add_body({.id = 1, .position_m = {0, 0, 1}}));
     need(scene->add_body({.id = 2, .position_m = {1, 0, 1}}));

@@ -5,17 +5,10 @@
 
 #include <numbers>
 
-#include "tests/unit/physics/scenes.h"
+#include "tests/unit/physics/divided_world.h"
 
 namespace meld::physics {
 namespace {
-
-Settings settings_for_parts() {
-    Settings settings;
-    settings.min_radius_m = 0.3, settings.max_radius_m = 0.5;
-    settings.sleep_ticks = 10;
-    return settings;
-}
 
 // The same world in any number of parts: a falling cloud, a box, magnets on every other ball, a pile that sleeps.
 void furnish(Scene& scene, const std::function<bool(BodyId)>& mine) {
@@ -57,12 +50,6 @@ void furnish_range(Scene& scene, const std::function<bool(BodyId)>& mine) {
                                  .position_m = {-20.0 - 7 * (id % 3), 4.0 * (id - 343), 9.2 + 4 * (id % 4)},
                                  .linear_velocity_m_s = {250 + 130.0 * (id - 343), 0, -5},
                                  .material = bouncy}));
-}
-
-Settings settings_for_shapes() {
-    Settings settings = settings_for_parts();
-    settings.max_radius_m = 0.9, settings.least_radius_m = 0.2;
-    return settings;
 }
 
 // Spinning cubes, boxes, capsules, cylinders and balls fall on a box and on each other; cubes fly through them; far from them a pile of
@@ -150,8 +137,6 @@ void furnish_joints(Scene& scene, const std::function<bool(BodyId)>& mine) {
     for (const JointSpec& joint : joints) need(scene.add_joint(joint));
 }
 
-using Furnish = void (&)(Scene&, const std::function<bool(BodyId)>&);
-
 Digest undivided(int ticks, Furnish furnish_it = furnish, const Settings& settings = settings_for_parts()) {
     auto scene = make_scene(settings);
     furnish_it(*scene, [](BodyId) { return true; });
@@ -160,99 +145,6 @@ Digest undivided(int ticks, Furnish furnish_it = furnish, const Settings& settin
     return scene->digest();
 }
 
-class Divided {
-  public:
-    Divided(int parts, Subdomain::OwnerOf owner, Furnish furnish_it = furnish, const Settings& settings = settings_for_parts()) {
-        for (int self = 0; self < parts; ++self) {
-            scenes_.push_back(make_scene(settings));
-            // Bodies begin anywhere; the first rebuild brings them to their owners.
-            furnish_it(*scenes_.back(), [&](BodyId id) { return static_cast<int>(id) % parts == self; });
-            subdomains_.push_back(std::make_unique<Subdomain>(*scenes_.back(), owner, self, parts));
-        }
-    }
-
-    bool must_rebuild() const {
-        return std::any_of(subdomains_.begin(), subdomains_.end(), [](const auto& part) { return part->must_rebuild(kTick, 2); });
-    }
-    void tick() {
-        if (must_rebuild()) {
-            Velocities velocities;
-            for (const auto& part : subdomains_) velocities.add(part->velocities());
-            for (const auto& part : subdomains_) part->set_velocities(velocities, kTick, 2);
-            std::vector<Subdomain::Messages> sent;
-            for (const auto& part : subdomains_) sent.push_back(part->pack_bodies(workers_));
-            for (const auto& messages : sent)
-                for (const auto& [to, bytes] : messages) need(subdomains_[static_cast<std::size_t>(to)]->unpack_bodies(bytes.view()));
-            for (const auto& part : subdomains_) part->unpacked();
-            ++rebuilds;
-        }
-        std::vector<Stage> stages;
-        for (const auto& part : subdomains_) stages = part->stages(kTick, 2);
-        for (std::size_t i = 0; i < stages.size(); ++i) {
-            const Stage& stage = stages[i];
-            std::uint8_t bouncing = 0;
-            for (const auto& part : subdomains_) {
-                need(part->run(stage, workers_));
-                bouncing |= part->bouncing_colours();
-            }
-            if (stage.must_agree()) i += static_cast<std::size_t>(stage.left_out(bouncing));
-            exchanges += stage.must_exchange() ? 1 : 0;
-            if (!stage.must_exchange()) continue;
-            std::vector<Subdomain::Messages> sent;
-            for (const auto& part : subdomains_) sent.push_back(part->pack(stage));
-            for (const auto& messages : sent)
-                for (const auto& [to, bytes] : messages)
-                    subdomains_[static_cast<std::size_t>(to)]->unpack(stage, bytes.view()), sent_bytes += bytes.size();
-        }
-        for (const auto& part : subdomains_) part->finish();
-    }
-
-    Digest digest() const {
-        Digest sum;
-        for (const auto& scene : scenes_) sum.combine(scene->digest());
-        return sum;
-    }
-    std::size_t bodies() const {
-        std::size_t count = 0;
-        for (const auto& scene : scenes_) count += scene->body_count();
-        return count;
-    }
-    std::size_t joints() const {
-        std::size_t count = 0;
-        for (const auto& scene : scenes_) count += scene->joint_count();
-        return count;
-    }
-    // On all parts that have the joint.
-    void drive(BodyId one, BodyId other, const JointDrive& what) {
-        for (const auto& scene : scenes_)
-            if (scene->joined(one, other)) need(scene->drive_joint(one, other, what));
-    }
-    const Subdomain& part(std::size_t index) const { return *subdomains_[index]; }
-    // By body, what presses on it as its owner knows when all have told what they know.
-    std::map<BodyId, double> normal_forces() {
-        std::vector<std::vector<ExactSum>> sums(subdomains_.size());
-        for (std::size_t i = 0; i < subdomains_.size(); ++i) scenes_[i]->sum_normal_forces(sums[i], workers_);
-        // What has been added is not sent on.
-        std::vector<Subdomain::Messages> sent;
-        for (std::size_t i = 0; i < subdomains_.size(); ++i) sent.push_back(subdomains_[i]->pack_sums(sums[i]));
-        for (const auto& messages : sent)
-            for (const auto& [to, bytes] : messages)
-                subdomains_[static_cast<std::size_t>(to)]->unpack_sums(sums[static_cast<std::size_t>(to)], bytes.view());
-        std::map<BodyId, double> found;
-        for (std::size_t i = 0; i < subdomains_.size(); ++i)
-            for (const BodyId body : scenes_[i]->bodies()) found[body] = sums[i][scenes_[i]->slot(body)].value();
-        return found;
-    }
-
-    int rebuilds = 0, exchanges = 0;
-    std::size_t sent_bytes = 0;
-
-  private:
-    std::vector<std::unique_ptr<Scene>> scenes_;
-    std::vector<std::unique_ptr<Subdomain>> subdomains_;
-    Workers workers_{1};
-};
-
 TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
     const int ticks = 60;
     const Digest whole = undivided(ticks);
@@ -260,7 +152,7 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorld) {
     const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
     const std::pair<int, Subdomain::OwnerOf> divisions[] = {{1, [](BlockCoordinates) { return 0; }}, {2, halves}, {3, scattered}};
     for (const auto& [parts, owner] : divisions) {
-        Divided divided(parts, owner);
+        Divided divided(parts, owner, furnish);
         for (int tick = 0; tick < ticks; ++tick) divided.tick();
         EXPECT_EQ(divided.digest(), whole) << parts;
         EXPECT_EQ(divided.bodies(), 1100u);
@@ -366,7 +258,7 @@ TEST(Parts, MayBeDividedAnewWithJoints) {
 // Whatever bounces costs exchanges in the ticks in which it does. Without, a tick has those of one colour for each of 8 colours of
 // the magnets, 2 warm starts, 4 sweeps and 2 relaxing ones, and one about sleep.
 TEST(Parts, ExchangeBouncesOnlyWhereSomethingBounces) {
-    Divided divided(2, [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; });
+    Divided divided(2, [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; }, furnish);
     const int without = 1 + 8 * (1 + 2 + 4 + 2), with_all = without + 8 * 4 * 3;
     int least = with_all, most = 0;
     for (int tick = 0; tick < 120; ++tick) {
@@ -401,7 +293,7 @@ TEST(Parts, KnowTogetherWhatPressesOnTheirBodies) {
 TEST(Parts, MayBeDividedAnewWithTheSameBits) {
     const int ticks = 60;
     int shift = 0;
-    Divided divided(2, [&](BlockCoordinates c) { return c.x + c.y < 1 + shift % 5 ? shift % 2 : 1 - shift % 2; });
+    Divided divided(2, [&](BlockCoordinates c) { return c.x + c.y < 1 + shift % 5 ? shift % 2 : 1 - shift % 2; }, furnish);
     for (int tick = 0; tick < ticks; ++tick) {
         if (divided.must_rebuild()) ++shift;
         divided.tick();
@@ -412,7 +304,7 @@ TEST(Parts, MayBeDividedAnewWithTheSameBits) {
 }
 
 TEST(Parts, KnowWhatTheirBodiesWeighAndWhoHoldsThem) {
-    Divided divided(2, [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; });
+    Divided divided(2, [](BlockCoordinates c) { return c.x < 1 ? 0 : 1; }, furnish);
     for (int tick = 0; tick < 60; ++tick) divided.tick();
     std::uint32_t weight = 0;
     for (const std::size_t part : {0u, 1u})
