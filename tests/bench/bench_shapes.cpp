@@ -1,5 +1,5 @@
-// Piles of cubes and capsules beside piles of as many spheres, in one run: k^3 bodies on a lattice, touching on a plane; and as many that
-// fall into a walled box in disorder; and what two subdomains of such a box send each other.
+// Piles of cubes, capsules and cylinders beside piles of as many spheres, in one run: k^3 bodies on a lattice, touching on a plane; and as
+// many that fall into a walled box in disorder; and what two subdomains of such a box send each other.
 //
 //     bench_shapes [--ticks N] [--threads N] [k ...]     k = 22 46
 //
@@ -30,12 +30,13 @@ using bench::need;
 
 constexpr double kTick = 1.0 / 240;
 
-enum class Form { Sphere, Cube, Capsule };
-constexpr const char* kNames[] = {"spheres", "cubes", "capsules"};
+enum class Form { Sphere, Cube, Capsule, Cylinder };
+constexpr const char* kNames[] = {"spheres", "cubes", "capsules", "cylinders"};
 
 void give_shape(BodySpec& spec, Form form) {
     if (form == Form::Cube) spec.shape = box_shape({1, 1, 1}, 0.02);
     if (form == Form::Capsule) spec.shape = capsule_shape(0.3, 1);
+    if (form == Form::Cylinder) spec.shape = cylinder_shape(0.5, 1, 0.02);
 }
 
 std::unique_ptr<Scene> empty_scene(Form form) {
@@ -133,7 +134,7 @@ void measure_halves(int side, Form form, int warm_up, int ticks) {
         }
         for (const auto& part : parts) part->finish();
     }
-    fmt::print("{:>7} {:<8} in two halves: {:.0f} kB a step, and {:.0f} kB for each of {} new lists in {} steps\n",
+    fmt::print("{:>7} {:<9} in two halves: {:.0f} kB a step, and {:.0f} kB for each of {} new lists in {} steps\n",
                scenes[0]->body_count() + scenes[1]->body_count(), kNames[static_cast<int>(form)],
                1e-3 * static_cast<double>(of_steps) / ticks, 1e-3 * static_cast<double>(of_lists) / std::max(lists, 1), lists, ticks);
 }
@@ -153,7 +154,7 @@ void measure(const char* what, Scene& scene, Form form, int warm_up, int ticks, 
     const StageTimes after = scene.stage_times();
     const auto stage = [&](double StageTimes::* member) { return 1e3 * (after.*member - before.*member) / ticks; };
     fmt::print(
-        "{:>7} {:<8} in a {:<7} {:8.2f} ms a tick, {:5.2f} of spheres; lists {:.2f}, contacts {:.2f}, sweeps {:.2f} ms; {:5.0f} bytes a "
+        "{:>7} {:<9} in a {:<7} {:8.2f} ms a tick, {:5.2f} of spheres; lists {:.2f}, contacts {:.2f}, sweeps {:.2f} ms; {:5.0f} bytes a "
         "body\n",
         scene.body_count(), kNames[static_cast<int>(form)], what, tick, tick / of_spheres,
         stage(&StageTimes::sort) + stage(&StageTimes::pairs), stage(&StageTimes::refresh), stage(&StageTimes::solve),
@@ -179,9 +180,9 @@ int main(int argc, char** argv) {
     for (const int side : sides) {
         double of_spheres = 0;
         for (const Form form : {Form::Sphere, Form::Cube}) measure("lattice", *lattice(side, form), form, 3, ticks, threads, of_spheres);
-        for (const Form form : {Form::Sphere, Form::Cube, Form::Capsule})
+        for (const Form form : {Form::Sphere, Form::Cube, Form::Capsule, Form::Cylinder})
             measure("heap", *heap(side, form), form, 400, ticks, threads, of_spheres);
-        for (const Form form : {Form::Sphere, Form::Cube, Form::Capsule}) measure_halves(side, form, 400, ticks);
+        for (const Form form : {Form::Sphere, Form::Cube, Form::Capsule, Form::Cylinder}) measure_halves(side, form, 400, ticks);
     }
     return 0;
 }
