@@ -50,6 +50,10 @@ class Assembly {
         bool movable;
     };
     std::span<const Member> members() const { return members_; }
+    // By their places in the list; and where the bodies of the first joint are.
+    std::span<const std::uint32_t> joints() const { return joints_; }
+    std::uint32_t slot_of_first() const { return members_[links_.front().first].slot; }
+    std::uint32_t slot_of_second() const { return members_[links_.front().second].slot; }
 
     void places_changed() { placed_ = false; }
     void warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes);

@@ -81,6 +81,7 @@ void Joints::drive(BodyId one, BodyId other, const JointDrive& drive) {
 Result<void> Joints::settle(const Bodies& bodies) {
     if (!changed_) {
         for (Assembly& assembly : assemblies_) assembly.locate(bodies);
+        lone_.locate(assemblies_);
         return {};
     }
     changed_ = !lay_out(bodies);
@@ -135,11 +136,13 @@ bool Joints::lay_out(const Bodies& bodies) {
     assemblies_.clear();
     bool fine = true;
     for (auto& [body, list] : groups(bodies)) fine = assemblies_.emplace_back().lay_out(list, joints_, bodies) && fine;
+    lone_.lay_out(assemblies_);
     return fine;
 }
 
 void Joints::places_changed() {
     for (Assembly& assembly : assemblies_) assembly.places_changed();
+    lone_.places_changed();
 }
 
 void Joints::forget_impulses() {
@@ -174,16 +177,27 @@ void Joints::take_loads() {
 }
 
 void Joints::warm_start(Bodies& bodies, const BodyShapes& shapes, Workers& workers) {
-    workers.run(assemblies_.size(), [&](int, std::size_t a) {
-        const FlushDenormals flush;
-        assemblies_[a].warm_start(joints_, bodies, shapes);
-    });
+    for_assemblies(
+        workers, [&](std::size_t batch) { return lone_.warm_start(batch, joints_, bodies, shapes); },
+        [&](Assembly& assembly) { assembly.warm_start(joints_, bodies, shapes); });
 }
 
 void Joints::run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes, double step_s, Workers& workers) {
-    workers.run(assemblies_.size(), [&](int, std::size_t a) {
+    for_assemblies(
+        workers, [&](std::size_t batch) { return lone_.run(batch, phase, joints_, bodies, shapes, step_s); },
+        [&](Assembly& assembly) { assembly.run(phase, joints_, bodies, shapes, step_s); });
+}
+
+template <class OfBatch, class OfAssembly>
+void Joints::for_assemblies(Workers& workers, const OfBatch& of_batch, const OfAssembly& of_assembly) {
+    const std::size_t batches = lone_.batches();
+    const std::span<const std::uint32_t> others = lone_.others();
+    workers.run(batches + others.size(), [&](int, std::size_t i) {
         const FlushDenormals flush;
-        assemblies_[a].run(phase, joints_, bodies, shapes, step_s);
+        if (i >= batches) return of_assembly(assemblies_[others[i - batches]]);
+        const LoneJoints::Chosen left = of_batch(i);
+        for (std::size_t k = 0; k < LoneJoints::kAtOnce; ++k)
+            if ((left & 1U << k) != 0) of_assembly(assemblies_[lone_.assembly(i, k)]);
     });
 }
 
@@ -215,6 +229,7 @@ std::size_t Joints::bytes() const {
     std::size_t sum = joints_.capacity() * sizeof(Joint) + assemblies_.capacity() * sizeof(Assembly) +
                       breaks_.capacity() * sizeof(breaks_[0]) + broken_.capacity() * sizeof(broken_[0]);
     for (const Assembly& assembly : assemblies_) sum += assembly.bytes();
+    sum += lone_.bytes();
     return sum;
 }
 

@@ -15,6 +15,7 @@
 #include "physics/bodies/body_shape.h"
 #include "physics/joints/assembly.h"
 #include "physics/joints/joint.h"
+#include "physics/joints/lone_joints.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/process/parallel_for.h"
@@ -75,10 +76,14 @@ class Joints {
   private:
     std::vector<Joint>::iterator place_of_pair(BodyId one, BodyId other);
     bool lay_out(const Bodies& bodies);
+    // `of_batch` returns which joints of a batch are left to their assemblies.
+    template <class OfBatch, class OfAssembly>
+    void for_assemblies(Workers& workers, const OfBatch& of_batch, const OfAssembly& of_assembly);
 
     // Sorted by their bodies, the lower first.
     std::vector<Joint> joints_;
     std::vector<Assembly> assemblies_;
+    LoneJoints lone_;
     // By assembly: which of its joints breaks.
     std::vector<std::optional<std::uint32_t>> breaks_;
     std::vector<std::pair<BodyId, BodyId>> broken_;
