@@ -418,6 +418,18 @@ def have_shapes(bodies):
                               capture_output=True, text=True, check=False)
         same(done.returncode, 0, done.stderr)
         same((bodies.folder / "on.digests").read_text(), rough_digests[0], f"the digests on a surface after {before} processes")
+    # With magnets, by which bodies of different shapes pull and push each other.
+    pulling = program + ("magnet(A, F, 1)     :- id(A, N), N % 2 == 0, F in [0, 1, 2, 3, 4, 5].\n"
+                         "magnet(A, F, 0 - 1) :- id(A, N), N % 2 == 1, F in [0, 1, 2, 3, 4, 5].\n")
+    magnets = '[[motion.feature]]\nkind = "dipole"\ndirections = 6\nstrength = 300\ndepth = 0.15\nrange = 0.4\n'
+    pulled = []
+    for processes, threads in ((1, 1), (1, 2), (2, 1), (3, 1)):
+        done = bodies.command(pulling, fall + magnets, 60, "-n", str(processes), "--threads", str(threads),
+                              "--digest", bodies.folder / "digests")
+        same(done.returncode, 0, done.stderr)
+        pulled.append((bodies.folder / "digests").read_text())
+    same(pulled[1:], pulled[:1] * 3, "the digests of bodies with magnets with some numbers of processes and threads")
+    same(pulled[0] == digests[0], False, "whether magnets do nothing")
     # Those that hold on to each other where they meet, and carry each other, on one process.
     holding = program + ("type carries(node, node, int).\nconnect(A, B) :- neighbor(A, B).\n"
                          "release(A, B) :- load(A, B, T, S, _), T + S > 60.0.\n"
