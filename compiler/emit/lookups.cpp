@@ -1,5 +1,6 @@
 // Emits how the rows of a match are found: by their group, by how they begin, with an index, or one after the other
 // (compiler/plan/passes/indexes.cpp).
+#include <algorithm>
 #include <set>
 
 #include "compiler/emit/rule_emitter.h"
@@ -25,7 +26,7 @@ template <class Visit>
 void each_lookup(const plan::Plan& plan, const Visit& visit) {
     const auto on_steps = [&](const std::vector<Step>& steps) {
         plan::each_step(steps, [&](const Step& s) {
-            if (const Match* m = as<Match>(s); m != nullptr && m->lookup.found()) visit(*m);
+            if (const Match* m = as<Match>(s); m != nullptr && m->lookup.kind != Lookup::Kind::Scan) visit(*m);
         });
     };
     const auto on_rule = [&](const RulePlan& r, const auto& again) -> void {
@@ -76,7 +77,8 @@ void emit_searches(const plan::Plan& plan, Writer& w) {
 void each_index_member(const plan::Plan& plan, const std::function<void(const std::string& type, const std::string& name)>& visit) {
     std::set<std::string> known;
     each_lookup(plan, [&](const Match& m) {
-        if (m.lookup.kind == Lookup::Kind::Prefix || plan.program.predicates[m.predicate].linear()) return;
+        if (m.lookup.kind == Lookup::Kind::Prefix || m.lookup.kind == Lookup::Kind::Alike) return;
+        if (plan.program.predicates[m.predicate].linear()) return;
         if (known.insert(index_member(plan, m)).second) visit(search_type(plan, m), index_member(plan, m));
     });
 }
@@ -145,6 +147,30 @@ void RuleEmitter::each_row(const Match& s, const std::string& i, const std::stri
     w_.line("const Found {} = {}.{}(*s.e, {}, {}, {});", at, index, s.lookup.kind == Lookup::Kind::Rounds ? "find_among_more" : "find",
             rows, count, group);
     w_.open(fmt::format("for (u32 {0} = {1}.first; {0} < {2}{3}; {0} = {1}.after({0})) {{", i, at, last, fits_));
+}
+
+void RuleEmitter::each_kind(const Match& s) {
+    const std::string name = predicate_name(plan_.program, s.predicate), type = search_type(s), f = fresh("f");
+    alike_ = {.rows = fresh("rows"), .order = fresh("order"), .first = fresh("k"), .end = fresh("end")};
+    w_.line("const {0}* const {1} = s.{2}.rows + s.{2}_rounds.last;", row_type(s.predicate), alike_.rows, name);
+    w_.line("const u32 {0}_count = s.{1}.count - s.{1}_rounds.last;", alike_.rows, name);
+    w_.line("const u32* const {} = rows_alike<{}>(*s.e, {}, {}_count);", alike_.order, type, alike_.rows, alike_.rows);
+    w_.open(fmt::format("for (u32 {0} = 0, {1} = 0; {0} < {2}_count; {0} = {1}) {{", alike_.first, alike_.end, alike_.rows));
+    w_.line("{} = end_of_alike<{}>({}, {}, {}, {}_count);", alike_.end, type, alike_.rows, alike_.order, alike_.first, alike_.rows);
+    w_.line("[[maybe_unused]] const {}& {} = {}[{}[{}]];", row_type(s.predicate), f, alike_.rows, alike_.order, alike_.first);
+    Match shared = s;
+    for (std::size_t i = 1; i <= s.uses.size(); ++i)
+        if (std::ranges::find(s.lookup.by, i) == s.lookup.by.end()) shared.uses[i - 1] = ArgumentUse::Skip;
+    use(shared, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
+}
+
+void RuleEmitter::each_of_kind(const Match& s) {
+    const std::string i = fresh("k"), f = fresh("f");
+    w_.open(fmt::format("for (u32 {0} = {1}; {0} < {2}; ++{0}) {{", i, alike_.first, alike_.end));
+    w_.line("const {}& {} = {}[{}[{}]];", row_type(s.predicate), f, alike_.rows, alike_.order, i);
+    Match rest = s;
+    for (const std::size_t k : s.lookup.by) rest.uses[k - 1] = ArgumentUse::Skip;
+    use(rest, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });
 }
 
 void RuleEmitter::declare_indexes() {

@@ -92,6 +92,7 @@ void RuleEmitter::match_changed(const Match& s) {
     const std::string changes = fresh("changes"), i = fresh("k"), f = fresh("f");
     MELD_EXPECT(stored.storage == Storage::Rows, "rule {}: {} has no rows", scope_.rule.name, name);
     if (s.at_site && grows(s.predicate)) {
+        if (s.lookup.kind == plan::Lookup::Kind::Alike) return each_kind(s);
         w_.open(fmt::format("for (u32 {0} = s.{1}_rounds.last; {0} < s.{1}.count; ++{0}) {{", i, name));
         w_.line("[[maybe_unused]] const {0}& {1} = s.{2}.rows[{3}];", row_type(s.predicate), f, name, i);
         return use(s, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });

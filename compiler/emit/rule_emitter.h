@@ -153,6 +153,10 @@ class RuleEmitter {
     void match_remote(const Match& s);
     // Rows that have changed, both old and new: of a predicate derived here in this evaluation, or since the last one.
     void match_changed(const Match& s);
+    // Opens loops over changed rows: one over those that differ in what the body reads, and, where the head is made, one over those that
+    // are like the one of the first loop.
+    void each_kind(const Match& s);
+    void each_of_kind(const Match& s);
     void match_bag(const Match& s);
     // Whether the rule consumes the linear fact that the match finds.
     bool consumes(const Match& s) const { return !s.read_only && !asking_; }
@@ -255,6 +259,10 @@ class RuleEmitter {
         std::string row, gone;  // C++: the row, and whether it holds no longer.
     };
     Changed last_changed_;
+    struct Alike {
+        std::string rows, order, first, end;  // C++ names.
+    };
+    Alike alike_;  // Of each_kind().
     // Facts that a comprehension sends to many alike: the C++ name of a Letter.
     std::map<const MakeFact*, std::string> letters_;
     PredicateId near_;                        // That of the group which is derived, if the function knows where it is: a parameter `near`.

@@ -119,6 +119,8 @@ void RuleEmitter::semi_naive(std::size_t number) {
     leaves_out_ = true;
     count(rule_plan_.rule, Part::Whole);
     steps(rule_plan_.steps);
+    if (const Match* changed = as<Match>(rule_plan_.steps[0]); changed != nullptr && changed->lookup.kind == plan::Lookup::Kind::Alike)
+        each_of_kind(*changed);
     propose(rule_plan_.derived());
     close_to(outside);
     w_.close();

@@ -182,7 +182,10 @@ class Printer {
         std::string out = (s.changed ? "changed " : "") + program_.predicates[s.predicate].name + "(" + name(s.place);
         for (std::size_t i = 0; i < s.arguments.size(); ++i)
             out += std::string(s.uses[i] == ArgumentUse::Compare ? ", =" : ", ") + text(s.arguments[i]);
-        const char* found = !s.lookup.found() ? "" : s.lookup.kind == Lookup::Kind::Prefix ? "  sorted" : "  index";
+        const char* found = s.lookup.kind == Lookup::Kind::Alike    ? "  those alike once"
+                            : !s.lookup.found()                     ? ""
+                            : s.lookup.kind == Lookup::Kind::Prefix ? "  sorted"
+                                                                    : "  index";
         return out + ")" + (s.ranks ? "  rank" : "") + found;
     }
     std::string concrete(const Test& s, std::size_t) const { return "if " + text(s.condition); }

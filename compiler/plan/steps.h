@@ -73,12 +73,13 @@ struct Lookup {
         Prefix,  // Rows are sorted: those that begin with known arguments follow each other.
         Index,   // A hash table of rows by known arguments.
         Rounds,  // The same, of a set that grows in rounds while it is evaluated: its rows are not in order yet.
+        Alike,   // Changed rows of such a set: those that agree in some arguments follow each other, and are joined once.
     };
     Kind kind = Kind::Scan;
-    std::vector<std::size_t> by = {};  // These arguments after the catom, counted from 1.
+    std::vector<std::size_t> by = {};  // These arguments after the catom, counted from 1. Alike: only the head reads the others.
     std::string obstacle = {};         // Scan: why, if arguments are known.
 
-    bool found() const { return kind != Kind::Scan; }
+    bool found() const { return kind != Kind::Scan && kind != Kind::Alike; }
 };
 
 // [changed] dist(A, =B, D)  [rank]        one of the facts of a predicate at a catom

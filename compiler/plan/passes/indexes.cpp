@@ -3,7 +3,13 @@
 //     link(A, S, =T)         the rows of each T are in a hash table, which the module makes when it has looked through all rows a few times
 // Both find the same rows in the same order as looking at each, and both are left alone while a catom holds few rows. An argument helps if
 // its value is known before any row is read, for certain: a computation that may fail is done for each row, as it is without an index.
-// A whole group is looked up in any case (emit/lookups.cpp). Runs when all rules have their steps.
+// A whole group is looked up in any case (emit/lookups.cpp).
+//     changed field(A, O, F, P)  those alike once
+//       points(A, W, =O)  index
+//         load(A, V, =W, =F)  index
+//           -> points(A, V, P)
+// A semi-naive rule that joins changed rows with several other facts does so once for all rows that differ only in what the head reads:
+// here in P. Runs when all rules have their steps.
 #include <algorithm>
 
 #include "compiler/plan/join/draws.h"
@@ -25,6 +31,7 @@ class IndexChooser {
             stratum_ = &s;
             for (auto* rules : {&s.rules, &s.semi_naive, &s.deltas.affected, &s.deltas.regroup})
                 for (RulePlan& r : *rules) rule(r);
+            for (RulePlan& r : s.semi_naive) join_alike(r);
         }
         stratum_ = nullptr;
         for (RulePlan& r : plan_.linear_rules) rule(r);
@@ -98,6 +105,34 @@ class IndexChooser {
         if (!(t.type == plan_.program.predicates[m.predicate].arguments[i].type)) return "an int is compared with a float";
         if (may_fail(plan_.program, t)) return "what it is compared with may fail";
         return draws(plan_.program, t) ? "what it is compared with is drawn" : "";
+    }
+
+    // With one other fact, finding rows that are alike takes as long as looking for it.
+    static constexpr std::ptrdiff_t kLeastJoins = 2;
+
+    void join_alike(RulePlan& r) const {
+        Match* const changed = r.steps.empty() ? nullptr : as<Match>(r.steps[0]);
+        if (changed == nullptr || !changed->changed) return;
+        const auto joins = std::count_if(r.steps.begin() + 1, r.steps.end(), [](const Step& s) { return as<Match>(s) != nullptr; });
+        if (joins < kLeastJoins) return;
+        std::vector<std::size_t> by;
+        std::size_t late = 0;
+        for (std::size_t i = 1; i <= changed->arguments.size(); ++i) {
+            if (changed->uses[i - 1] == ArgumentUse::Skip) continue;
+            if (changed->uses[i - 1] == ArgumentUse::Bind && mentions(r.steps, changed->arguments[i - 1].variable) == 1)
+                ++late;
+            else
+                by.push_back(i);
+        }
+        if (late > 0 && !by.empty()) changed->lookup = {.kind = Lookup::Kind::Alike, .by = by};
+    }
+    static std::size_t mentions(const std::vector<Step>& steps, VariableId v) {
+        std::size_t count = 0;
+        const auto note = [&](VariableId other) { count += other == v ? 1 : 0; };
+        each_step(steps, [&](const Step& s) {
+            each_part(s, [&](const Term& t) { each_variable(t, note); }, note);
+        });
+        return count;
     }
 
     Plan& plan_;

@@ -19,6 +19,58 @@ constexpr u32 kCountedRows = 1 << 12;
 // Positions in a set, and twice as many slots of its table, are 32 bits.
 constexpr u32 kMostRows = u32{1} << 30;
 
+// The positions of rows in an order in which those that are alike in the arguments of K follow each other, those that are met first before
+// others. Few rows stay as they are, so that some that are alike may be apart.
+template <class K>
+[[gnu::noinline]] const u32* rows_alike(Eval& e, const typename K::Row* rows, u32 count) {
+    u32* const order = static_cast<u32*>(scratch(e, u64{count} * sizeof(u32)));
+    if (count <= kScannedRows) {
+        for (u32 i = 0; i < count; ++i) order[i] = i;
+        return order;
+    }
+    u8 *const arena = e.arena, *const chunk = e.arena_start;
+    u64 slots = 32;
+    while (slots < u64{count} * 2) slots *= 2;
+    u32* const table = static_cast<u32*>(scratch(e, slots * sizeof(u32)));  // By hash a kind + 1, or 0.
+    u32* const kind = static_cast<u32*>(scratch(e, u64{count} * sizeof(u32)));
+    u32* const first = static_cast<u32*>(scratch(e, u64{count} * sizeof(u32)));  // By kind.
+    u32* const place = static_cast<u32*>(scratch(e, u64{count} * sizeof(u32)));  // By kind: how many there are, then where the next goes.
+    __builtin_memset(table, 0, slots * sizeof(u32));
+    u32 kinds = 0;
+    for (u32 i = 0; i < count; ++i) {
+        if (i > 0 && K::order(rows[i - 1], rows[i]) == 0) {
+            kind[i] = kind[i - 1];
+        } else {
+            u64 slot = (K::hash(rows[i]) * 0x9e3779b97f4a7c15ull >> 32) & (slots - 1);
+            while (table[slot] != 0 && K::order(rows[first[table[slot] - 1]], rows[i]) != 0) slot = (slot + 1) & (slots - 1);
+            if (table[slot] == 0) {
+                first[kinds] = i;
+                place[kinds] = 0;
+                table[slot] = ++kinds;
+            }
+            kind[i] = table[slot] - 1;
+        }
+        ++place[kind[i]];
+    }
+    u32 from = 0;
+    for (u32 k = 0; k < kinds; ++k) {
+        const u32 there = place[k];
+        place[k] = from;
+        from += there;
+    }
+    for (u32 i = 0; i < count; ++i) order[place[kind[i]]++] = i;
+    // All but the order is free again, unless it needed another chunk.
+    if (e.arena_start == chunk) e.arena = arena;
+    return order;
+}
+// Where the rows end that are like the one at `first` in this order.
+template <class K>
+u32 end_of_alike(const typename K::Row* rows, const u32* order, u32 first, u32 count) {
+    u32 end = first + 1;
+    while (end < count && K::order(rows[order[first]], rows[order[end]]) == 0) ++end;
+    return end;
+}
+
 // The rows of T while its stratum is evaluated. Rules see those of the rounds before (Relation::rows); those that they derive follow them.
 template <class T>
 struct Rounds {
