@@ -128,6 +128,19 @@ void MeshSurface::triangles_at(const Mesh& mesh, Vec3 low, Vec3 high, std::vecto
         });
 }
 
+std::optional<double> MeshSurface::first_on(const Mesh& mesh, const Ray& ray) const {
+    std::optional<double> first;
+    const auto on_way = [&](const Bounds& box) {
+        const auto part = part_within(ray, box.low, box.high);
+        return part && (!first || part->enter <= *first);
+    };
+    each(mesh, on_way, [&](const Triangle& t) {
+        const auto share = share_at(t, ray);
+        if (share && (!first || *share < *first)) first = share;
+    });
+    return first;
+}
+
 std::optional<SurfaceContact> MeshSurface::meet(const Mesh& mesh, Vec3 centre, double radius_m, Vec3 path,
                                                 std::span<const SurfaceContact> touched) const {
     std::optional<Impact> first;

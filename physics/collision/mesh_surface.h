@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/collision/ray.h"
 #include "physics/collision/terrain.h"
 #include "physics/collision/triangle.h"
 
@@ -32,6 +33,8 @@ class MeshSurface {
     // As Obstacles::meet. Triangles that the sphere touches are not met, nor is what lies below the tangent planes of the given contacts.
     std::optional<SurfaceContact> meet(const Mesh& mesh, Vec3 centre, double radius_m, Vec3 path,
                                        std::span<const SurfaceContact> touched) const;
+    // As Obstacles::first_on.
+    std::optional<double> first_on(const Mesh& mesh, const Ray& ray) const;
 
   private:
     struct Bounds {

@@ -168,6 +168,19 @@ std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius
     return std::nullopt;
 }
 
+std::optional<double> met_by(const Plane& plane, const Ray& ray) {
+    const double above = dot(plane.normal, ray.from) - plane.offset_m, along = dot(plane.normal, ray.way);
+    if (above <= 0) return 0;
+    return above + along <= 0 ? std::optional(std::min(1.0, above / -along)) : std::nullopt;
+}
+
+std::optional<double> met_by(const Box& box, const Ray& ray) {
+    const Quat into = conjugate(box.orientation);
+    const Vec3 half = 0.5 * box.size_m;
+    const auto inside = part_within({rotate(into, ray.from - box.centre), rotate(into, ray.way)}, -half, half);
+    return inside ? std::optional(inside->enter) : std::nullopt;
+}
+
 std::optional<SurfaceContact> meeting(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path) {
     return physics::meet(terrain, centre, radius_m, path);
 }
@@ -211,6 +224,15 @@ int Obstacles::collide_shape(std::size_t obstacle, const Core& core, const Pose&
     MELD_EXPECT(mesh != nullptr, "obstacle {} has no triangles", obstacle);
     entry.surface->triangles_at(*mesh, box.low - reach, box.high + reach, triangles);
     return collide_with_surface(core, pose, triangles, SurfaceSide::Both, reach_m, hint, found);
+}
+
+std::optional<double> Obstacles::first_on(std::size_t obstacle, const Ray& ray) const {
+    const Entry& entry = entries_[obstacle];
+    if (const Plane* plane = std::get_if<Plane>(&entry.shape)) return met_by(*plane, ray);
+    if (!part_within(ray, entry.low, entry.high)) return std::nullopt;
+    if (const Box* box = std::get_if<Box>(&entry.shape)) return met_by(*box, ray);
+    if (const Terrain* terrain = std::get_if<Terrain>(&entry.shape)) return physics::first_on(*terrain, ray);
+    return entry.surface->first_on(std::get<Mesh>(entry.shape), ray);
 }
 
 void Obstacles::prepare(int threads) {

@@ -14,6 +14,7 @@
 #include "physics/bodies/types.h"
 #include "physics/collision/core_contacts.h"
 #include "physics/collision/mesh_surface.h"
+#include "physics/collision/ray.h"
 #include "physics/collision/terrain.h"
 #include "runtime/base/error.h"
 
@@ -60,6 +61,8 @@ class Obstacles {
     // those of the contacts `touched` may be met. Cost: a few tens of nanoseconds, for terrain and meshes some microseconds.
     std::optional<SurfaceContact> meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path,
                                        std::span<const SurfaceContact> touched = {}) const;
+    // Where a ray meets it, as a share of its way: 0 if it begins inside; a mesh is met from both sides.
+    std::optional<double> first_on(std::size_t obstacle, const Ray& ray) const;
 
     // Whether it is made of triangles: terrain or a mesh.
     bool is_surface(std::size_t obstacle) const { return entries_[obstacle].shape.index() >= 2; }

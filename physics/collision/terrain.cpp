@@ -43,17 +43,20 @@ void each_triangle_near(const Terrain& terrain, Vec3 point, double range_m, cons
             }
 }
 
-// How far a point is above the surface, straight down; infinite beside the terrain.
-double height_above(const Terrain& terrain, Vec3 point) {
-    const double x = (point.x - terrain.origin.x) / terrain.cell_m, y = (point.y - terrain.origin.y) / terrain.cell_m;
-    if (!(x >= 0 && y >= 0 && x <= terrain.columns - 1 && y <= terrain.rows - 1)) return std::numeric_limits<double>::infinity();
+// The height of the surface over a point of the grid, in cells from its first point.
+double ground_at(const Terrain& terrain, double x, double y) {
     const int column = std::min(static_cast<int>(x), terrain.columns - 2), row = std::min(static_cast<int>(y), terrain.rows - 2);
     const double u = x - column, v = y - row;
     const auto [lower, upper] = triangles_of(terrain, column, row);
     const Vec3 p = lower.a;
-    const double ground =
-        u >= v ? p.z + u * (lower.b.z - p.z) + v * (lower.c.z - lower.b.z) : p.z + v * (upper.c.z - p.z) + u * (upper.b.z - upper.c.z);
-    return point.z - ground;
+    return u >= v ? p.z + u * (lower.b.z - p.z) + v * (lower.c.z - lower.b.z) : p.z + v * (upper.c.z - p.z) + u * (upper.b.z - upper.c.z);
+}
+
+// How far a point is above the surface, straight down; infinite beside the terrain.
+double height_above(const Terrain& terrain, Vec3 point) {
+    const double x = (point.x - terrain.origin.x) / terrain.cell_m, y = (point.y - terrain.origin.y) / terrain.cell_m;
+    if (!(x >= 0 && y >= 0 && x <= terrain.columns - 1 && y <= terrain.rows - 1)) return std::numeric_limits<double>::infinity();
+    return point.z - ground_at(terrain, x, y);
 }
 
 // The nearest point of the surface within the range, and the direction out of the ground there.
@@ -129,6 +132,44 @@ int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m
         contacts[at] = {(1 / least) * (centre - *next), least - radius_m};
     }
     return count;
+}
+
+// Between two lines of the grid, or a line and the diagonal of a cell, the ground below a ray is even. So its height over the ground is
+// found at all of them, one after the other.
+std::optional<double> first_on(const Terrain& terrain, const Ray& ray) {
+    const double width = (terrain.columns - 1) * terrain.cell_m, depth = (terrain.rows - 1) * terrain.cell_m;
+    const Vec3 origin = terrain.origin;
+    constexpr double kEver = std::numeric_limits<double>::infinity();
+    const auto part = part_within(ray, {origin.x, origin.y, -kEver}, {origin.x + width, origin.y + depth, kEver});
+    if (!part) return std::nullopt;
+    const double x = (ray.from.x - origin.x) / terrain.cell_m, y = (ray.from.y - origin.y) / terrain.cell_m;
+    const double along_x = ray.way.x / terrain.cell_m, along_y = ray.way.y / terrain.cell_m;
+    const auto above = [&](double share) {
+        const double column = std::clamp(x + share * along_x, 0.0, static_cast<double>(terrain.columns - 1));
+        const double row = std::clamp(y + share * along_y, 0.0, static_cast<double>(terrain.rows - 1));
+        return ray.from.z + share * ray.way.z - ground_at(terrain, column, row);
+    };
+    // The next whole number of x, y and x - y, and where it is.
+    struct Lines {
+        double from, way, next = 0;
+        double share() const { return way == 0 ? kEver : (next - from) / way; }
+    };
+    std::array<Lines, 3> all{{{x, along_x}, {y, along_y}, {x - y, along_x - along_y}}};
+    for (Lines& lines : all) {
+        const double start = lines.from + part->enter * lines.way;
+        lines.next = lines.way > 0 ? std::floor(start) + 1 : std::ceil(start) - 1;
+    }
+    double share = part->enter, height = above(share);
+    if (height <= 0) return share;
+    while (share < part->leave) {
+        Lines& nearest = *std::ranges::min_element(all, {}, [](const Lines& lines) { return lines.share(); });
+        const double then = std::clamp(nearest.share(), share, part->leave), height_then = above(then);
+        nearest.next += nearest.way > 0 ? 1 : -1;
+        if (height_then <= 0) return share + height / (height - height_then) * (then - share);
+        if (nearest.way == 0) break;
+        share = then, height = height_then;
+    }
+    return std::nullopt;
 }
 
 // Advances by the distance to the surface repeatedly, which never leads into it (conservative advancement).

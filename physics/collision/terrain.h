@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/bodies/types.h"
+#include "physics/collision/ray.h"
 #include "physics/collision/triangle.h"
 
 namespace meld::physics {
@@ -37,6 +38,8 @@ int collide(const Terrain& terrain, Vec3 centre, double radius_m, double reach_m
             std::array<SurfaceContact, kMaxSurfaceContacts>& contacts);
 // Adds the triangles over, in or under a box, if they are not below it: what is in the ground is so at any depth.
 void triangles_at(const Terrain& terrain, Vec3 low, Vec3 high, std::vector<Triangle>& found);
+// As Obstacles::first_on. Cost: in proportion to the cells that the ray passes over.
+std::optional<double> first_on(const Terrain& terrain, const Ray& ray);
 // As Obstacles::meet.
 std::optional<SurfaceContact> meet(const Terrain& terrain, Vec3 centre, double radius_m, Vec3 path);
 

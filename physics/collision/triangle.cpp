@@ -75,6 +75,17 @@ std::optional<Vec3> normal_of(const Triangle& t) {
 
 Vec3 nearest_point(const Triangle& t, Vec3 p) { return normal_of(t) ? nearest_in_face(t, p) : nearest_on_edges(t, p); }
 
+// By the volumes that the way makes with each edge. That of an edge differs between the two triangles that share it by its sign alone, so
+// no way passes between them.
+std::optional<double> share_at(const Triangle& t, const Ray& ray) {
+    const Vec3 a = t.a - ray.from, b = t.b - ray.from, c = t.c - ray.from;
+    const double u = dot(ray.way, cross(c, b)), v = dot(ray.way, cross(a, c)), w = dot(ray.way, cross(b, a)), all = u + v + w;
+    const bool inside = (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
+    if (!inside || all == 0) return std::nullopt;
+    const double share = (u * dot(a, ray.way) + v * dot(b, ray.way) + w * dot(c, ray.way)) / all / dot(ray.way, ray.way);
+    return share >= 0 && share <= 1 ? std::optional(share) : std::nullopt;
+}
+
 // The distance to a triangle is convex along the path, so the first touch with its face, its edges or its corners is the only one.
 std::optional<Impact> impact_on(const Triangle& t, Vec3 centre, double radius_m, Vec3 path) {
     MELD_EXPECT(radius_m > 0, "{} m", radius_m);

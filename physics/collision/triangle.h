@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "physics/bodies/types.h"
+#include "physics/collision/ray.h"
 
 namespace meld::physics {
 
@@ -17,6 +18,8 @@ std::optional<Vec3> normal_of(const Triangle& triangle);
 Vec3 nearest_point(const Triangle& triangle, Vec3 p);
 // The same for a triangle that is neither a line nor a point: in a third of the time.
 Vec3 nearest_in_face(const Triangle& triangle, Vec3 p);
+// Where a ray passes through the triangle, as a share of its way; nothing if it lies in its plane.
+std::optional<double> share_at(const Triangle& triangle, const Ray& ray);
 // Where a sphere that moves along `path` first touches the triangle: the share of the path, 0 to 1, and the point. Nothing if it passes by
 // or touches already.
 struct Impact {

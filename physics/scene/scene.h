@@ -221,6 +221,8 @@ class Scene {
     bool fixed(BodyId body) const;
     std::size_t awake_bodies() const;
 
+    const Obstacles& obstacles() const;
+
     // The slot of the body, below slot_count(); valid until the next step.
     std::uint32_t slot(BodyId body) const;
     std::size_t slot_count() const;

@@ -100,6 +100,7 @@ double Scene::energy_drawn_j(BodyId body) const {
 bool Scene::fixed(BodyId body) const { return (world_->bodies.properties[world_->bodies.slot(body)].flags & kFixed) != 0; }
 bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
 std::size_t Scene::awake_bodies() const { return engine_->awake_bodies(); }
+const Obstacles& Scene::obstacles() const { return world_->obstacles; }
 std::span<const TouchEvent> Scene::events() const { return world_->events; }
 void Scene::forget_events() {
     world_->events.clear();
