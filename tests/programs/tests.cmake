@@ -105,6 +105,9 @@ add_test(NAME motion_connections COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_L
 set_tests_properties(motion_connections PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_loads COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/loads_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_loads PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_sensors COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/sensors_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(motion_sensors PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_joints COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/joints_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_joints PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)

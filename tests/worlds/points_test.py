@@ -70,6 +70,34 @@ def within(places, reach):
     return {(a, b) for a, b in itertools.permutations(places, 2) if square(places[a], places[b]) <= reach * reach}
 
 
+def blocked_by_ball(a, b, centre, radius):
+    way = [q - p for p, q in zip(a, b)]
+    to = [c - p for p, c in zip(a, centre)]
+    long = sum(w * w for w in way)
+    share = min(1, max(0, sum(w * t for w, t in zip(way, to)) / long)) if long else 0
+    return sum((share * w - t) ** 2 for w, t in zip(way, to)) <= radius * radius
+
+
+def blocked_by_box(a, b, low, high):
+    enter, leave = 0, 1
+    for p, q, least, most in zip(a, b, low, high):
+        if p == q:
+            if not least <= p <= most:
+                return False
+            continue
+        ends = sorted(((least - p) / (q - p), (most - p) / (q - p)))
+        enter, leave = max(enter, ends[0]), min(leave, ends[1])
+    return enter <= leave
+
+
+def seen(places, reach, thickness, boxes=()):
+    """The plain way: all pairs in range, and everything that may be between them."""
+    def free(a, b):
+        return not (any(blocked_by_box(places[a], places[b], *each) for each in boxes) or thickness > 0 and any(
+            blocked_by_ball(places[a], places[b], at, thickness / 2) for c, at in places.items() if c not in (a, b)))
+    return {(a, b) for a, b in within(places, reach) if free(min(a, b), max(a, b))}
+
+
 def facts_of(text):
     """{predicate: [arguments]}, with numbers as floats; of vectors the parts."""
     found = {}
@@ -97,11 +125,11 @@ class InRange(Case):
     def places(self, facts):
         return {int(a): tuple(place) for a, *place in facts["where"]}
 
-    def expect_in_range(self, facts, reach, without=()):
-        """Neighbours are those in range, but for these; and what is sensed of them is what geometry says."""
+    def expect_in_range(self, facts, reach, without=(), wanted=None):
+        """Neighbours are those in range, but for these, or these; and what is sensed of them is what geometry says."""
         places = self.places(facts)
         pairs = {(int(a), int(b)) for a, b in facts.get("near", [])}
-        self.assertEqual(pairs, within(places, reach) - set(without))
+        self.assertEqual(pairs, (within(places, reach) if wanted is None else wanted) - set(without))
         self.assertEqual({(int(a), int(b), d) for a, b, d in facts.get("far", [])},
                          {(a, b, math.sqrt(square(places[a], places[b]))) for a, b in pairs})
         for name in ("to", "towards"):
@@ -263,6 +291,79 @@ class Points(InRange):
         # Two of three are within one deviation.
         self.assertAlmostEqual(sum(abs(value) < spread for value in values) / count, 0.6827, 1)
 
+    # Two walls, as boxes of a world and as corners.
+    WALLS = ('[[links.obstacle]]\nkind = "box"\ncentre = [1.5, 0.5, 0]\nsize = [0.5, 9, 2]\n'
+             '[[links.obstacle]]\nkind = "box"\ncentre = [-5, 1, 0]\nsize = [6, 0.25, 1]\n')
+    CORNERS = (((1.25, -4, -1), (1.75, 5, 1)), ((-8, 0.875, -0.5), (-2, 1.125, 0.5)))
+
+    def test_neighbours_see_each_other(self):
+        for points, reach, thickness in (('graph = "scatter(150, 20, 14)"', 5.0, 0.5), ('graph = "scatter(120, 9, 9, 9)"', 4.0, 1.0),
+                                         ('graph = "disc(100, 10)"', 6.0, 0), ('graph = "disc(60, 10)"', 0.5, 3.0)):
+            with self.subTest(points=points):
+                more = f"sight = true\nthickness = {thickness}\n{self.WALLS}"
+                for motion in ("", MOTION):
+                    facts, _ = self.run_sizes(TELL, world(points, reach) + more + motion)
+                    wanted = seen(self.places(facts), reach, thickness, self.CORNERS)
+                    self.expect_in_range(facts, reach, wanted=wanted)
+                    if reach > 1:
+                        self.assertGreater(len(within(self.places(facts), reach)), len(wanted) + 20)
+                        self.assertGreater(len(wanted), 200)
+        # Points on one line, of which each sees the next ones alone, or all if they have no thickness.
+        self.write("points.csv", "x,y\n" + "".join(f"{2 * i},{i}\n" for i in range(6)))
+        for thickness, links in ((1, 10), (0, 30)):
+            facts, _ = self.run_sizes(TELL, world('nodes = "points.csv"', 100) + f"sight = true\nthickness = {thickness}\n")
+            self.assertEqual(len(facts["near"]), links)
+
+    def test_all_kinds_of_obstacles_are_in_the_way(self):
+        self.write("points.csv", "x,y,z\n-2,0,0.5\n2,0.25,0.5\n0,8,5\n")
+        self.write("wall.obj", "v 0 -1 -1\nv 0 1 -1\nv 0 1 2\nv 0 -1 2\nf 1 2 3\nf 1 3 4\n")
+        for obstacle, pairs in (('kind = "plane"\nnormal = [0, 0, 1]\noffset = 0.25', {(0, 1), (0, 2), (1, 2)}),
+                                ('kind = "plane"\nnormal = [1, 0, 0]\noffset = -1', {(1, 2)}),
+                                ('kind = "box"\ncentre = [0, 0, 0]\nsize = [0.5, 1, 2]', {(0, 2), (1, 2)}),
+                                ('kind = "box"\ncentre = [0.5, 0.75, 0.5]\nsize = [0.5, 0.5, 1]\ndegrees = 45', {(0, 1), (0, 2), (1, 2)}),
+                                ('kind = "box"\ncentre = [0.5, 0.5, 0.5]\nsize = [0.5, 0.5, 1]\ndegrees = 45', {(0, 2), (1, 2)}),
+                                ('kind = "terrain"\ncentre = [-4, -4, -0.1]\ncell = 4\nheights = [[0, 0, 0], [0, 1, 0], [0, 0, 0]]',
+                                 {(0, 2), (1, 2)}),
+                                ('kind = "mesh"\nshape = "mesh(\'wall.obj\', scale = 1)"', {(0, 2), (1, 2)})):
+            with self.subTest(obstacle=obstacle):
+                facts, _ = self.run_sizes(TELL, world('nodes = "points.csv"', 100) + f"sight = true\n[[links.obstacle]]\n{obstacle}\n",
+                                          sizes=[(1, 1), (2, 1)])
+                self.assertEqual({(int(a), int(b)) for a, b in facts.get("near", []) if a < b}, pairs)
+
+    def test_sight_comes_and_goes_as_points_move(self):
+        # Some of them never move, and see those pass between them.
+        program = TELL + """
+moveBy(A, X, Y, 0) :- tick(A, T), id(A, I), T < 60, I % 3 > 0,
+    X = float((I * 7 + T * 3) % 11 - 5) / 8, Y = float((I * 5 + T * 2) % 13 - 6) / 8.
+"""
+        for seed, (reach, thickness) in itertools.product(range(4 if CAMPAIGN else 1), ((4.0, 0.5), (3.0, 1.0), (1.0, 2.0))):
+            toml = world('graph = "scatter(90, 16, 12)"', reach, seed=seed) + f"sight = true\nthickness = {thickness}\n{self.WALLS}"
+            for ticks in (2, 7, 40):
+                facts, _ = self.run_sizes(program, toml + MOTION + "[[event]]\ntick = 5\nkill = 'id % 10 == 3'\n", "--ticks", ticks)
+                self.expect_in_range(facts, reach, wanted=seen(self.places(facts), reach, thickness, self.CORNERS))
+        # One who is killed, and one that a rule makes.
+        self.write("points.csv", "x,y\n0,0\n2,0\n4,0\n")
+        for ticks, links in ((3, 4), (6, 2), (9, 2)):
+            toml = world('nodes = "points.csv"', 5) + "sight = true\n" + MOTION + "[[event]]\ntick = 5\nkill = 1\n"
+            facts, _ = self.run_sizes(STILL, toml, "--ticks", ticks)
+            self.assertEqual(len(facts["near"]), links)
+        grow = TELL + "type linear grow(node, int).\ngrow(@0, 5).\ngrow(_, N), N > 0 -o exists B. (grow(B, N - 1)).\n"
+        for more in ("", MOTION):
+            facts, _ = self.run_sizes(grow, world('graph = "disc(20, 6)"', 6) + "sight = true\n" + more)
+            self.expect_in_range(facts, 6, wanted=seen(self.places(facts), 6, 1))
+
+    def test_a_run_with_sight_goes_on_from_a_checkpoint(self):
+        self.write("p.meld", ROUTES)
+        self.write("w.toml", world('graph = "scatter(80, 20, 15)"', 4.0) + f"sight = true\n{self.WALLS}" + MOTION +
+                   '[facts]\nsource = "id == 0"\n[[event]]\ntick = 12\nkill = "id % 9 == 4"\n')
+        run = ("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet")
+        self.call(*run, "--ticks", 100, "--facts-out", "whole", "--digest", "whole.d")
+        for tick, n, m in ((5, 1, 3), (12, 2, 1), (20, 3, 1)):
+            self.call(*run, "--ticks", tick, "--facts-out", "f", "--digest", "d", "--checkpoint", f"c{tick}", "-n", n)
+            self.call("meldsim", "resume", f"c{tick}", "--quiet", "--ticks", 100, "-n", m)
+            self.assertEqual(self.read("d"), self.read("whole.d"))
+            self.assertEqual(self.read("f"), self.read("whole"))
+
     def test_without_motion_moves_are_not_carried_out(self):
         self.write("p.meld", STILL)
         self.write("w.toml", world('graph = "disc(5, 2)"') + '[facts]\nrest = "id == 0"\n')
@@ -286,6 +387,15 @@ class Points(InRange):
                 ('graph = "disc(5, 2)"\n[links]\nrnge = 3\n', "4", "rnge"),
                 ('graph = "disc(5, 2)"\n' + reach + "[links.noise]\ndistance = -1\n", "6", "distance"),
                 ('graph = "disc(5, 2)"\n' + reach + "noise = 3\n", "5", "a table [links.noise]"),
+                ('graph = "disc(5, 2)"\n' + reach + "sight = 3\n", "5", "sight"),
+                ('graph = "disc(5, 2)"\n' + reach + "thickness = 1\n", "5", "write sight = true"),
+                ('graph = "disc(5, 2)"\n' + reach + "sight = true\nthickness = -1\n", "6", "thickness"),
+                ('graph = "disc(5, 2)"\n' + reach + "[[links.obstacle]]\n", "5", "write sight = true"),
+                ('graph = "disc(5, 2)"\n' + reach + "sight = true\nobstacle = 3\n", "6", "tables [[links.obstacle]]"),
+                ('graph = "disc(5, 2)"\n' + reach + "sight = true\n[[links.obstacle]]\nkind = 'bax'\n", "7", "'box'"),
+                ('graph = "disc(5, 2)"\n' + reach + "sight = true\n[[links.obstacle]]\nfriction = 1\n", "7", "friction"),
+                ('graph = "disc(5, 2)"\n' + reach + "sight = true\n[[links.obstacle]]\nkind = 'box'\nsize = [1, 0, 1]\n", "6",
+                 "no box"),
                 ('graph = "disc(5, 2)"\ndirected = true\n' + reach, "3", "goes with a list of links"),
                 ('graph = "disc(5)"\n' + reach, "2", "disc(n, r)"),
                 ('graph = "disc(5, -1)"\n' + reach, "2", "below 0"),
@@ -340,6 +450,32 @@ class Bodies(InRange):
                 if reach == 4.0:
                     self.assertGreater(links, 12)
 
+    def test_neighbours_see_each_other(self):
+        # A wall where some catoms are left out.
+        for spacing, reach, ticks in ((1.5, 5.0, 1), (1.5, 5.0, 30), (2, 8.0, 20), (1.05, 4.0, 40)):
+            wall = f'[[motion.obstacle]]\nkind = "box"\ncentre = [{2 * spacing}, 0, 0]\nsize = [0.2, {4 * spacing}, 5]\n'
+            toml = self.bodies(spacing, reach, "sight = true\n" + wall)
+            toml = toml.replace("sphere(5.1)", "minus(sphere(5.1), move(box(1, 5, 9), 2, 0, 0))")
+            facts, _ = self.run_sizes(FLY, toml, "--ticks", ticks)
+            places = self.places(facts)
+            corners = ((2 * spacing - 0.1, -2 * spacing, -2.5), (2 * spacing + 0.1, 2 * spacing, 2.5))
+            wanted = seen(places, reach, 1, [corners])
+            self.expect_in_range(facts, reach, wanted=wanted)
+            self.assertGreater(len(within(places, reach)), 1.2 * len(wanted))
+            self.assertGreater(len(wanted), 300)
+
+    def test_sight_is_blocked_by_shapes_as_they_are(self):
+        # A plank between two balls, upright and turned flat; a can and a capsule; a large ball.
+        plank, can, capsule = 'shape = "box"\nedges = [0.2, 0.4, 4]', 'shape = "cylinder"\nheight = ', 'shape = "capsule"\nlength = 5'
+        for form, turned, sees in ((plank, (0, 0, 0), False), (plank, (90, 0, 0), True), (can + "3", (0, 0, 0), False),
+                                   (can + "0.2", (0, 0, 0), True), (capsule, (0, 90, 0), True), (capsule, (0, 0, 0), False),
+                                   ("radius = 0.7", (0, 0, 0), True), ("radius = 1.3", (0, 0, 0), False)):
+            toml = (f'[[body]]\npositions = [[-3, 0, 1], [3, 0, 1], [0, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\n'
+                    f'[[motion.catoms]]\nwhere = "id == 2"\nfixed = true\n{form}\nturned = {list(turned)}\n'
+                    "[links]\nrange = 9\nsight = true\n")
+            facts, _ = self.run_sizes(TELL, toml, "--ticks", 3, sizes=[(1, 1), (2, 1)])
+            self.assertEqual((0, 1) in {(int(a), int(b)) for a, b in facts["near"]}, sees, f"{form} {turned}")
+
     def test_they_migrate_and_are_lost(self):
         toml = self.bodies(3, 5.0, "[[event]]\ntick = 30\nkill = 'id % 11 == 4'\n", size=9.1)
         out = None
@@ -356,7 +492,7 @@ class Bodies(InRange):
 
     def test_a_run_goes_on_from_a_checkpoint(self):
         self.write("p.meld", FLY)
-        self.write("w.toml", self.bodies(2, 4.0, "[links.noise]\ndistance = 0.1\n", size=7.1))
+        self.write("w.toml", self.bodies(2, 4.0, "sight = true\n[links.noise]\ndistance = 0.1\n", size=7.1))
         run = ("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet")
         self.call(*run, "--ticks", 60, "--facts-out", "whole", "--digest", "whole.d")
         for tick, n, m in ((1, 2, 1), (20, 1, 3), (33, 3, 2)):
@@ -374,6 +510,13 @@ class Bodies(InRange):
         self.assertTrue(met)
         for a, b in within(places, 3.0):
             self.assertEqual((a, b) in met, math.sqrt(square(places[a], places[b])) < 1.005, f"{a} {b}")
+
+    def test_what_is_of_points_is_an_error(self):
+        for more, place in (("thickness = 1\n", 14), ("[[links.obstacle]]\n", 14)):
+            self.write("w.toml", self.bodies(2, 4.0, "sight = true\n" + more))
+            said = self.call("meldsim", "world", "w.toml", code=2)[1]
+            self.assertIn("is of points, and this world has bodies", said)
+            self.assertIn(f"w.toml:{place}:", said)
 
     def test_a_lattice_has_no_range(self):
         self.write("w.toml", '[[body]]\nshape = "box(2, 2, 2)"\n[links]\nrange = 3\n')

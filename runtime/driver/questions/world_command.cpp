@@ -52,9 +52,10 @@ std::string graph_text(const world::World& world) {
     const graph::Degrees degrees = graph::degrees(graph);
     const std::uint64_t components = graph::components(graph);
     const auto counted = [](std::uint64_t n, const char* one) { return fmt::format("{} {}{}", n, one, n == 1 ? "" : "s"); };
-    const std::string range = !world.links               ? ""
-                              : world.has_moving_nodes() ? fmt::format("; linked up to the distance {}, and moving", world.links->range)
-                                                         : fmt::format("; linked up to the distance {}", world.links->range);
+    const std::string range =
+        world.links ? fmt::format("; linked up to the distance {}{}{}", world.links->range,
+                                  world.links->sight ? ", in sight of each other" : "", world.has_moving_nodes() ? ", and moving" : "")
+                    : "";
     return fmt::format("{}: {}graph, {}, {}, degrees {} to {}, {:.2f} on average, {}{}\n", visible(world.path),
                        graph.directed ? "directed " : "", counted(graph.nodes(), "node"), counted(graph.links(), "link"), degrees.least,
                        degrees.most, degrees.mean, counted(components, "component"), range);

@@ -50,7 +50,22 @@ inline bool is_link(WorldSource source) { return info(source).facts == SenseInfo
 
 // ---- what catoms sense of their bodies
 
-enum class BodyQuantity { Obstacle, Contact, Connected, Load, Broke, Joint, Orientation, Velocity, Acceleration, Pressure, Energy };
+enum class BodyQuantity {
+    Obstacle,
+    Contact,
+    Connected,
+    Load,
+    Broke,
+    Joint,
+    Orientation,
+    Velocity,
+    Acceleration,
+    Gyro,
+    Accelerometer,
+    Range,
+    Pressure,
+    Energy
+};
 
 struct BodySense {
     enum class Change { Touch, Distance, Angle, Share };

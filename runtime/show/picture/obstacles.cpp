@@ -71,9 +71,10 @@ void add_mesh(const ObstacleOptions& o, std::vector<render::Triangle>& out) {
 }  // namespace
 
 void add_obstacles(const world::World& world, render::Scene& scene) {
-    if (!world.is_free()) return;
-    if (world.physics.ground) scene.ground = static_cast<float>(*world.physics.ground);
-    for (const ObstacleOptions& o : world.physics.obstacles) {
+    const bool points = world.is_graph() && world.links;
+    if (!world.is_free() && !points) return;
+    if (!points && world.physics.ground) scene.ground = static_cast<float>(*world.physics.ground);
+    for (const ObstacleOptions& o : points ? world.links->obstacles : world.physics.obstacles) {
         if (o.kind == "box") {
             add_box(o, scene.obstacles);
         } else if (o.kind == "terrain") {

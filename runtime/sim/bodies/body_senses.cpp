@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <string_view>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/hash.h"
+#include "runtime/sim/core/sensor_noise.h"
 
 namespace meld::sim {
 
@@ -26,6 +29,10 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
             return sense.velocity;
         case BodyQuantity::Acceleration:
             return sense.acceleration;
+        case BodyQuantity::Gyro:
+            return sense.gyro;
+        case BodyQuantity::Accelerometer:
+            return sense.accelerometer;
         case BodyQuantity::Pressure:
             return sense.pressure;
         case BodyQuantity::Energy:
@@ -37,6 +44,7 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
         case BodyQuantity::Connected:
         case BodyQuantity::Broke:
         case BodyQuantity::Joint:
+        case BodyQuantity::Range:
             break;
     }
     MELD_CHECK(false, "touches have no threshold");
@@ -56,6 +64,12 @@ std::int64_t nearest_feature(const std::vector<physics::Feature>& features, phys
     return static_cast<std::int64_t>(best);
 }
 
+std::uint64_t hashed(physics::Vec3 v) {
+    std::uint64_t hash = 0;
+    for (const double x : {v.x, v.y, v.z}) hash = hash_combine(hash, std::bit_cast<std::uint64_t>(x + 0.0));
+    return hash;
+}
+
 // Whether two bodies at this distance in diameters touch.
 bool touches(const PhysicsScene& physics, const world::World& world, u64 one, u64 other, double diameters) {
     const physics::Scene& scene = *physics.scene;
@@ -65,6 +79,15 @@ bool touches(const PhysicsScene& physics, const world::World& world, u64 one, u6
 }
 
 }  // namespace
+
+std::uint64_t when_measured(const physics::Scene& scene, physics::BodyId body, std::int64_t tick, std::uint64_t measured) {
+    const auto still = [&] {
+        const physics::BodyState state = scene.state(body);
+        return state.linear_velocity_m_s == physics::Vec3{} && state.angular_velocity_rad_s == physics::Vec3{};
+    };
+    const bool rests = scene.asleep(body) || (scene.fixed(body) && still());
+    return rests ? hash_combine(1, measured) : hash_combine(0, static_cast<std::uint64_t>(tick));
+}
 
 std::optional<u32> stored(const Subdomain& subdomain, const BodySense& sense, PredicateKind kind) {
     const ModuleInfo& module = subdomain.module;
@@ -83,14 +106,15 @@ void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense)
         touches_at_ = base;
     else if (sense.quantity == BodyQuantity::Connected)
         connected_ = base;
-    else if (sense.quantity != BodyQuantity::Load && sense.quantity != BodyQuantity::Joint)
+    else if (sense.quantity != BodyQuantity::Load && sense.quantity != BodyQuantity::Joint && sense.quantity != BodyQuantity::Range)
         sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
                             threshold_of(sense.quantity, world_->physics.sense)});
 }
 
 bool BodySenses::senses_acceleration(const Subdomain& subdomain) {
-    return std::ranges::any_of(
-        body_senses(), [&](const BodySense& sense) { return sense.quantity == BodyQuantity::Acceleration && stored(subdomain, sense); });
+    return std::ranges::any_of(body_senses(), [&](const BodySense& sense) {
+        return (sense.quantity == BodyQuantity::Acceleration || sense.quantity == BodyQuantity::Accelerometer) && stored(subdomain, sense);
+    });
 }
 
 Result<void> BodySenses::start(Subdomain& subdomain, const world::World& world) {
@@ -175,7 +199,7 @@ void BodySenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
         news |= kDirtyPlace;
     }
     for (const Sensor& sensor : sensors_) {
-        const tuple::Numbers now = measure(scene, sensor.sense.quantity, body, state);
+        const tuple::Numbers now = measure(subdomain, scene, sensor.sense.quantity, body, state);
         if (!differs(sensor, tuple::read_numbers(subdomain.module, subdomain.columns, sensor.predicate, catom), now)) continue;
         subdomain.give_numbers(sensor.predicate, catom, now, worker);
         news |= sensor.dirty;
@@ -183,9 +207,19 @@ void BodySenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
     if (news != 0) subdomain.mark_shared(catom, news);
 }
 
-tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity quantity, physics::BodyId body,
+tuple::Numbers BodySenses::measure(const Subdomain& subdomain, const physics::Scene& scene, BodyQuantity quantity, physics::BodyId body,
                                    const physics::BodyState& state) const {
     const auto numbers = [](physics::Vec3 v) { return tuple::Numbers{{v.x, v.y, v.z, 0}, 3}; };
+    // What an instrument on the body shows, whose axes turn with it.
+    const auto shown = [&](physics::Vec3 v, NoiseStream stream, double noise) {
+        v = rotate(conjugate(state.orientation), v);
+        if (noise > 0) {
+            const std::uint64_t when = when_measured(scene, body, subdomain.tick(), hashed(v));
+            const auto [x, y] = errors(world_->seed, stream, body, when);
+            v = v + noise * physics::Vec3{x, y, errors(world_->seed, stream, body, when + 2)[0]};
+        }
+        return numbers(v);
+    };
     switch (quantity) {
         case BodyQuantity::Orientation:
             return {{state.orientation.w, state.orientation.x, state.orientation.y, state.orientation.z}, 4};
@@ -193,6 +227,13 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity qua
             return numbers(state.linear_velocity_m_s);
         case BodyQuantity::Acceleration:
             return numbers(scene.acceleration(body));
+        case BodyQuantity::Gyro:
+            return shown(state.angular_velocity_rad_s, NoiseStream::Gyros, world_->physics.noise.gyro);
+        case BodyQuantity::Accelerometer: {
+            const world::Vec3& g = world_->physics.gravity;
+            return shown(scene.acceleration(body) - physics::Vec3{g[0], g[1], g[2]}, NoiseStream::Accelerometers,
+                         world_->physics.noise.accelerometer);
+        }
         case BodyQuantity::Pressure:
             return {{normal_force_n_[scene.slot(body)].value() / scene.surface_m2(body), 0, 0, 0}, 1};
         case BodyQuantity::Energy:
@@ -203,6 +244,7 @@ tuple::Numbers BodySenses::measure(const physics::Scene& scene, BodyQuantity qua
         case BodyQuantity::Load:
         case BodyQuantity::Broke:
         case BodyQuantity::Joint:
+        case BodyQuantity::Range:
             break;
     }
     MELD_CHECK(false, "touches are not measured");

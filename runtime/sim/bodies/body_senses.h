@@ -17,9 +17,13 @@ namespace meld::sim {
 // The predicate that stores what is sensed, if the program reads it. Where the program uses the word for something else: none.
 std::optional<u32> stored(const Subdomain& subdomain, const BodySense& sense, PredicateKind kind = PredicateKind::Sensed);
 
+// What the error of a measurement follows from besides the instrument: the tick; of a body that rests what is measured instead, so that the
+// error stays the same while this does.
+std::uint64_t when_measured(const physics::Scene& scene, physics::BodyId body, std::int64_t tick, std::uint64_t measured);
+
 class BodySenses {
   public:
-    // Whether the program senses accelerations.
+    // Whether the program senses accelerations, by either word.
     static bool senses_acceleration(const Subdomain& subdomain);
     // Finds which quantities the program reads. Errors: it reads one that only a lattice has.
     Result<void> start(Subdomain& subdomain, const world::World& world);
@@ -47,7 +51,8 @@ class BodySenses {
     void sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const;
     // Writes which of its features its neighbours touch, after all catoms are placed.
     void write_contacts(Subdomain& subdomain, const PhysicsScene& physics, Catom catom, int worker) const;
-    tuple::Numbers measure(const physics::Scene& scene, BodyQuantity quantity, physics::BodyId body, const physics::BodyState& state) const;
+    tuple::Numbers measure(const Subdomain& subdomain, const physics::Scene& scene, BodyQuantity quantity, physics::BodyId body,
+                           const physics::BodyState& state) const;
     static bool differs(const Sensor& sensor, const tuple::Numbers& last, const tuple::Numbers& now);
 
     const world::World* world_ = nullptr;

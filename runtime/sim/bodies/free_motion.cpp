@@ -52,6 +52,7 @@ Result<void> FreeMotion::look_up(Subdomain& subdomain) {
         return last.second;
     });
     if (in_range_) in_range_->senses.start(subdomain);
+    if (auto found = range_finders_.start(subdomain); !found) return found;
     return senses_.start(subdomain, world_);
 }
 
@@ -160,12 +161,14 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     if (auto done = load_connections(subdomain); !done) return done;
     if (auto done = lose_catoms(subdomain); !done) return done;
     subdomain.refresh();
+    look_around(subdomain);
     if (in_range_) find_in_range(subdomain);
     const StageClock clock(sensing_s_);
     senses_.sense(subdomain, physics_, divided_ ? &*divided_ : nullptr);
     load_senses_.sense(subdomain, *physics_.scene);
     joints_.sense(subdomain, *physics_.scene);
     if (in_range_) in_range_->senses.sense(subdomain);
+    if (range_finders_.active()) range_finders_.sense(subdomain, *physics_.scene, *surroundings_);
     bodies_ = subdomain.ensemble.owned_count();
     subdomain.set_moving(awake_ > 0);
     subdomain.set_motion_bytes(physics_.scene->bytes());
@@ -239,6 +242,16 @@ Result<void> FreeMotion::load_connections(Subdomain& subdomain) {
     return {};
 }
 
+void FreeMotion::look_around(Subdomain& subdomain) {
+    const bool sight = in_range_ && in_range_->sight;
+    if (!sight && !range_finders_.active()) return;
+    const StageClock clock(sensing_s_);
+    if (!surroundings_) surroundings_.emplace(kinds_.radii.min, kinds_.radii.max);
+    const double sight_m = sight ? world_.links->range * 2 * world_.radius : 0;
+    const double range_m = range_finders_.active() ? range_finders_.greatest_reach_m() + kinds_.radii.max : 0;
+    surroundings_->gather(subdomain, *physics_.scene, std::max(sight_m, range_m));
+}
+
 void FreeMotion::find_in_range(Subdomain& subdomain) {
     const StageClock clock(linking_s_);
     for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c) {
@@ -246,7 +259,10 @@ void FreeMotion::find_in_range(Subdomain& subdomain) {
         const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(c));
         if (subdomain.place(c, to_diameters(world_, physics_.scene->state(body).position_m))) subdomain.mark(c, kDirtyPlace);
     }
-    in_range_->links.update(subdomain);
+    if (in_range_->sight)
+        in_range_->links.update(subdomain, [this](u64 one, u64 other) { return surroundings_->sees(*physics_.scene, one, other); });
+    else
+        in_range_->links.update(subdomain);
     in_range_->seen = subdomain.ensemble.links().version();
     subdomain.refresh();
 }

@@ -20,6 +20,8 @@
 #include "runtime/sim/bodies/fixed_touches.h"
 #include "runtime/sim/bodies/load_senses.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/bodies/range_finders.h"
+#include "runtime/sim/bodies/surroundings.h"
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/points/range_links.h"
@@ -29,7 +31,7 @@ namespace meld::sim {
 
 class FreeMotion : public SimModule {
   public:
-    explicit FreeMotion(const world::World& world) : world_(world), connections_(world), joints_(world) {
+    explicit FreeMotion(const world::World& world) : world_(world), connections_(world), joints_(world), range_finders_(world) {
         if (world.links) in_range_.emplace(*world.links);
     }
     Result<void> start(Subdomain& subdomain) override;
@@ -73,6 +75,8 @@ class FreeMotion : public SimModule {
     // Makes the same scene on all processes, with the bodies of this one.
     Result<void> make_scene(Subdomain& subdomain);
     Result<void> step_once(Subdomain& subdomain);
+    // After the last step of a tick: finds what is around our bodies, if anybody looks.
+    void look_around(Subdomain& subdomain);
     // Of a world whose neighbours are those within a range: places catoms where their bodies are, and links them.
     void find_in_range(Subdomain& subdomain);
     // After the first step: adds the touches that began in it to those of immovable and connected catoms.
@@ -101,12 +105,16 @@ class FreeMotion : public SimModule {
     BodyConnections connections_;
     BodyJoints joints_;
     LoadSenses load_senses_;
+    RangeFinders range_finders_;
+    // For line of sight and range finders.
+    std::optional<BodySurroundings> surroundings_;
     ContactLinks links_;
     // If neighbours are those within a range, instead of those that touch.
     struct InRange {
-        explicit InRange(const world::RangeOptions& options) : links(options.range), senses(options) {}
+        explicit InRange(const world::RangeOptions& options) : links(options.range), senses(options), sight(options.sight) {}
         RangeLinks links;
         RangeSenses senses;
+        bool sight;
         std::uint64_t seen = 0;  // Links::version() when catoms last sensed their neighbours.
     };
     std::optional<InRange> in_range_;

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "runtime/base/assert.h"
-#include "runtime/world/shapes/surface.h"
+#include "runtime/world/description/obstacles.h"
 
 namespace meld::sim {
 
@@ -75,30 +75,6 @@ Result<void> add_features(const World& world, PhysicsScene& out) {
     return {};
 }
 
-physics::Shape shape_of(const World& world, const ObstacleOptions& o) {
-    const double d = 2 * world.radius;
-    if (o.kind == "box") {
-        const double half = o.degrees * std::numbers::pi / 360;
-        return physics::Box{to_metres(world, o.centre), to_metres(world, o.size), {std::cos(half), 0, 0, std::sin(half)}};
-    }
-    if (o.kind == "terrain") {
-        physics::Terrain terrain{
-            to_metres(world, o.centre), d * o.cell, static_cast<int>(o.heights[0].size()), static_cast<int>(o.heights.size()), {}};
-        for (const std::vector<double>& row : o.heights)
-            for (const double height : row) terrain.heights_m.push_back(d * height);
-        return terrain;
-    }
-    if (o.kind == "mesh") {
-        const std::optional<model::Triangles> surface = world::surface(o.shape);
-        MELD_CHECK(surface.has_value(), "{} has no triangles", o.shape.text());
-        physics::Mesh mesh;
-        for (const world::Vec3& point : surface->points) mesh.points.push_back(to_metres(world, point));
-        for (const auto& corners : surface->corners) mesh.triangles.insert(mesh.triangles.end(), corners.begin(), corners.end());
-        return mesh;
-    }
-    return physics::Plane{vector_of(o.normal), d * o.offset};
-}
-
 Result<void> add_obstacles(const World& world, physics::Scene& scene) {
     const PhysicsOptions& p = world.physics;
     std::vector<ObstacleOptions> all = p.obstacles;
@@ -112,7 +88,7 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
         const auto material = scene.add_material({.friction = static_cast<float>(o.friction.value_or(p.friction)),
                                                   .restitution = static_cast<float>(o.restitution.value_or(p.restitution))});
         if (!material) return fail(fmt::format("{}: {}", o.place, material.error().problem), material.error().suggestion);
-        const auto added = scene.add_obstacle(shape_of(world, o), *material);
+        const auto added = scene.add_obstacle(world::shape_of(o, 2 * world.radius), *material);
         if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
     }
     return {};

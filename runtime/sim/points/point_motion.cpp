@@ -10,6 +10,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/engine/tuple/values.h"
+#include "runtime/sim/core/failures/catom_failures.h"
 #include "runtime/sim/core/failures/link_failures.h"
 
 namespace meld::sim {
@@ -18,6 +19,9 @@ using graph::Node;
 using world::Port;
 
 namespace {
+
+// No rounding may leave a node out.
+constexpr double kSomeMore = 1.0001;
 
 world::Vec3 vector_of(const Subdomain& subdomain, const eval::Action& action) {
     const Value* v = action.arguments;
@@ -53,6 +57,27 @@ void PointMotion::make_grid(const Subdomain& subdomain) {
         places_.push_back(nodes.place(node));
         grid_->add(node, places_.back());
     }
+    if (!world_.links->sight) return;
+    sight_.emplace(*world_.links);
+    for (Node node = 0; node < nodes.count(); ++node) sight_->set(node, places_[node]);
+}
+
+// Those that were killed before: no process has them.
+void PointMotion::forget_dead(Subdomain& subdomain) {
+    if (!sight_) return;
+    ByteWriter mine;
+    for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
+        if (subdomain.owned(c)) mine.write(*subdomain.nodes().find(subdomain.ensemble.id(c)));
+    std::vector<bool> alive(places_.size());
+    const auto note = [&](std::span<const std::byte> nodes) {
+        for (ByteReader in(nodes, "nodes that there are"); !in.done();) alive[in.read<Node>()] = true;
+    };
+    if (subdomain.alone())
+        note(mine.view());
+    else
+        for (const auto& theirs : subdomain.comm.allgather_any(mine.view())) note(theirs);
+    for (Node node = 0; node < places_.size(); ++node)
+        if (!alive[node]) sight_->remove(node);
 }
 
 Result<void> PointMotion::start(Subdomain& subdomain) {
@@ -71,6 +96,7 @@ Result<void> PointMotion::resume(Subdomain& subdomain) {
 
 Result<void> PointMotion::resumed(Subdomain& subdomain) {
     make_grid(subdomain);
+    forget_dead(subdomain);
     links_seen_ = subdomain.ensemble.links().version();
     return {};
 }
@@ -89,6 +115,7 @@ Result<void> PointMotion::step(Subdomain& subdomain) {
     }
     add_new_nodes(subdomain, moved);
     if (moved.empty()) return {};
+    add_disturbed(subdomain, moved);
     relink(subdomain, moved);
     senses_.sense(subdomain);
     links_seen_ = subdomain.ensemble.links().version();
@@ -133,6 +160,10 @@ Result<std::vector<PointMotion::Moved>> PointMotion::of_all(Subdomain& subdomain
 void PointMotion::move(Subdomain& subdomain, const std::vector<Moved>& moved) {
     for (const Moved& one : moved) {
         grid_->move(one.node, places_[one.node], one.to);
+        if (sight_) {
+            disturbed_.insert(disturbed_.end(), {places_[one.node], one.to});
+            sight_->set(one.node, one.to);
+        }
         places_[one.node] = one.to;
         subdomain.move_node(one.node, one.to);
         const std::optional<Catom> catom = subdomain.ensemble.find(subdomain.nodes().id(one.node));
@@ -145,8 +176,36 @@ void PointMotion::add_new_nodes(const Subdomain& subdomain, std::vector<Moved>& 
     for (auto node = static_cast<Node>(places_.size()); node < subdomain.nodes().count(); ++node) {
         places_.push_back(subdomain.nodes().place(node));
         grid_->add(node, places_.back());
+        if (sight_) {
+            disturbed_.push_back(places_.back());
+            sight_->set(node, places_.back());
+        }
         moved.push_back({node, places_.back()});
     }
+}
+
+// What is on the line between two nodes is not farther from the nearer one than half the range.
+void PointMotion::add_disturbed(const Subdomain& subdomain, std::vector<Moved>& moved) {
+    if (!sight_) return;
+    const double reach = (world_.links->range + world_.links->thickness) / 2 * kSomeMore;
+    std::vector<bool> known(subdomain.nodes().count());
+    for (const Moved& one : moved) known[one.node] = true;
+    const auto add = [&](Node node) {
+        if (known[node]) return;
+        known[node] = true;
+        moved.push_back({node, places_[node]});
+    };
+    if (reach > world_.links->range) {
+        // Thick nodes with a short range: the grid finds only what is in range.
+        for (Node node = 0; !disturbed_.empty() && node < places_.size(); ++node) add(node);
+    } else {
+        for (const graph::Point& at : disturbed_)
+            grid_->each_near(at, places_, [&](Node node) {
+                if (graph::square_distance(at, places_[node]) <= reach * reach) add(node);
+            });
+    }
+    disturbed_.clear();
+    std::ranges::sort(moved, {}, &Moved::node);
 }
 
 void PointMotion::relink(Subdomain& subdomain, const std::vector<Moved>& moved) {
@@ -164,13 +223,18 @@ void PointMotion::relink(Subdomain& subdomain, const std::vector<Moved>& moved) 
         if (here)
             ensemble.links().each(*here, [&](Port port, Catom other) {
                 const Node there = *nodes.find(ensemble.id(other));
-                if (each_once(there) && graph::square_distance(one.to, places_[there]) > range * range) too_long.emplace_back(*here, port);
+                if (!each_once(there)) return;
+                if (graph::square_distance(one.to, places_[there]) > range * range || !sees(one.node, there))
+                    too_long.emplace_back(*here, port);
             });
         const bool ours = here && subdomain.owned(*here);
         grid_->each_within(one.node, places_, [&](Node other) {
             if (!each_once(other)) return;
+            if (sight_ && here && ensemble.find(nodes.id(other)) && ensemble.links().towards(*here, *ensemble.find(nodes.id(other))))
+                return;
             const std::optional<Catom> there = ours ? std::nullopt : ensemble.find(nodes.id(other));
-            if (ours || (there && subdomain.owned(*there))) near.emplace_back(nodes.id(one.node), nodes.id(other));
+            if ((ours || (there && subdomain.owned(*there))) && sees(one.node, other))
+                near.emplace_back(nodes.id(one.node), nodes.id(other));
         });
     }
     for (const auto& [catom, port] : too_long) lonely_.insert(lonely_.end(), {catom, *ensemble.links().at(catom, port)});
@@ -190,8 +254,24 @@ void PointMotion::drop_lonely(Subdomain& subdomain) {
     lonely_.clear();
 }
 
+// What was behind them can be seen now; the links of others are made in struck(), when they are gone.
+Result<void> PointMotion::lose(Subdomain& subdomain, std::span<const Killed> killed) {
+    if (!sight_) return {};
+    for (const Killed& one : killed)
+        if (const std::optional<Node> node = subdomain.nodes().find(one.id)) {
+            sight_->remove(*node);
+            disturbed_.push_back(places_[*node]);
+        }
+    return {};
+}
+
 // Links that events have cut, joined or taken with their catoms.
 void PointMotion::struck(Subdomain& subdomain) {
+    if (!disturbed_.empty()) {
+        std::vector<Moved> freed;
+        add_disturbed(subdomain, freed);
+        relink(subdomain, freed);
+    }
     const std::uint64_t now = subdomain.ensemble.links().version();
     if (std::exchange(links_seen_, now) != now) senses_.sense(subdomain);
 }

@@ -10,6 +10,7 @@
 #include "runtime/sim/core/extension.h"
 #include "runtime/sim/core/subdomain.h"
 #include "runtime/sim/points/range_senses.h"
+#include "runtime/world/description/point_sight.h"
 #include "runtime/world/graph/range.h"
 
 namespace meld::sim {
@@ -20,6 +21,7 @@ class PointMotion : public SimModule {
     Result<void> start(Subdomain& subdomain) override;
     // Carries out the actions of the last tick and makes and removes links. Errors: a way that is not finite.
     Result<void> step(Subdomain& subdomain) override;
+    Result<void> lose(Subdomain& subdomain, std::span<const Killed> killed) override;
     void struck(Subdomain& subdomain) override;
     void restarted(Subdomain& subdomain, std::span<const std::uint32_t> catoms) override;
     // A snapshot has the places and links of nodes.
@@ -36,11 +38,15 @@ class PointMotion : public SimModule {
     Result<std::vector<Moved>> wanted(Subdomain& subdomain) const;
     static Result<std::vector<Moved>> of_all(Subdomain& subdomain, const Result<std::vector<Moved>>& mine);
     void move(Subdomain& subdomain, const std::vector<Moved>& moved);
-    // Removes links that have become too long, and makes those of nodes that have come into range.
+    // Where nodes must see each other: adds those whose links may have been blocked or freed by one that has moved, came or went.
+    void add_disturbed(const Subdomain& subdomain, std::vector<Moved>& moved);
+    bool sees(graph::Node one, graph::Node other) const { return !sight_ || sight_->sees(one, other); }
+    // Removes links that have become too long or blocked, and makes those of nodes that have come into range.
     void relink(Subdomain& subdomain, const std::vector<Moved>& moved);
     // Where nodes come and go, or move: otherwise the links are those of the graph.
     bool finds_links(const Subdomain& subdomain) const;
     void make_grid(const Subdomain& subdomain);
+    void forget_dead(Subdomain& subdomain);
     // Those that rules have made are linked as if they had moved.
     void add_new_nodes(const Subdomain& subdomain, std::vector<Moved>& moved);
     // Ghosts that have lost their last link go in the tick after, when nobody speaks of them any more.
@@ -51,6 +57,9 @@ class PointMotion : public SimModule {
     // Of all nodes, by their places in `places_`.
     std::optional<graph::PointGrid> grid_;
     std::vector<graph::Point> places_;
+    // If nodes must see each other; without those that are gone.
+    std::optional<world::PointSight> sight_;
+    std::vector<graph::Point> disturbed_;  // In this tick: where something that may be in the way was, or is now.
     std::vector<Catom> lonely_;
     std::uint64_t links_seen_ = 0;  // Links::version() when catoms last sensed their neighbours.
 };

@@ -45,10 +45,10 @@ std::optional<Node> RangeLinks::Known::find(std::uint64_t id) const {
     return at == order.end() || at->first != id ? std::nullopt : std::optional<Node>(at->second);
 }
 
-void RangeLinks::update(Subdomain& subdomain) {
+void RangeLinks::update(Subdomain& subdomain, const Sees& sees) {
     const Known all = known(subdomain);
-    remove_long(subdomain, all);
-    std::vector<Missing> wanted = missing(subdomain, all);
+    remove_long(subdomain, all, sees);
+    std::vector<Missing> wanted = missing(subdomain, all, sees);
     choose_ports(subdomain, wanted);
     connect(subdomain, wanted);
 }
@@ -93,14 +93,16 @@ void RangeLinks::add_others(Subdomain& subdomain, Known& all) const {
         }
 }
 
-void RangeLinks::remove_long(Subdomain& subdomain, const Known& all) const {
+void RangeLinks::remove_long(Subdomain& subdomain, const Known& all, const Sees& sees) const {
     const world::Ensemble& ensemble = subdomain.ensemble;
     std::vector<std::pair<Catom, Catom>> gone;
     for (std::size_t i = 0; i < all.catoms.size(); ++i)
         ensemble.each_link(all.catoms[i], [&](int, Catom other) {
             // One that no process has sent is out of range.
             const std::optional<Node> there = all.find(ensemble.id(other));
-            if (there && graph::square_distance(all.places[i], all.places[*there]) <= range_ * range_) return;
+            if (there && graph::square_distance(all.places[i], all.places[*there]) <= range_ * range_ &&
+                (!sees || sees(all.ids[i], all.ids[*there])))
+                return;
             if (!subdomain.owned(other) || all.catoms[i] < other) gone.emplace_back(all.catoms[i], other);
         });
     for (const auto& [a, b] : gone) subdomain.unlink(a, b);
@@ -112,7 +114,7 @@ void RangeLinks::remove_long(Subdomain& subdomain, const Known& all) const {
     }
 }
 
-std::vector<RangeLinks::Missing> RangeLinks::missing(const Subdomain& subdomain, const Known& all) const {
+std::vector<RangeLinks::Missing> RangeLinks::missing(const Subdomain& subdomain, const Known& all, const Sees& sees) const {
     graph::PointGrid grid(range_);
     for (Node node = 0; node < all.places.size(); ++node) grid.add(node, all.places[node]);
     const world::Ensemble& ensemble = subdomain.ensemble;
@@ -123,7 +125,7 @@ std::vector<RangeLinks::Missing> RangeLinks::missing(const Subdomain& subdomain,
         ensemble.each_link(all.catoms[node], [&](int, Catom other) { linked.push_back(ensemble.id(other)); });
         std::ranges::sort(linked);
         grid.each_within(node, all.places, [&](Node other) {
-            if (!std::ranges::binary_search(linked, all.ids[other]))
+            if (!std::ranges::binary_search(linked, all.ids[other]) && (!sees || sees(all.ids[node], all.ids[other])))
                 wanted.push_back({.here = all.ids[node], .there = all.ids[other], .owner = all.owners[other]});
         });
     }

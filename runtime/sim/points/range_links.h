@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,11 +15,13 @@ namespace meld::sim {
 class RangeLinks {
   public:
     explicit RangeLinks(double range) : range_(range) {}
-    // When catoms are where they are in this tick, on every process: removes links that are longer than the range and makes those that are
-    // missing. A catom of another process that comes into the range of one of ours becomes a ghost here; ghosts get their positions. New
-    // links take the lowest free ports, in the order of the neighbours' numbers. Cost: a look at all pairs in range; other processes are
-    // sent the catoms within the range of the box around theirs.
-    void update(Subdomain& subdomain);
+    // Whether two catoms see each other, by their numbers: the same for both ends on all processes. Empty: all do.
+    using Sees = std::function<bool(std::uint64_t, std::uint64_t)>;
+    // When catoms are where they are in this tick, on every process: removes links that are longer than the range, or between catoms that
+    // do not see each other, and makes those that are missing. A catom of another process that comes into the range of one of ours becomes
+    // a ghost here; ghosts get their positions. New links take the lowest free ports, in the order of the neighbours' numbers. Cost: a look
+    // at all pairs in range; other processes are sent the catoms within the range of the box around theirs.
+    void update(Subdomain& subdomain, const Sees& sees = {});
 
   private:
     // Of our catoms, then of those of other processes near ours.
@@ -39,8 +42,8 @@ class RangeLinks {
     };
     Known known(Subdomain& subdomain) const;
     void add_others(Subdomain& subdomain, Known& all) const;
-    void remove_long(Subdomain& subdomain, const Known& all) const;
-    std::vector<Missing> missing(const Subdomain& subdomain, const Known& all) const;
+    void remove_long(Subdomain& subdomain, const Known& all, const Sees& sees) const;
+    std::vector<Missing> missing(const Subdomain& subdomain, const Known& all, const Sees& sees) const;
     static void choose_ports(const Subdomain& subdomain, std::vector<Missing>& missing);
     static void connect(Subdomain& subdomain, const std::vector<Missing>& missing);
 

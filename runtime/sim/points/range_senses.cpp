@@ -4,13 +4,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <numbers>
 
 #include "runtime/base/assert.h"
 #include "runtime/base/hash.h"
-#include "runtime/base/random.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/engine/tuple/values.h"
+#include "runtime/sim/core/sensor_noise.h"
 
 namespace meld::sim {
 
@@ -18,20 +17,13 @@ namespace {
 
 // Nodes that a worker takes at once: whole groups of the agenda.
 constexpr Catom kCatomsOfJob = 1024;
-// Streams of errors; unlike any number of a catom, by which programs draw.
-constexpr std::uint64_t kDistances = ~std::uint64_t{0} - 8, kBearings = ~std::uint64_t{0} - 9;
 
-// Errors of a measurement between two nodes: two numbers with the standard normal distribution (Box and Muller), by the seed, the two
-// nodes in this order, and how they lie.
-std::array<double, 2> errors(std::uint64_t seed, std::uint64_t stream, std::uint64_t here, std::uint64_t there, const world::Vec3& way) {
+// Of a measurement between two nodes: by the two in this order, and how they lie.
+std::array<double, 2> errors_between(std::uint64_t seed, NoiseStream stream, std::uint64_t here, std::uint64_t there,
+                                     const world::Vec3& way) {
     std::uint64_t lie = 0;
     for (const double x : way) lie = hash_combine(lie, std::bit_cast<std::uint64_t>(x + 0.0));
-    const std::uint64_t ends = hash_combine(here, there);
-    const auto unit = [&](std::uint64_t which) {
-        return (static_cast<double>(random_bits(seed, stream, ends, lie + which) >> 11) + 0.5) * 0x1p-53;
-    };
-    const double radius = std::sqrt(-2 * std::log(unit(0))), turn = 2 * std::numbers::pi * unit(1);
-    return {radius * std::cos(turn), radius * std::sin(turn)};
+    return errors(seed, stream, hash_combine(here, there), lie);
 }
 
 double length_of(const world::Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
@@ -101,7 +93,7 @@ RangeSenses::Reading RangeSenses::measure(const Subdomain& subdomain, RangeQuant
     const double length = length_of(way);
     if (quantity == RangeQuantity::Distance) {
         const double noise = options_.distance_noise;
-        const double wrong = noise > 0 ? noise * errors(seed, kDistances, from, to, way)[0] : 0;
+        const double wrong = noise > 0 ? noise * errors_between(seed, NoiseStream::Distances, from, to, way)[0] : 0;
         return {to, {std::max(0.0, length + wrong), 0, 0}};
     }
     // Of two nodes at the same place there is none.
@@ -109,7 +101,7 @@ RangeSenses::Reading RangeSenses::measure(const Subdomain& subdomain, RangeQuant
     const world::Vec3 towards = {way[0] / length, way[1] / length, way[2] / length};
     const double noise = options_.bearing_noise_rad;
     if (noise == 0) return {to, towards};
-    const auto [one, two] = errors(seed, kBearings, from, to, way);
+    const auto [one, two] = errors_between(seed, NoiseStream::Bearings, from, to, way);
     return {to, turned(towards, noise * one, noise * two)};
 }
 

@@ -98,15 +98,32 @@ struct ObstacleOptions {
 // By how much a quantity must have changed before the catom's program sees the change. The speed is for catoms of a metre, as in
 // PhysicsOptions.
 struct SenseOptions {
-    double position = 0.01;     // Diameters
-    double orientation = 0.02;  // rad
-    double velocity = 0.01;     // m/s
-    double acceleration = 0.1;  // m/s^2
-    double pressure = 0.05;     // Relative to the former value.
-    double energy = 0.01;       // Relative to the former value.
-    double load = 0.02;         // Relative to the former force, and to the former torque.
-    double joint = 0.02;        // rad or diameters
-    double joint_speed = 0.1;   // rad/s or m/s
+    double position = 0.01;      // Diameters
+    double orientation = 0.02;   // rad
+    double velocity = 0.01;      // m/s
+    double acceleration = 0.1;   // m/s^2
+    double pressure = 0.05;      // Relative to the former value.
+    double energy = 0.01;        // Relative to the former value.
+    double load = 0.02;          // Relative to the former force, and to the former torque.
+    double joint = 0.02;         // rad or diameters
+    double joint_speed = 0.1;    // rad/s or m/s
+    double gyro = 0.05;          // rad/s
+    double accelerometer = 0.1;  // m/s^2
+    double range = 0.01;         // Diameters
+};
+
+// The standard deviations of what instruments show, for each axis.
+struct NoiseOptions {
+    double gyro = 0;           // rad/s
+    double accelerometer = 0;  // m/s^2
+};
+
+// Range finders of every body, numbered through all tables. Lengths in diameters.
+struct SensorOptions {
+    std::vector<Vec3> directions;  // Unit vectors along the body's axes.
+    double reach = 10;             // From the body's surface.
+    double noise = 0;              // Standard deviation.
+    std::string place;
 };
 
 // Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
@@ -133,6 +150,8 @@ struct PhysicsOptions {
     std::string lost = "stop";     // "stop" or "remove".
     double deepest_overlap = 0.5;  // As a share of the sum of two radii.
     SenseOptions sense;
+    NoiseOptions noise;
+    std::vector<SensorOptions> sensors;
     std::vector<FeatureOptions> features;
     std::vector<ObstacleOptions> obstacles;
     std::vector<CatomGroup> groups;

@@ -69,6 +69,10 @@ struct RangeOptions {
     double range = 0;
     // Standard deviations of what catoms sense: of distances, and of the angles of bearings, in radians.
     double distance_noise = 0, bearing_noise_rad = 0;
+    // sight = true: nothing may be between two neighbours. Of points: how thick those in between are, and what else is in the way.
+    bool sight = false;
+    double thickness = 1;
+    std::vector<ObstacleOptions> obstacles = {};
 };
 
 struct MotionOptions {

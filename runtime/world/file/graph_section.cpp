@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/world/description/point_sight.h"
 #include "runtime/world/file/point_section.h"
 #include "runtime/world/file/world_file.h"
 #include "runtime/world/graph/cycle.h"
@@ -174,7 +175,7 @@ Result<void> set_seed(World& world, std::uint64_t seed) {
     Result<graph::Graph> graph = graph::generate(world.generator, seed, room);
     if (!graph) return tl::unexpected<Error>(graph.error());
     if (world.links)
-        if (auto linked = graph::link_within(*graph, world.links->range, world.generator, room); !linked)
+        if (auto linked = graph::link_within(*graph, world.links->range, world.generator, room, sight_in(*graph, *world.links)); !linked)
             return tl::unexpected<Error>(linked.error());
     keep(world, std::move(*graph));
     return {};

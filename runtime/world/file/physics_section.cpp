@@ -10,7 +10,7 @@
 #include "runtime/base/default_time_scale.h"
 #include "runtime/world/file/joint_section.h"
 #include "runtime/world/file/motion_keys.h"
-#include "runtime/world/shapes/surface.h"
+#include "runtime/world/file/obstacle_section.h"
 
 namespace meld::world {
 namespace {
@@ -67,65 +67,6 @@ void read_feature(TomlReader& reader, const toml::table& table, const FeatureOpt
     for (const auto& [key, value] : positive) section.read_positive(key, *value);
     section.read_number("power", feature.power, 0, kMost);
     section.read_number("switching", feature.switching, 0, kMost);
-}
-
-void read_surface(const Section& section, std::optional<double>& friction, std::optional<double>& restitution) {
-    double value = 0;
-    if (section.has("friction")) section.read_number("friction", value, 0, kMost), friction = value;
-    value = 0;
-    if (section.has("restitution")) section.read_number("restitution", value, 0, 1), restitution = value;
-}
-
-void read_heights(TomlReader& reader, const Section& section, ObstacleOptions& obstacle) {
-    const toml::node* node = section.find("heights");
-    const auto wrong = [&](const toml::node& at) {
-        reader.wrong(at.source(), "[[motion.obstacle]] heights are not rows of numbers, [[0, 0], [0, 1]]");
-    };
-    if (!node) return section.wrong("heights", "a terrain has no heights", "write heights = [[0, 0], [0, 1]], a row along x for each y");
-    if (!node->is_array()) return wrong(*node);
-    for (const toml::node& row : *node->as_array()) {
-        if (!row.is_array()) return wrong(row);
-        std::vector<double>& heights = obstacle.heights.emplace_back();
-        for (const toml::node& height : *row.as_array()) {
-            if (!height.is_number()) return wrong(height);
-            heights.push_back(*height.value<double>());
-        }
-        if (heights.size() != obstacle.heights[0].size())
-            return reader.wrong(row.source(), "the rows of a terrain's heights are of different lengths");
-    }
-    if (obstacle.heights.size() < 2 || obstacle.heights[0].size() < 2)
-        reader.wrong(node->source(), "a terrain has fewer than two rows of two heights");
-}
-
-void read_mesh(const Section& section, ObstacleOptions& obstacle) {
-    if (!section.has("shape")) return section.wrong("shape", "a mesh has no shape", "write shape = \"mesh('part.stl', size = 20)\"");
-    const std::optional<Shape> shape = section.read_shape("shape");
-    if (!shape) return;
-    obstacle.shape = *shape;
-    if (!surface(*shape))
-        section.wrong("shape", fmt::format("the shape {} of an obstacle is not one mesh", shape->text()),
-                      "write mesh('part.stl', ...), if need be inside move, rotate and scale");
-}
-
-void read_obstacle(TomlReader& reader, const toml::table& table, ObstacleOptions& obstacle) {
-    const Section section(reader, table, "[[motion.obstacle]]",
-                          {"kind", "normal", "offset", "centre", "size", "degrees", "cell", "heights", "shape", "friction", "restitution"});
-    obstacle.place = reader.place(table.source());
-    section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain", "mesh"});
-    refuse_keys_of_others(section, obstacle.kind,
-                          {{"plane", {"normal", "offset"}},
-                           {"box", {"centre", "size", "degrees"}},
-                           {"terrain", {"centre", "cell", "heights"}},
-                           {"mesh", {"shape"}}});
-    section.read("normal", obstacle.normal);
-    section.read_number("offset", obstacle.offset);
-    section.read("centre", obstacle.centre);
-    section.read("size", obstacle.size);
-    section.read_number("degrees", obstacle.degrees);
-    section.read_positive("cell", obstacle.cell);
-    if (obstacle.kind == "terrain") read_heights(reader, section, obstacle);
-    if (obstacle.kind == "mesh") read_mesh(section, obstacle);
-    read_surface(section, obstacle.friction, obstacle.restitution);
 }
 
 // The keys of a table that say what bodies look like, and the form if any does.
@@ -204,7 +145,8 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     if (!node) return;
     if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
     const Section section(reader, *node->as_table(), "[motion.sense]",
-                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load", "joint", "joint_speed"});
+                          {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load", "joint", "joint_speed",
+                           "gyro", "accelerometer", "range"});
     const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position},
                                                           {"orientation", &sense.orientation},
                                                           {"velocity", &sense.velocity},
@@ -213,8 +155,35 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
                                                           {"energy", &sense.energy},
                                                           {"load", &sense.load},
                                                           {"joint", &sense.joint},
-                                                          {"joint_speed", &sense.joint_speed}};
+                                                          {"joint_speed", &sense.joint_speed},
+                                                          {"gyro", &sense.gyro},
+                                                          {"accelerometer", &sense.accelerometer},
+                                                          {"range", &sense.range}};
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
+}
+
+void read_noise(TomlReader& reader, const toml::node* node, NoiseOptions& noise) {
+    if (!node) return;
+    if (!node->is_table()) return reader.wrong(node->source(), "[motion] noise " + type_mismatch(*node, "a table [motion.noise]"));
+    const Section section(reader, *node->as_table(), "[motion.noise]", {"gyro", "accelerometer"});
+    section.read_number("gyro", noise.gyro, 0, kMost);
+    section.read_number("accelerometer", noise.accelerometer, 0, kMost);
+}
+
+void read_sensor(TomlReader& reader, const toml::table& table, SensorOptions& sensor) {
+    const Section section(reader, table, "[[motion.sensor]]", {"directions", "reach", "noise"});
+    sensor.place = reader.place(table.source());
+    section.read("directions", sensor.directions);
+    if (sensor.directions.empty())
+        section.wrong("directions", "a [[motion.sensor]] has no directions", "write directions = [[1, 0, 0]]: along the body's own x axis");
+    for (Vec3& direction : sensor.directions) {
+        const double length = std::hypot(direction[0], direction[1], direction[2]);
+        if (!(length > 0) || !std::isfinite(length))
+            return section.wrong("directions", "a direction of a [[motion.sensor]] leads nowhere", "write one like [1, 0, 0]");
+        for (double& x : direction) x /= length;
+    }
+    section.read_positive("reach", sensor.reach);
+    section.read_number("noise", sensor.noise, 0, kMost);
 }
 
 // What only spheres can do or have is an error where it is written.
@@ -250,40 +219,12 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
     const Section section(reader, table, "[motion]",
-                          {"kind",
-                           "engine",
-                           "solver",
-                           "step",
-                           "substeps",
-                           "steps",
-                           "gravity",
-                           "linear_damping",
-                           "angular_damping",
-                           "mass",
-                           "inertia",
-                           "friction",
-                           "restitution",
-                           "spacing",
-                           "ground",
-                           "roll_torque",
-                           "sleep_ticks",
-                           "sleep_speed",
-                           "greatest_speed",
-                           "deepest_overlap",
-                           "lowest",
-                           "lost",
-                           "sense",
-                           "feature",
-                           "obstacle",
-                           "catoms",
-                           "breaking_force",
-                           "breaking_torque",
-                           "shape",
-                           "edges",
-                           "length",
-                           "height",
-                           "rounding",
-                           "joint"});
+                          {"kind",           "engine",          "solver",          "step",        "substeps",       "steps",
+                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",        "friction",
+                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks",    "sleep_speed",
+                           "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",          "noise",
+                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "breaking_torque",
+                           "shape",          "edges",           "length",          "height",      "rounding",       "joint"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -318,9 +259,11 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     section.read_choice("lost", p.lost, {"stop", "remove"});
     if (section.has("lost") && !p.lowest) section.wrong("lost", "no catom is lost without a lowest height", "write lowest = -100 too");
     read_sense(reader, section.find("sense"), p.sense);
+    read_noise(reader, section.find("noise"), p.noise);
     each_table(reader, table, "feature",
                [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
-    each_table(reader, table, "obstacle", [&](const toml::table& t) { read_obstacle(reader, t, p.obstacles.emplace_back()); });
+    read_obstacles(reader, table, "motion", Touched::Yes, p.obstacles);
+    each_table(reader, table, "sensor", [&](const toml::table& t) { read_sensor(reader, t, p.sensors.emplace_back()); });
     each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
     each_table(reader, table, "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
     if (!p.joints.empty() && p.engine == "hash")

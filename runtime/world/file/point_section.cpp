@@ -6,7 +6,10 @@
 #include <numbers>
 #include <utility>
 
+#include "runtime/world/description/obstacles.h"
+#include "runtime/world/description/point_sight.h"
 #include "runtime/world/file/graph_section.h"
+#include "runtime/world/file/obstacle_section.h"
 #include "runtime/world/graph/files.h"
 #include "runtime/world/graph/generate.h"
 #include "runtime/world/graph/range.h"
@@ -34,7 +37,8 @@ Result<graph::Graph> make_points(TomlReader& reader, const Section& top, const W
     Result<graph::Graph> graph = made ? graph::generate(world.generator, world.seed, room) : read_point_file(reader, top, room);
     if (!graph) return graph;
     const std::string what = made ? world.generator : "the list of nodes";
-    if (auto linked = graph::link_within(*graph, world.links->range, what, room); !linked) return tl::unexpected<Error>(linked.error());
+    if (auto linked = graph::link_within(*graph, world.links->range, what, room, sight_in(*graph, *world.links)); !linked)
+        return tl::unexpected<Error>(linked.error());
     return graph;
 }
 
@@ -43,7 +47,7 @@ Result<graph::Graph> make_points(TomlReader& reader, const Section& top, const W
 bool links_by_range(const Section& top) { return top.has("links") && top.find("links")->is_table(); }
 
 void read_range(TomlReader& reader, const toml::table& table, World& world) {
-    const Section section(reader, table, "[links]", {"range", "noise"});
+    const Section section(reader, table, "[links]", {"range", "noise", "sight", "thickness", "obstacle"});
     RangeOptions links;
     if (!section.has("range"))
         return reader.wrong(table.source(), "[links] does not say how far a link reaches", "add range = 3.0, in catom diameters");
@@ -56,6 +60,16 @@ void read_range(TomlReader& reader, const toml::table& table, World& world) {
         sensed.read_number("bearing", degrees, 0, 360);
         links.bearing_noise_rad = degrees * std::numbers::pi / 180;
     }
+    section.read("sight", links.sight);
+    section.read_number("thickness", links.thickness, 0);
+    read_obstacles(reader, table, "links", Touched::No, links.obstacles);
+    for (const char* key : {"thickness", "obstacle"})
+        if (section.has(key) && !links.sight)
+            section.wrong(key, fmt::format("[links] {} says what is in the way of sight, and sight does not matter here", key),
+                          "write sight = true too");
+    // Shapes that were refused are no obstacles.
+    if (reader.error()) return;
+    if (const auto fine = obstacles_of_points(links); !fine) return reader.wrong(fine.error());
     world.links = links;
 }
 
@@ -96,6 +110,11 @@ void check_moving(TomlReader& reader, const Section& top, const World& world) {
     if (world.links && !world.is_graph() && !world.is_free())
         return reader.wrong(top.find("links")->source(), "catoms on a lattice are linked where they touch, and not within a range",
                             "write lattice = \"graph\" for points, or [motion] kind = \"bodies\"");
+    if (world.links && world.is_free())
+        for (const char* key : {"thickness", "obstacle"})
+            if (const toml::node* node = top.find("links")->as_table()->get(key))
+                return reader.wrong(node->source(), fmt::format("[links] {} is of points, and this world has bodies", key),
+                                    "take it out: bodies are as thick as they are, and obstacles are [[motion.obstacle]]");
     const bool points = world.motion.kind == "points";
     if (points ? world.is_graph() && world.links : !world.is_graph() || world.motion.kind == "none") return;
     const toml::source_region& motion = top.find("motion")->source();

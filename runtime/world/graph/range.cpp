@@ -85,7 +85,7 @@ std::size_t PointGrid::bytes() const {
     return (next_.capacity() + before_.capacity()) * sizeof(Node) + first_.size() * (sizeof(Cell) + sizeof(Node) + 2 * sizeof(void*));
 }
 
-Result<void> link_within(Graph& graph, double range, const std::string& what, const MemoryLimit& room) {
+Result<void> link_within(Graph& graph, double range, const std::string& what, const MemoryLimit& room, const Sees& sees) {
     const auto nodes = static_cast<Node>(graph.nodes());
     MELD_EXPECT(graph.places.size() == nodes && graph.links() == 0, "{} places, {} nodes", graph.places.size(), nodes);
     PointGrid grid(range);
@@ -106,7 +106,7 @@ Result<void> link_within(Graph& graph, double range, const std::string& what, co
     std::vector<Link> links;
     for (Node node = 0; node < nodes; ++node)
         grid.each_within(node, graph.places, [&](Node other) {
-            if (node < other) links.push_back({node, other});
+            if (node < other && (!sees || sees(node, other))) links.push_back({node, other});
         });
     Graph linked = make(nodes, std::move(links)).graph;
     graph.first = std::move(linked.first), graph.to = std::move(linked.to);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <string>
@@ -39,6 +40,14 @@ class PointGrid {
                 if (other != point && square_distance(here, places[other]) <= range_ * range_) visit(other);
         });
     }
+    // The same for a place, where a point may be.
+    template <class Visit>
+    void each_near(const Point& here, std::span<const Point> places, const Visit& visit) const {
+        each_around(cell_of(here), [&](std::uint32_t first) {
+            for (Node other = first; other != kNone; other = next_[other])
+                if (square_distance(here, places[other]) <= range_ * range_) visit(other);
+        });
+    }
     // How many pairs of points there are to look at, counting each twice, and each point with itself.
     double candidates() const;
     std::size_t bytes() const;
@@ -63,7 +72,9 @@ class PointGrid {
 };
 
 // The graph of these points, each with a place; points within the range are linked. The columns of the nodes stay. Errors: `room` has no
-// place for the links; a place is not finite. Cost: linear in nodes and links where points are spread evenly.
-Result<void> link_within(Graph& graph, double range, const std::string& what, const MemoryLimit& room);
+// place for the links; a place is not finite. Cost: linear in nodes and links where points are spread evenly. `sees`: if it is given, only
+// those that see each other.
+using Sees = std::function<bool(Node, Node)>;
+Result<void> link_within(Graph& graph, double range, const std::string& what, const MemoryLimit& room, const Sees& sees = {});
 
 }  // namespace meld::graph
