@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
 """What a checkpoint costs: the same run without and with one at its end, the bytes on the disk, and how soon a run goes on from it.
 
-Usage: bench_checkpoint.py BIN_DIR EXAMPLES_DIR [--bodies] [CATOMS ...]      prints medians of wall milliseconds
+Usage: bench_checkpoint.py BIN_DIR EXAMPLES_DIR [--bodies | --changes] [CATOMS ...]      prints medians of wall milliseconds
 
 Each is measured on the disk and in memory, beside the time that the disk takes for as many bytes. With --bodies, catoms are a pile of
 bodies that sense and act. A checkpoint of bodies has their lists of contacts, which a world makes only in its first tick; so it is also
 measured how soon the first tick is done: after a resume, and after the set-up.
+
+With --changes, a token walks through a cube, and there is a checkpoint in every tenth tick: CPU milliseconds and bytes of each, of whole
+ones and of those that hold what has changed.
 """
 import json
 import os
+import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -42,6 +47,47 @@ def seconds_of_disk(folder, size):
     return taken
 
 
+TOKEN = """type linear token(node).
+token(@0).
+token(A), neighbor(A, B), B > A -o token(B).
+"""
+# The first checkpoint is whole, and they are so few that no other one is.
+CHANGES_TICKS, CHANGES_EVERY = 210, 10
+
+
+def compare_changes(bin_dir, catoms):
+    side = round(catoms ** (1 / 3))
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in (("p.meld", TOKEN), ("w.toml", CUBE.partition("[facts]")[0].format(side=side))):
+            with open(f"{folder}/{name}", "w") as out:
+                out.write(text)
+        kept = f"{folder}/kept"
+
+        def cpu(ticks, *options):
+            shutil.rmtree(kept, ignore_errors=True)
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            subprocess.run([f"{bin_dir}/meldsim", "run", "p.meld", "--world", "w.toml", "--ticks", str(ticks), "--quiet", *options],
+                           check=True, cwd=folder)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+        ways = {"none": (), "whole": ("--checkpoint", kept, "--checkpoint-every", f"{CHANGES_EVERY}ticks")}
+        ways["changes"] = (*ways["whole"], "--checkpoint-changes")
+        taken, sizes = {way: [] for way in ways}, {}
+        cpu(1)
+        for _ in range(RUNS):
+            for way, options in ways.items():
+                # Without the first one.
+                taken[way].append(cpu(CHANGES_TICKS, *options) - cpu(CHANGES_EVERY, *options))
+        for way in ("whole", "changes"):
+            cpu(2 * CHANGES_EVERY, *ways[way])
+            sizes[way] = os.path.getsize(f"{kept}/{2 * CHANGES_EVERY}.0-of-1.share")
+        print(f"{side**3} catoms, a token for {CHANGES_EVERY} ticks, CPU of a checkpoint")
+        for way, size in sizes.items():
+            each = statistics.median(a - b for a, b in zip(taken[way], taken["none"])) / (CHANGES_TICKS / CHANGES_EVERY - 1)
+            print(f"  {way:8} {each * 1000:7.2f} ms {size:9} bytes")
+
+
 def whole_seconds(summary):
     return summary["setup_seconds"] + summary["run_seconds"]
 
@@ -49,8 +95,12 @@ def whole_seconds(summary):
 def main():
     bin_dir, examples, *rest = sys.argv[1:]
     bin_dir = os.path.abspath(bin_dir)
-    bodies = "--bodies" in rest
-    sizes = [int(float(n)) for n in rest if n != "--bodies"] or ([63**3] if bodies else [1000**2, 4 * 1000**2])
+    bodies, changes = "--bodies" in rest, "--changes" in rest
+    sizes = [int(float(n)) for n in rest if not n.startswith("--")] or ([63**3] if bodies else [1000**2, 4 * 1000**2])
+    if changes:
+        for catoms in sizes:
+            compare_changes(bin_dir, catoms)
+        return
     program = bench_bodies.PROGRAM.resolve() if bodies else os.path.abspath(f"{examples}/gradient.meld")
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory(dir="/dev/shm") as memory:
         environment = dict(os.environ, CLAYMELD_CACHE=f"{folder}/cache")
