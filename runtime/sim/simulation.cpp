@@ -184,6 +184,12 @@ ByteWriter Simulation::counters() const {
     return out;
 }
 
+Result<void> Simulation::save_changes(std::span<const std::byte> counters, ShareSink& sink, ChangedChunks& changed) const {
+    MELD_EXPECT(saveable().has_value(), "a snapshot of a run that cannot be saved");
+    const Modules modules = all_modules();
+    return Saver(subdomain_, modules, codes_, &changed).run(counters, sink);
+}
+
 Result<void> Simulation::save(std::span<const std::byte> counters, ShareSink& sink, const Names& leaves_out) const {
     MELD_EXPECT(saveable().has_value(), "a snapshot of a run that cannot be saved");
     Modules modules = all_modules();

@@ -91,6 +91,8 @@ class Simulation {
     // those of the sink. Modules that were added under names for which `leaves_out` is true are not in it, as if the run had none.
     using Names = std::function<bool(const std::string& name)>;
     Result<void> save(std::span<const std::byte> counters, ShareSink& sink, const Names& leaves_out = {}) const;
+    // The same, of a lattice; chunks that are not among the changed ones the sink may take as they were.
+    Result<void> save_changes(std::span<const std::byte> counters, ShareSink& sink, ChangedChunks& changed) const;
     // What the run has written is on the disk, as a checkpoint there will say. Every process calls it. Errors: those of the modules.
     Result<void> secure();
     // Adds a module that runs after those of the world (recorder, digests). A run that branches off finds by its name what it had kept. A

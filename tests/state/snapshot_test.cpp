@@ -12,10 +12,12 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <regex>
 #include <string>
 #include <vector>
 
+#include "changed_share.h"
 #include "memory_shares.h"
 #include "run_fixture.h"
 #include "runtime/comm/transport/communicator.h"
@@ -94,7 +96,18 @@ class Snapshot : public ProgramTest {
             const Result<void> started =
                 from == nullptr ? simulation.start(sim::Registry::standard()) : simulation.resume(sim::Registry::standard(), *from);
             ASSERT_TRUE(started.has_value()) << started.error().message();
+            std::optional<sim::ChangedShares> by_changes;
+            if (!world_.is_free()) by_changes.emplace(simulation.subdomain());
+            const ByteWriter counters;
+            const auto save = [&](sim::ShareSink& sink, sim::ChangedChunks* changed) {
+                return changed != nullptr ? simulation.save_changes(counters.view(), sink, *changed)
+                                          : simulation.save(counters.view(), sink);
+            };
             const Result<void> ran = simulation.run({GetParam().ticks}, [&] {
+                // Now and then, so that much or little has changed.
+                if (by_changes && simulation.subdomain().tick() % 7 < 3) {
+                    EXPECT_EQ(by_changes->take(save), "");
+                }
                 const auto taken = into.find(simulation.subdomain().tick());
                 if (taken == into.end()) return;
                 const Result<void> saved = simulation.save(simulation.counters().view(), taken->second.of(comm.process()));

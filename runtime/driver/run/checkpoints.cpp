@@ -83,8 +83,15 @@ void Checkpoints::write() {
     const interrupt::Answering patiently(interrupt::Answer::Patiently);
     liveness::enter(liveness::Phase::Checkpoint);
     const ByteWriter counters = simulation_.counters();
-    const auto save = [&](sim::ShareSink& sink) { return simulation_.save(counters.view(), sink); };
-    const auto digest = [&] { return record::state_digest(subdomain).to_string(); };
+    if (folder_.stores_changes() && !subdomain.ensemble.is_free() && !changed_) changed_.emplace(subdomain);
+    sim::ChangedChunks* const changed = changed_ ? &*changed_ : nullptr;
+    if (changed != nullptr) changed->look();
+    const auto save = [&](sim::ShareSink& sink) {
+        return changed != nullptr ? simulation_.save_changes(counters.view(), sink, *changed) : simulation_.save(counters.view(), sink);
+    };
+    const auto digest = [&] {
+        return (changed != nullptr ? digest_.of(subdomain, *changed) : record::state_digest(subdomain)).to_string();
+    };
     Result<void> written = simulation_.secure();
     if (written)
         written = folder_.write({.tick = subdomain.tick(),
@@ -94,6 +101,7 @@ void Checkpoints::write() {
                                  .made_by = made_by().dump(),
                                  .counts = counts_of(simulation_.summary()).dump()},
                                 save, digest, subdomain.comm);
+    if (written && changed != nullptr) changed->saved();
     if (!written && subdomain.comm.process() == 0)
         log::warning("no checkpoint of tick {}: {}. The run goes on{}", subdomain.tick(), written.error().message(),
                      folder_.last() ? fmt::format("; the last checkpoint is of tick {}", *folder_.last()) : "");

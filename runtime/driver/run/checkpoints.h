@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,7 +11,9 @@
 #include "runtime/base/error.h"
 #include "runtime/driver/run/configuration_agreement.h"
 #include "runtime/driver/setup/options.h"
+#include "runtime/results/record/state_digest.h"
 #include "runtime/sim/simulation.h"
+#include "runtime/sim/state/changed_chunks.h"
 #include "runtime/sim/state/checkpoint_folder.h"
 
 namespace meld::driver {
@@ -49,6 +52,9 @@ class Checkpoints {
     sim::CheckpointFolder folder_;
     sim::RunIdentity run_;
     Interval every_;
+    // Where checkpoints hold what has changed, on lattices; from the first one on.
+    std::optional<sim::ChangedChunks> changed_;
+    record::ChunkDigest digest_;
     std::chrono::steady_clock::time_point last_try_ = std::chrono::steady_clock::now();
 };
 

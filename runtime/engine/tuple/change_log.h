@@ -2,6 +2,7 @@
 // noted before it, and its own changes are noted for the next.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -37,6 +38,10 @@ class ChangeLog {
     void note(u32 column, u32 catom, RowChanges* changes, int pool);
     const RowChanges* of(u32 column, u32 catom) const { return noted_[column][catom]; }
     void forget(u32 catom);
+    // Whether anything is noted of a catom.
+    bool any(u32 catom) const {
+        return std::ranges::any_of(noted_, [&](const auto& column) { return catom < column.size() && column[catom] != nullptr; });
+    }
 
     // What was noted of a column for some catoms, oldest first, and back. Ghosts are not told which groups were woken: that is the
     // owner's alone.

@@ -150,6 +150,28 @@ Digest state_digest(sim::Subdomain& subdomain) {
     return of_all(subdomain, by_worker);
 }
 
+Digest ChunkDigest::of(sim::Subdomain& subdomain, const sim::ChangedChunks& chunks) {
+    const std::size_t catoms = chunks.catoms();
+    MELD_EXPECT(catoms <= kCatomsAtOnce, "{} catoms a chunk", catoms);
+    subdomain.refresh();
+    const std::vector<std::size_t> changed = chunks.all_changed();
+    if (!changed.empty()) parts_.resize(std::max(parts_.size(), changed.back() + 1));
+    std::vector<Digest> by_worker(static_cast<std::size_t>(subdomain.workers.threads()));
+    subdomain.workers.run(changed.size(), [&](int worker, std::size_t at) {
+        Parts parts;
+        const std::size_t first = changed[at] * catoms;
+        const std::size_t end = std::min(first + catoms, subdomain.ensemble.index_count());
+        for (std::size_t c = first; c < end; ++c)
+            if (subdomain.owned(static_cast<sim::Catom>(c))) parts.add(subdomain, static_cast<sim::Catom>(c));
+        Digest sum;
+        for (const Digest& part : parts.of(subdomain)) sum.combine(part);
+        by_worker[static_cast<std::size_t>(worker)].combine(difference(sum, parts_[changed[at]]));
+        parts_[changed[at]] = sum;
+    });
+    for (const Digest& change : by_worker) sum_.combine(change);
+    return of_all(subdomain, {&sum_, 1});
+}
+
 Digest RunningDigest::of(sim::Subdomain& subdomain) {
     subdomain.refresh();
     if (touched_ == nullptr) touched_ = &subdomain.follow();

@@ -15,8 +15,7 @@ namespace {
 class Sharing : public sim::ShareSink {
   public:
     explicit Sharing(const KeptShare* alike) : alike_(alike) {}
-    // A change somewhere costs a chunk, so chunks are small; two of them fit into a processor's cache while they are compared.
-    std::size_t chunk_catoms() const override { return 2048; }
+    std::size_t chunk_catoms() const override { return sim::kCatomsOfASmallChunk; }
     Result<void> chunk(const sim::Chunk& chunk) override {
         share_.blocks.push_back(shared(chunk.places));
         share_.blocks.push_back(shared(chunk.state));

@@ -183,7 +183,7 @@ void FactStore::unpack(u32 catom, ByteReader& in) {
     evaluator.undefined().restore(catom, std::move(undefined));
 }
 
-Touched& FactStore::follow() {
+Touched& FactStore::follow(Follows what) {
     if (followers_.empty()) {
         committed_.assign(module_.column_count, false);
         for (u32 i = 0; i < module_.predicate_count; ++i) {
@@ -195,12 +195,20 @@ Touched& FactStore::follow() {
             writes_private_ = writes_private_ || (!exported && (!given || p.kind == PredicateKind::Linear));
         }
     }
-    followers_.push_back(std::make_unique<Touched>(columns.count()));
+    followers_.push_back(std::make_unique<Touched>(columns.count(), what));
     return *followers_.back();
 }
 
 void FactStore::touch_evaluated() {
     if (followers_.empty()) return;
+    bool only_held = true;
+    for (const auto& follower : followers_) {
+        if (follower->follows() == Follows::WhatIsHeld)
+            evaluator.each_evaluated([&](u32 catom, u64) { follower->add(catom); });
+        else
+            only_held = false;
+    }
+    if (only_held) return;
     if (writes_private_) return evaluator.each_evaluated([&](u32 catom, u64) { touch(catom); });
     changed_.clear();
     evaluator.add_changed(committed_, changed_);

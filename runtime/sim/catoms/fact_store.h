@@ -57,12 +57,15 @@ class FactStore {
         touch_shared(catom);
     }
 
-    // From now on whoever follows learns which catoms are touched, as long as this lives. Cost for all others: nothing.
-    Touched& follow();
+    // From now on whoever follows learns which catoms are touched, as long as this lives: those of which users may see something else, or
+    // also those that hold something else of any kind, as a snapshot has it. Those on the agenda, and those whose readers are still to be
+    // told which rows have changed, may change without a word. Cost for all others: nothing.
+    Touched& follow(Follows what = Follows::WhatIsSeen);
     // Something at the catom has changed outside an evaluation. Every mark says so; else whoever changes it.
     void touch(u32 catom) {
         for (const auto& follower : followers_) follower->add(catom);
     }
+    bool followed() const { return !followers_.empty(); }
     void touch_shared(u32 catom) {
         for (const auto& follower : followers_) follower->add_shared(catom);
     }

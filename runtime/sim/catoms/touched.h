@@ -13,10 +13,14 @@
 
 namespace meld::sim {
 
+// What a reader is told of.
+enum class Follows { WhatIsSeen, WhatIsHeld };
+
 class Touched {
   public:
     // At first nothing is known, so everything is touched.
-    explicit Touched(std::size_t catoms) { resize(catoms); }
+    explicit Touched(std::size_t catoms, Follows what = Follows::WhatIsSeen) : follows_(what) { resize(catoms); }
+    Follows follows() const { return follows_; }
 
     // New ones are touched.
     void resize(std::size_t catoms) {
@@ -68,6 +72,7 @@ class Touched {
     std::vector<u64> summary_;  // By group of groups: where a word is not 0.
     std::size_t count_ = 0;
     bool everything_ = true;
+    Follows follows_;
 };
 
 }  // namespace meld::sim

@@ -86,6 +86,15 @@ class SimModule {
     virtual Stages stages() const { return {}; }
 };
 
+// Of a module that says when what its save_catoms() writes has changed. Where checkpoints hold what has changed, others are asked for all
+// catoms, and what they write counts as changed.
+class SaysWhatChanges {
+  public:
+    virtual ~SaysWhatChanges() = default;
+    // Whether it changes only with something else at the catom, or with Subdomain::touch().
+    virtual bool touches_what_it_keeps() const = 0;
+};
+
 // A predicate of the running program, looked up once by name.
 class Predicate {
   public:

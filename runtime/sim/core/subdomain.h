@@ -99,7 +99,9 @@ class Subdomain {
     }
     void add_changed(const std::vector<bool>& which, std::vector<u32>& catoms) const { facts_.evaluator.add_changed(which, catoms); }
     // Whoever follows learns from now on which catoms of this process, or ghosts, may have changed since it looked last.
-    Touched& follow() { return facts_.follow(); }
+    Touched& follow(Follows what = Follows::WhatIsSeen) { return facts_.follow(what); }
+    // What a module keeps for a catom has changed.
+    void touch(Catom catom) { facts_.touch(catom); }
     ActionKind kind_of(const eval::Action& action) const { return program_actions.kind_of(action.predicate); }
     const eval::Agenda& agenda() const { return facts_.evaluator.agenda(); }
     // Of the last tick on this process.
@@ -274,6 +276,7 @@ class Subdomain {
     friend class Programs;
     friend class Exchange;
     friend class Tick;
+    friend class ChangedChunks;
     friend class Saver;
     friend class Loader;
     friend class HandOver;

@@ -383,6 +383,7 @@ void LatticeMotion::apply_units(Subdomain& subdomain) {
         const std::int32_t due = std::exchange(units_due_[catom], 0);
         if (due == 0) continue;
         held_[catom] += due;
+        subdomain.touch(catom);
         MELD_ASSERT(held_[catom] >= 0 && held_[catom] <= world_.motion.capacity, "a catom holds {} units", held_[catom]);
         hold(subdomain, catom, held_[catom]);
         if (subdomain.owned(catom)) units_ += due;

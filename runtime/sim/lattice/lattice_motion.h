@@ -21,7 +21,7 @@
 
 namespace meld::sim {
 
-class LatticeMotion : public SimModule {
+class LatticeMotion : public SimModule, public SaysWhatChanges {
   public:
     explicit LatticeMotion(const world::World& world);
     Result<void> start(Subdomain& subdomain) override;
@@ -31,6 +31,8 @@ class LatticeMotion : public SimModule {
     void struck(Subdomain& subdomain) override;
     Result<void> resume(Subdomain& subdomain) override;
     Result<void> saveable() const override { return {}; }
+    // Amoebots have turns.
+    bool touches_what_it_keeps() const override { return !world_.has_amoebots(); }
     // Amoebots are activated in every tick.
     bool leaves_facts_alone(const Subdomain& subdomain) const override { return !subdomain.world.has_amoebots(); }
     bool divides_anew() const override { return true; }

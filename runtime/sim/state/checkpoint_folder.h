@@ -92,6 +92,7 @@ class CheckpointFolder {
     // The tick of the last one that is whole.
     std::optional<std::int64_t> last() const { return last_; }
     const std::string& path() const { return path_; }
+    bool stores_changes() const { return stores_ == Stores::Changes; }
 
   private:
     // Ticks of checkpoints, from that of a whole one on.

@@ -1,6 +1,7 @@
 #include "runtime/sim/state/saver.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "runtime/base/assert.h"
@@ -13,6 +14,15 @@
 
 namespace meld::sim {
 
+namespace {
+
+bool touches_what_it_keeps(const SimModule& module) {
+    const auto* const says = dynamic_cast<const SaysWhatChanges*>(&module);
+    return says != nullptr && says->touches_what_it_keeps();
+}
+
+}  // namespace
+
 Result<void> Saver::run(std::span<const std::byte> counters, ShareSink& sink) const {
     MELD_EXPECT(!subdomain_.status().half_way(), "a snapshot in the midst of tick {}", subdomain_.tick());
     MELD_EXPECT(subdomain_.facts_.evaluator.requests().empty(), "requests that wait for an evaluation, after tick {}", subdomain_.tick());
@@ -23,23 +33,52 @@ Result<void> Saver::run(std::span<const std::byte> counters, ShareSink& sink) co
 }
 
 Result<void> Saver::save_cells(ShareSink& sink) const {
+    const std::size_t most = sink.chunk_catoms(), count = subdomain_.ensemble.index_count();
+    const bool by_changes = changed_ != nullptr && most == changed_->catoms();
+    const bool silent = by_changes && std::ranges::any_of(modules_, [](const NamedModule& m) { return !touches_what_it_keeps(*m.module); });
     std::vector<Catom> catoms;
     ByteWriter places, held;
-    const auto flush = [&]() -> Result<void> {
-        if (catoms.empty()) return {};
+    for (std::size_t chunk = 0; chunk * most < count; ++chunk) {
+        if (by_changes) {
+            bool changed = changed_->changed(chunk);
+            if (silent) {
+                list(chunk * most, most, catoms);
+                const bool kept = any_kept_silently(catoms);
+                if (kept) changed_->changes_by_itself(chunk);
+                changed = changed || kept;
+            }
+            if (!changed && sink.take_as_before(chunk)) continue;
+        }
+        list(chunk * most, most, catoms);
+        if (catoms.empty()) continue;
         places.clear(), held.clear();
         CellPlaces::save(subdomain_.ensemble, catoms, places);
         state(catoms, held);
-        catoms.clear();
-        return sink.chunk({places.view(), held.view()});
-    };
-    for (Catom c = 0; c < subdomain_.ensemble.index_count(); ++c) {
-        if (!subdomain_.owned(c)) continue;
-        catoms.push_back(c);
-        if (catoms.size() < sink.chunk_catoms()) continue;
-        if (auto done = flush(); !done) return done;
+        if (auto done = sink.chunk({places.view(), held.view(), chunk}); !done) return done;
     }
-    return flush();
+    return {};
+}
+
+void Saver::list(std::size_t first, std::size_t count, std::vector<Catom>& catoms) const {
+    const auto end = static_cast<Catom>(std::min<std::size_t>(first + count, subdomain_.ensemble.index_count()));
+    catoms.clear();
+    // Mostly all are this process's. To count them is a few instructions for many of them.
+    std::size_t mine = 0;
+    for (auto c = static_cast<Catom>(first); c < end; ++c) mine += subdomain_.ensemble.state(c) == kCatomOwned ? 1 : 0;
+    if (mine == end - first) {
+        catoms.resize(mine);
+        std::iota(catoms.begin(), catoms.end(), static_cast<Catom>(first));
+        return;
+    }
+    for (auto c = static_cast<Catom>(first); c < end; ++c)
+        if (subdomain_.owned(c)) catoms.push_back(c);
+}
+
+bool Saver::any_kept_silently(std::span<const Catom> catoms) const {
+    ByteWriter kept;
+    for (const NamedModule& each : modules_)
+        if (!touches_what_it_keeps(*each.module) && !catoms.empty()) each.module->save_catoms(subdomain_, catoms, kept);
+    return !kept.empty();
 }
 
 Result<void> Saver::save_homes(ShareSink& sink) const {

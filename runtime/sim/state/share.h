@@ -17,11 +17,18 @@ using BlockView = std::span<const std::byte>;
 
 // Of a lattice; catoms at arbitrary positions that belong together stay together.
 inline constexpr std::uint32_t kMostCatomsOfAChunk = 1u << 16, kMostBodiesOfAChunk = 1u << 12;
+// Where snapshots share chunks that are alike: a change costs its chunk, and two of them fit into a processor's cache while they are
+// compared.
+inline constexpr std::size_t kCatomsOfASmallChunk = 2048;
+
+inline constexpr std::size_t kNoChunk = ~std::size_t{0};
 
 // Some catoms of one process: their numbers and places, and all that is kept for each.
 struct Chunk {
     BlockView places;
     BlockView state;
+    // Of a lattice: which one it is of those with so many indices each, from 0 on; some may be empty.
+    std::size_t number = kNoChunk;
 };
 
 // Takes the share of one process: its chunks, and then what is not a catom's. The bytes are valid while it takes them.
@@ -31,6 +38,8 @@ class ShareSink {
     // At most this many catoms a chunk. In files a chunk is small beside the columns, and a column of it a long run of bytes.
     virtual std::size_t chunk_catoms() const { return kMostCatomsOfAChunk; }
     virtual Result<void> chunk(const Chunk& chunk) = 0;
+    // Takes the chunk of this number as it was in the snapshot before. Returns false if it has not got it.
+    virtual bool take_as_before(std::size_t /*number*/) { return false; }
     virtual Result<void> rest(BlockView rest) = 0;
 };
 

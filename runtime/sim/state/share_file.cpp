@@ -19,8 +19,6 @@ namespace {
 constexpr char kMagic[16] = "meld snapshot10", kChangesMagic[16] = "meld snapshot11";
 // A bit of the kind: the block says where its bytes are.
 constexpr std::uint64_t kElsewhere = 1u << 8;
-// Of a share whose blocks others refer to: a change costs its chunk.
-constexpr std::size_t kCatomsOfASmallChunk = 2048;
 constexpr std::uint64_t kMostNames_bytes = 1 << 24;
 
 // Of the kind and the bytes, and thereby of the length: a file that ends after a whole block lacks the last kind.
@@ -51,7 +49,7 @@ Result<std::unique_ptr<ShareWriter>> ShareWriter::create(const std::string& path
     if (!file) return tl::unexpected<Error>(file.error());
     std::unique_ptr<ShareWriter> writer(new ShareWriter(std::move(*file)));
     writer->before_ = &before;
-    writer->written_.emplace(WrittenBlocks{.files = before.files, .blocks = {}});
+    writer->written_.emplace(WrittenBlocks{.files = before.files, .blocks = {}, .chunks = {}});
     const bool whole = before.files.empty();
     writer->file_.write({whole ? kMagic : kChangesMagic, sizeof kMagic});
     if (!whole) {
@@ -73,29 +71,58 @@ void ShareWriter::write_as_it_is(std::uint64_t kind, BlockView block, std::uint6
     file_.write({reinterpret_cast<const char*>(block.data()), block.size()});
 }
 
-void ShareWriter::write(ShareBlock kind, BlockView block) {
+void ShareWriter::write_elsewhere(std::uint64_t kind, const WrittenBlocks::Place& place) {
+    const BlockView where = std::as_bytes(std::span(&place, 1));
+    write_as_it_is(kind | kElsewhere, where, hash_of(kind | kElsewhere, where));
+}
+
+WrittenBlocks::Known ShareWriter::write(ShareBlock kind, BlockView block) {
     const auto number = static_cast<std::uint64_t>(kind);
     const std::uint64_t hash = hash_of(number, block);
-    if (!written_) return write_as_it_is(number, block, hash);
+    if (!written_) {
+        write_as_it_is(number, block, hash);
+        return {};
+    }
     // Of 128 bits, so that no two blocks are taken for one.
     const XXH128_hash_t content = XXH3_128bits_withSeed(block.data(), block.size(), number);
-    const std::pair key(content.low64, content.high64);
+    const WrittenBlocks::Content key(content.low64, content.high64);
+    const bool is_short = block.size() <= sizeof(WrittenBlocks::Place);
     WrittenBlocks::Place place{
         .file = written_->files.size() - 1, .offset = size() + sizeof(BlockHead), .size = block.size(), .hash = hash};
-    if (const auto known = before_->blocks.find(key); known != before_->blocks.end() && block.size() > sizeof place) {
+    if (const auto known = before_->blocks.find(key); known != before_->blocks.end() && !is_short) {
         place = known->second;
-        const BlockView where = std::as_bytes(std::span(&place, 1));
-        write_as_it_is(number | kElsewhere, where, hash_of(number | kElsewhere, where));
+        write_elsewhere(number, place);
     } else {
         write_as_it_is(number, block, hash);
     }
     written_->blocks.try_emplace(key, place);
+    WrittenBlocks::Known known{.content = key};
+    if (is_short) known.bytes.assign(block.begin(), block.end());
+    return known;
 }
 
 Result<void> ShareWriter::chunk(const Chunk& chunk) {
-    write(ShareBlock::Places, chunk.places);
-    write(ShareBlock::State, chunk.state);
+    WrittenBlocks::Known places = write(ShareBlock::Places, chunk.places), state = write(ShareBlock::State, chunk.state);
+    if (written_ && chunk.number != kNoChunk) written_->chunks[chunk.number] = {std::move(places), std::move(state)};
     return {};
+}
+
+bool ShareWriter::take_as_before(std::size_t number) {
+    if (before_ == nullptr) return false;
+    const auto chunk = before_->chunks.find(number);
+    if (chunk == before_->chunks.end()) return false;
+    for (const ShareBlock kind : {ShareBlock::Places, ShareBlock::State}) {
+        const WrittenBlocks::Known& known = chunk->second[kind == ShareBlock::State];
+        if (!known.bytes.empty()) {
+            write(kind, known.bytes);
+            continue;
+        }
+        const WrittenBlocks::Place& place = before_->blocks.at(known.content);
+        write_elsewhere(static_cast<std::uint64_t>(kind), place);
+        written_->blocks.try_emplace(known.content, place);
+    }
+    written_->chunks.insert(*chunk);
+    return true;
 }
 
 Result<void> ShareWriter::rest(BlockView rest) {

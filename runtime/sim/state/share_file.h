@@ -3,6 +3,7 @@
 // instead in which file and where it is; these files are in the same folder.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -27,8 +28,15 @@ struct WrittenBlocks {
         std::uint64_t file = 0;  // Of `files`.
         std::uint64_t offset = 0, size = 0, hash = 0;
     };
+    using Content = std::pair<std::uint64_t, std::uint64_t>;
+    // Of a chunk whose number is known, its two blocks; the bytes of those that are shorter than what says where they are.
+    struct Known {
+        Content content = {};
+        std::vector<std::byte> bytes = {};
+    };
     std::vector<std::string> files = {};  // Names, without folder.
-    std::map<std::pair<std::uint64_t, std::uint64_t>, Place> blocks = {};
+    std::map<Content, Place> blocks = {};
+    std::map<std::size_t, std::array<Known, 2>> chunks = {};
 };
 
 // Writes chunk by chunk; the file is there, and safe from a failure of the machine, when close() has returned well.
@@ -40,6 +48,7 @@ class ShareWriter : public ShareSink {
     static Result<std::unique_ptr<ShareWriter>> create(const std::string& path, const WrittenBlocks& before);
     std::size_t chunk_catoms() const override;
     Result<void> chunk(const Chunk& chunk) override;
+    bool take_as_before(std::size_t number) override;
     Result<void> rest(BlockView rest) override;
     // Takes so much space on the disk in advance. Errors: there is not so much.
     Result<void> reserve(std::uint64_t bytes);
@@ -50,7 +59,8 @@ class ShareWriter : public ShareSink {
 
   private:
     explicit ShareWriter(OutputFile file) : file_(std::move(file)) {}
-    void write(ShareBlock kind, BlockView block);
+    WrittenBlocks::Known write(ShareBlock kind, BlockView block);
+    void write_elsewhere(std::uint64_t kind, const WrittenBlocks::Place& place);
     void write_as_it_is(std::uint64_t kind, BlockView block, std::uint64_t hash);
 
     OutputFile file_;

@@ -33,6 +33,8 @@ bool Disturbance::attempt(const std::function<void(comm::Communicator&)>& body) 
     whole_.reset();
     next_.reset();
     first_tick_ = -1;
+    by_changes_.clear();
+    by_changes_.resize(static_cast<std::size_t>(options.processes));
     const comm::ClusterRun ran = comm::run_cluster(options, body);
     const bool again = ran.killed >= 0 || (stop_after_ > 0 && whole_.has_value());
     if (!again) return false;
@@ -54,12 +56,28 @@ void Disturbance::load(sim::Subdomain& subdomain, Place& place) const {
     place.changes.go_on(from_->place.changes);
 }
 
-bool Disturbance::before_tick(const sim::Subdomain& subdomain, const Place& place) {
+void Disturbance::compare_changes(sim::Subdomain& subdomain) {
+    if (subdomain.ensemble.is_free()) return;
+    std::unique_ptr<ByChanges>& mine = by_changes_[static_cast<std::size_t>(subdomain.comm.process())];
+    if (!mine) mine = std::make_unique<ByChanges>(subdomain);
+    sim::CodeModules none;
+    const sim::Modules no_modules;
+    const std::string wrong = mine->shares.take([&](sim::ShareSink& sink, sim::ChangedChunks* changed) {
+        // The changes are known until the snapshots are taken.
+        if (changed != nullptr && mine->digest.of(subdomain, *changed) != record::state_digest(subdomain))
+            throw std::runtime_error("the digest by changed chunks is not that of the state");
+        return sim::Saver(subdomain, no_modules, none, changed).run({}, sink);
+    });
+    if (!wrong.empty()) throw std::runtime_error("a snapshot by changes: " + wrong);
+}
+
+bool Disturbance::before_tick(sim::Subdomain& subdomain, const Place& place) {
     if (every_ == 0) return false;
     if (first_tick_ < 0) first_tick_ = subdomain.tick();
     const std::int64_t ticks = subdomain.tick() - first_tick_;
     if (ticks == 0 || ticks % every_ != 0) return false;
     const int processes = subdomain.comm.processes();
+    compare_changes(subdomain);
     if (!next_) next_.emplace(Snapshot{.shares = sim::MemoryShares(static_cast<std::size_t>(processes)), .place = place});
     sim::CodeModules none;
     check(sim::Saver(subdomain, {}, none).run({}, next_->shares.of(subdomain.comm.process())));

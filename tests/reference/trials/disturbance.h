@@ -3,10 +3,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "runtime/comm/transport/cluster.h"
+#include "runtime/results/record/state_digest.h"
 #include "tests/retraction/changes.h"
+#include "tests/state/changed_share.h"
 #include "tests/state/memory_shares.h"
 
 namespace meld::reference {
@@ -32,8 +36,8 @@ class Disturbance {
     bool goes_on() const { return from_.has_value(); }
     // Sets a new subdomain up from the snapshot, and its place.
     void load(sim::Subdomain& subdomain, Place& place) const;
-    // Every process calls it. Takes a snapshot now and then; true: the run stops here.
-    bool before_tick(const sim::Subdomain& subdomain, const Place& place);
+    // Every process calls it. Takes a snapshot now and then, and compares it with one by what has changed; true: the run stops here.
+    bool before_tick(sim::Subdomain& subdomain, const Place& place);
 
   private:
     struct Snapshot {
@@ -42,6 +46,8 @@ class Disturbance {
         int by = 0;  // It counts once all processes have taken it.
     };
     std::uint64_t draw(std::uint64_t below);
+    // The same snapshot by changes, and its digest; and both in full.
+    void compare_changes(sim::Subdomain& subdomain);
 
     const std::uint64_t seed_;
     std::uint64_t draws_ = 0, stopped_ = 0;
@@ -50,6 +56,12 @@ class Disturbance {
     std::optional<Snapshot> whole_, next_;
     std::int64_t every_ = 0, stop_after_ = 0;  // In ticks; 0: never.
     std::int64_t first_tick_ = 0;
+    struct ByChanges {
+        explicit ByChanges(sim::Subdomain& subdomain) : shares(subdomain) {}
+        sim::ChangedShares shares;
+        record::ChunkDigest digest;
+    };
+    std::vector<std::unique_ptr<ByChanges>> by_changes_;  // By process.
 };
 
 }  // namespace meld::reference
