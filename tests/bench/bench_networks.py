@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The gradient in networks that take time beside the ideal one; and what a message costs by itself: a fact of each catom of a cube that
-changes in every tick, known to all neighbours a number of ticks later.
+changes in every tick, known to all neighbours a number of ticks later. The ideal run has the same evaluations, so they are not in it.
+In the first program readers share what they know of a neighbour; the second has linear facts, so each of its links has a mailbox.
 
 Usage: bench_networks.py BIN_DIR EXAMPLES_DIR [--side N] [--runs N] [--ticks N]   prints medians of CPU seconds, and bytes
 """
@@ -21,6 +22,10 @@ BEAT = """type beat(node, int T).
 type heard(node, max int T).
 beat(A, T) :- tick(A, T).
 heard(B, T) :- neighbor(A, B), beat(A, T).
+"""
+# A rule that never fires.
+POST = BEAT + """type linear post(node).
+post(A), neighbor(A, B) -o post(B).
 """
 
 
@@ -62,20 +67,21 @@ def main():
         for name, (cpu, last) in found.items():
             print(f"  {name:22} {cpu:7.3f} s  {cpu / ideal:5.1f} x  {last['bytes_per_catom']:6.1f} bytes a catom")
 
-        program = f"{folder}/beat.meld"
-        with open(program, "w") as out:
-            out.write(BEAT)
         runs.side = max(2, a.side // 2)
         links = 6 * runs.side ** 2 * (runs.side - 1)
         few, many = 4, 12
         latency = {ticks: f'[network]\nkind = "latency"\nleast = {ticks}\nmost = {ticks}' for ticks in (few, many)}
-        found = runs.medians(program, {0: "", **latency}, a.runs, "--ticks", str(a.ticks))
-        sent = links * (a.ticks - 1)
-        under_way = links * (many - few)
-        nanoseconds = (found[few][0] - found[0][0]) / sent * 1e9
-        size = (found[many][1]["peak_bytes"] - found[few][1]["peak_bytes"]) / under_way
-        print(f"a message, {runs.side ** 3} catoms, {links} links, {few} ticks: {nanoseconds:.0f} ns")
-        print(f"  under way, {few} to {many} ticks: {size:.1f} bytes")
+        print(f"a message, {runs.side ** 3} catoms, {links} links, {few} ticks")
+        for name, text in (("shared by readers", BEAT), ("in mailboxes", POST)):
+            program = f"{folder}/beat.meld"
+            with open(program, "w") as out:
+                out.write(text)
+            found = runs.medians(program, {0: "", **latency}, a.runs, "--ticks", str(a.ticks))
+            sent = links * (a.ticks - 1)
+            under_way = links * (many - few)
+            nanoseconds = (found[few][0] - found[0][0]) / sent * 1e9
+            size = (found[many][1]["peak_bytes"] - found[few][1]["peak_bytes"]) / under_way
+            print(f"  {name:22} {nanoseconds:7.0f} ns  {size:6.1f} bytes under way ({few} to {many} ticks)")
 
 
 main()

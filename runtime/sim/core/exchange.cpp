@@ -32,7 +32,7 @@ void Exchange::run() {
     arrivals_.clear();
     // In any order of workers: a column of a catom changes once.
     for (auto& changed : changed_) {
-        for (const Export& each : changed) subdomain_.network_->changed(subdomain_.tick(), each.catom, each.column);
+        if (!changed.empty()) subdomain_.network_->changed(subdomain_.tick(), changed);
         changed.clear();
     }
     if (subdomain_.alone()) {
@@ -247,7 +247,7 @@ void Exchange::unpack(const comm::Packet& packet, std::deque<std::vector<Value>>
         else
             subdomain_.facts_.columns.unpack_column(number, catom, in, 0);
         if (network_follows())
-            subdomain_.network_->changed(subdomain_.tick(), catom, number);
+            subdomain_.network_->changed(subdomain_.tick(), {&change, 1});
         else if (subdomain_.network_)
             continue;
         else if (asks)

@@ -79,7 +79,7 @@ class Exchange {
     Subdomain& subdomain_;
     std::vector<std::vector<std::vector<Export>>> exports_;  // By worker and destination.
     std::vector<ByteWriter> packets_;                        // By destination.
-    std::vector<std::vector<Export>> changed_;               // By worker, for a network that takes time.
+    std::vector<std::vector<eval::Change>> changed_;         // By worker, for a network that takes time.
     std::uint64_t sent_bytes_ = 0, lost_ = 0;
     Births births_;
     // The arrivals of a tick, and their order; reused so that a tick allocates nothing.

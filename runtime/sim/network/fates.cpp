@@ -29,13 +29,19 @@ world::Fate Fates::of(u32 part, Catom from, Catom to, i64 now) const {
 
 void Fates::of(Catom from, std::span<const Reader> to, i64 now, std::span<world::Fate> fates) const {
     const world::NetworkOptions& network = world_.network;
-    if (!network.parts.empty() || !network.singles.empty()) {
+    if (!same_terms()) {
         for (std::size_t i = 0; i < to.size(); ++i) fates[i] = of(part_between(from, to[i].catom), from, to[i].catom, now);
         return;
     }
     std::array<u64, kReadersAtOnce> ids;
     for (std::size_t i = 0; i < to.size(); ++i) ids[i] = members_.ensemble.id(to[i].catom);
     world::fates(network.kind, network.terms, world_.seed, members_.ensemble.id(from), {ids.data(), to.size()}, now, fates);
+}
+
+void Fates::delays(Catom from, std::span<const Reader> to, i64 now, std::span<u32> ticks) const {
+    std::array<u64, kReadersAtOnce> ids;
+    for (std::size_t i = 0; i < to.size(); ++i) ids[i] = members_.ensemble.id(to[i].catom);
+    world::delays(world_.network.terms, world_.seed, members_.ensemble.id(from), {ids.data(), to.size()}, now, ticks);
 }
 
 i64 Fates::find_turn(Catom catom, i64 tick) {
@@ -45,8 +51,7 @@ i64 Fates::find_turn(Catom catom, i64 tick) {
     return turn;
 }
 
-i64 Fates::jammed_until(i64 now, Catom from, Catom to) const {
-    if (world_.longest_jam == 0) return now;
+i64 Fates::end_of_jam(i64 now, Catom from, Catom to) const {
     const world::Ensemble& ensemble = members_.ensemble;
     i64 until = now;
     for (const world::Event& event : world_.events) {

@@ -25,8 +25,15 @@ class Fates {
     const world::LinkTerms& terms(u32 part) const;
     // Of what is sent in a tick over a link with these terms.
     world::Fate of(u32 part, Catom from, Catom to, i64 now) const;
+    // Whether all links have the same terms.
+    bool same_terms() const { return world_.network.parts.empty() && world_.network.singles.empty(); }
     // The same of several links of a catom.
     void of(Catom from, std::span<const Reader> to, i64 now, std::span<world::Fate> fates) const;
+    // Whether what is sent takes some ticks, and nothing else happens to it: all links have the same terms, nothing is lost, and every
+    // catom acts in every tick.
+    bool only_delays() const { return same_terms() && world_.network.kind == world::NetworkKind::Latency && world_.clock.synchronous(); }
+    // These ticks.
+    void delays(Catom from, std::span<const Reader> to, i64 now, std::span<u32> ticks) const;
     // The first tick from this one on in which a catom acts.
     i64 acts_from(Catom catom, i64 tick) {
         if (world_.clock.synchronous() || world_.clock.gives_turns()) return tick;
@@ -46,7 +53,7 @@ class Fates {
     }
     std::size_t bytes() const { return turns_.capacity() * sizeof(Turn); }
     // The first tick in which the jams of this one let something through; `now`, if none is about this link.
-    i64 jammed_until(i64 now, Catom from, Catom to) const;
+    i64 jammed_until(i64 now, Catom from, Catom to) const { return world_.longest_jam == 0 ? now : end_of_jam(now, from, to); }
 
     // Something was lost for good, which both ends know from this tick on.
     void lose(i64 tick, Catom from, Catom to);
@@ -73,6 +80,7 @@ class Fates {
         return since <= wait ? std::optional(tick + (wait - since)) : std::nullopt;
     }
     i64 find_turn(Catom catom, i64 tick);
+    i64 end_of_jam(i64 now, Catom from, Catom to) const;
 
     // From this tick on there is no link between these catoms.
     struct Down {

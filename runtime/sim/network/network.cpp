@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/base/assert.h"
+#include "runtime/base/prefetch.h"
 #include "runtime/engine/tuple/schema.h"
 #include "runtime/engine/tuple/values.h"
 
@@ -103,11 +104,16 @@ static void each_reader(const world::Links& links, Catom catom, const Visit& vis
 
 void Network::before_change(i64 now, std::span<const eval::Change> changes) {
     if (versions_) return versions_->change(now, changes);
-    for (const eval::Change& change : changes)
-        each_reader(members_.ensemble.links(), change.catom, [&](Catom reader, world::Port port, std::int32_t index) {
+    const world::Links& links = members_.ensemble.links();
+    constexpr std::size_t kAhead = 8;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        const eval::Change& change = changes[i];
+        if (i + kAhead < changes.size()) links.ask_ahead(changes[i + kAhead].catom);
+        each_reader(links, change.catom, [&](Catom reader, world::Port port, std::int32_t index) {
             if (index == static_cast<std::int32_t>(change.catom) && members_.ensemble.state(reader) == kCatomOwned)
                 open_mailbox(reader, port, change.catom, Holds::AllThatIsSaid);
         });
+    }
 }
 
 bool Network::has_news(const Mailbox& m) const {
@@ -175,17 +181,21 @@ void Network::release_parcel(u32 parcel) {
     free_parcels_.push_back(parcel);
 }
 
-void Network::put(i64 arrival, u32 mailbox, u32 parcel, bool late) {
-    MELD_EXPECT(arrival >= 0, "tick {}", arrival);
-    arriving(arrival).push_back({mailbox, parcel, late});
+void Network::put_at(std::size_t slot, u32 mailbox, u32 parcel, bool late) {
+    MELD_EXPECT(slot < ring_.size(), "slot {} of {}", slot, ring_.size());
+    ring_[slot].push_back({mailbox, parcel, late});
     ++mailboxes_[mailbox].under_way;
     ++parcels_[parcel].links;
     ++under_way_;
 }
 
 void Network::post(i64 now, u32 mailbox, u32 parcel, bool linear) {
+    const Mailbox& m = mailboxes_[mailbox];
+    post(now, slot(now), mailbox, parcel, linear, fates_.of(m.part, m.other, m.reader, now));
+}
+
+void Network::post(i64 now, std::size_t slot_now, u32 mailbox, u32 parcel, bool linear, const world::Fate& fate) {
     Mailbox& m = mailboxes_[mailbox];
-    const world::Fate fate = fates_.of(m.part, m.other, m.reader, now);
     const bool reorder = fates_.terms(m.part).reorder;
     const auto arrival = [&](u32 ticks) { return fates_.acts_from(m.reader, now + ticks); };
     if (!fate.arrives) {
@@ -194,27 +204,85 @@ void Network::post(i64 now, u32 mailbox, u32 parcel, bool linear) {
         m.last = std::max(m.last, now + fate.ticks);
         return fates_.lose(now + fate.ticks, m.other, m.reader);
     }
+    // A division takes longer than all else here.
+    const auto put_after = [&](i64 tick) {
+        const std::size_t at = slot_now + static_cast<std::size_t>(tick - now);
+        put_at(at < ring_.size() ? at : at - ring_.size(), mailbox, parcel, false);
+    };
     // What was sent before arrives before, unless it may be overtaken.
     const i64 at = arrival(fate.ticks);
     m.last = reorder ? at : std::max(m.last, at);
-    put(m.last, mailbox, parcel);
-    if (fate.twice_after != 0) put(std::max(reorder ? 0 : m.last, arrival(fate.twice_after)), mailbox, parcel);
+    put_after(m.last);
+    if (fate.twice_after != 0) put_after(std::max(reorder ? 0 : m.last, arrival(fate.twice_after)));
 }
 
-void Network::changed(i64 now, Catom catom, u16 column) {
-    MELD_EXPECT(follows_changes(), "catom {} column {}", catom, column);
+void Network::changed(i64 now, std::span<const eval::Change> changes) {
+    MELD_EXPECT(follows_changes(), "{} changes", changes.size());
+    // Their readers and mailboxes lie anywhere in memory: those of so many are asked for, one step after the other, before any is needed.
+    constexpr std::size_t kTogether = 16;
+    const world::Links& links = members_.ensemble.links();
+    std::array<std::size_t, kTogether> ends;
+    std::vector<Reader> readers;
+    Posting posting{.now = now, .slot = slot(now)};
+    for (std::size_t first = 0; first < changes.size(); first += kTogether) {
+        const std::span<const eval::Change> some = changes.subspan(first, std::min(kTogether, changes.size() - first));
+        for (const eval::Change& each : some) links.ask_ahead(each.catom);
+        readers.clear();
+        std::size_t place = 0;
+        for (const eval::Change& each : some) {
+            links.each(each.catom, [&](world::Port port, Catom other) {
+                const Reader& reader = readers.emplace_back(other, links.port_there(each.catom, port), -1, port);
+                links.ask_ahead_read(reader.catom, reader.port);
+            });
+            ends[place++] = readers.size();
+        }
+        const auto number_at = [&](const Reader& reader) -> const u32* {
+            const std::int32_t index = links.read(reader.catom, reader.port);
+            return index >= 0 && static_cast<std::size_t>(index) < number_of_.size() ? &number_of_[static_cast<std::size_t>(index)]
+                                                                                     : nullptr;
+        };
+        for (const Reader& reader : readers)
+            if (const u32* const number = number_at(reader)) ask_for(number);
+        for (const Reader& reader : readers)
+            if (const u32* const number = number_at(reader); number != nullptr && *number != kNone32) ask_for(&mailboxes_[*number]);
+        std::size_t from = 0;
+        for (place = 0; place < some.size(); ++place) {
+            const std::size_t to = ends[place];
+            changed(posting, some[place], std::span<const Reader>(readers).subspan(from, to - from));
+            from = to;
+        }
+    }
+}
+
+void Network::changed(Posting& posting, const eval::Change& change, std::span<const Reader> readers) {
+    const auto [catom, column] = change;
+    const i64 now = posting.now;
+    const world::Links& links = members_.ensemble.links();
     std::optional<u32> parcel;
-    each_reader(members_.ensemble.links(), catom, [&](Catom reader, world::Port port, std::int32_t index) {
-        if (members_.ensemble.state(reader) != kCatomOwned) return fates_.note_loss(now, catom, reader);
-        if (index < 0) return;
+    std::array<world::Fate, kReadersAtOnce> fates;
+    for (std::size_t i = 0; i < readers.size(); ++i) {
+        const std::size_t place = i % kReadersAtOnce;
+        if (fates_.same_terms() && place == 0) {
+            const std::size_t count = std::min<std::size_t>(kReadersAtOnce, readers.size() - i);
+            fates_.of(catom, readers.subspan(i, count), now, {fates.data(), count});
+        }
+        const auto [reader, port, _, from] = readers[i];
+        if (members_.ensemble.state(reader) != kCatomOwned) {
+            fates_.note_loss(now, catom, reader);
+            continue;
+        }
+        // Another column of this catom may have opened it.
+        const std::int32_t index = links.read(reader, port);
+        if (index < 0) continue;
         const u32 mailbox = static_cast<Catom>(index) == catom ? open_mailbox(reader, port, catom, Holds::AllThatIsSaid)
                                                                : number_of_[static_cast<std::size_t>(index)];
         if (!parcel) {
-            ByteWriter bytes;
-            const tuple::ChangeLog& changes = facts_.columns.changes();
-            const bool rows = changes.follows(column);
+            ByteWriter& bytes = posting.bytes;
+            bytes.clear();
+            const tuple::ChangeLog& log = facts_.columns.changes();
+            const bool rows = log.follows(column);
             if (rows) {
-                const RowChanges& c = *changes.of(column, catom);
+                const RowChanges& c = *log.of(column, catom);
                 bytes.write(c.removed);
                 bytes.write(c.added);
                 bytes.write_bytes(&c + 1, module_.columns[column].row_bytes * (std::size_t{c.removed} + c.added));
@@ -223,8 +291,11 @@ void Network::changed(i64 now, Catom catom, u16 column) {
             }
             parcel = take_parcel(rows ? ParcelKind::Rows : ParcelKind::Column, column, bytes.view());
         }
-        post(now, mailbox, *parcel, false);
-    });
+        if (fates_.same_terms())
+            post(now, posting.slot, mailbox, *parcel, false, fates[place]);
+        else
+            post(now, mailbox, *parcel, false);
+    }
     if (parcel && parcels_[*parcel].links == 0) release_parcel(*parcel);
 }
 
@@ -278,29 +349,39 @@ std::vector<Network::Entry> Network::take_entries(i64 tick, bool linear) {
     return taken;
 }
 
+void Network::give_back_entries(i64 tick, std::vector<Entry>&& entries) {
+    std::vector<Entry>& here = arriving(tick);
+    if (!here.empty() || entries.capacity() <= here.capacity()) return;
+    entries.clear();
+    here.swap(entries);
+}
+
 void Network::arrive(i64 now) {
     if (versions_) return versions_->arrive(now);
-    const std::vector<Entry> entries = take_entries(now, false);
+    std::vector<Entry> entries = take_entries(now, false);
     // They lie anywhere in memory, so what the next ones need is asked for ahead.
-    constexpr std::size_t kFirst = 16, kThen = 8;
+    constexpr std::size_t kFirst = 24, kThen = 16, kLast = 8;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (i + kFirst < entries.size()) {
             __builtin_prefetch(&mailboxes_[entries[i + kFirst].mailbox]);
             __builtin_prefetch(&parcels_[entries[i + kFirst].parcel]);
         }
         if (i + kThen < entries.size()) ask_ahead(entries[i + kThen]);
+        if (i + kLast < entries.size()) ask_ahead_rows(entries[i + kLast]);
         const Entry& entry = entries[i];
         mailboxes_[entry.mailbox].differs = false;
         if (comes_in(now, entry)) open(mailboxes_[entry.mailbox], parcels_[entry.parcel]);
         done_with(entry);
     }
+    give_back_entries(now, std::move(entries));
 }
 
 void Network::deliver(i64 next, const Deliver& deliver) {
     std::vector<Arrived> messages;
     std::deque<std::vector<Value>> arguments;
     tuple::Arena lists;
-    for (const Entry& entry : take_entries(next, true)) {
+    std::vector<Entry> entries = take_entries(next, true);
+    for (const Entry& entry : entries) {
         if (comes_in(next, entry)) {
             const Mailbox& m = mailboxes_[entry.mailbox];
             const Parcel& parcel = parcels_[entry.parcel];
@@ -309,6 +390,7 @@ void Network::deliver(i64 next, const Deliver& deliver) {
         }
         done_with(entry);
     }
+    give_back_entries(next, std::move(entries));
     deliver_far(next, messages, arguments, lists);
     // Of one sender in the order in which it sent them.
     std::ranges::stable_sort(messages, {}, [&](const Arrived& m) { return std::tuple(members_.ensemble.id(m.to), m.from); });
@@ -331,13 +413,20 @@ const Value* Network::read_arguments(u16 predicate, std::span<const std::byte> b
     return values.data();
 }
 
-// For open().
+// For open(), in two steps.
 void Network::ask_ahead(const Entry& entry) const {
     const Mailbox& m = mailboxes_[entry.mailbox];
     const Parcel& parcel = parcels_[entry.parcel];
-    __builtin_prefetch(parcel.bytes.data());
+    ask_for(parcel.bytes.data());
     if (m.index < 0 || parcel.kind != ParcelKind::Column) return;
-    __builtin_prefetch(facts_.columns.entry(parcel.number, static_cast<Catom>(m.index)), 1);
+    ask_for(facts_.columns.entry(parcel.number, static_cast<Catom>(m.index)));
+}
+
+void Network::ask_ahead_rows(const Entry& entry) const {
+    const Mailbox& m = mailboxes_[entry.mailbox];
+    const Parcel& parcel = parcels_[entry.parcel];
+    if (m.index < 0 || parcel.kind != ParcelKind::Column || !module_.columns[parcel.number].rows) return;
+    ask_for(facts_.columns.rows(parcel.number, static_cast<Catom>(m.index)).data);
 }
 
 void Network::open(const Mailbox& m, const Parcel& parcel) {

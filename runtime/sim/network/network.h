@@ -27,6 +27,7 @@
 #include "runtime/sim/catoms/membership.h"
 #include "runtime/sim/network/fates.h"
 #include "runtime/sim/network/mailbox_indices.h"
+#include "runtime/sim/network/readers.h"
 #include "runtime/sim/network/saved_links.h"
 #include "runtime/sim/network/versions.h"
 #include "runtime/world/description/network.h"
@@ -58,8 +59,8 @@ class Network {
     // After links were made or removed: new ones get mailboxes, with all that the neighbour tells under way. What was under way over
     // those that are gone is lost.
     void follow_links(i64 now);
-    // At the end of a tick, if follows_changes(): a column of a catom, owned or ghost, has changed.
-    void changed(i64 now, Catom catom, u16 column);
+    // At the end of a tick, if follows_changes(): these columns of catoms, owned or ghosts, have changed.
+    void changed(i64 now, std::span<const eval::Change> changes);
     // Otherwise before_change() has done all of it.
     bool follows_changes() const { return !versions_; }
     // At the end of a tick: a catom of this process was sent a linear fact.
@@ -133,6 +134,13 @@ class Network {
     };
 
     void follow(i64 now, bool tell);
+    // What changes() needs for each of many.
+    struct Posting {
+        i64 now;
+        std::size_t slot;  // In ring_, of this tick.
+        ByteWriter bytes = {};
+    };
+    void changed(Posting& posting, const eval::Change& change, std::span<const Reader> readers);
     // A mailbox for a link that has none, empty or with what the neighbour says.
     enum class Holds { Nothing, AllThatIsSaid };
     u32 open_mailbox(Catom reader, world::Port port, Catom other, Holds holds);
@@ -155,19 +163,25 @@ class Network {
     void load_far(i64 now, const std::function<std::optional<u32>(u64)>& find, bool takes_lost, ByteReader& in);
     // Puts a parcel on its way to a mailbox, as sent in tick `now`.
     void post(i64 now, u32 mailbox, u32 parcel, bool linear);
-    void put(i64 arrival, u32 mailbox, u32 parcel, bool late = false);
+    void post(i64 now, std::size_t slot_now, u32 mailbox, u32 parcel, bool linear, const world::Fate& fate);
+    void put(i64 arrival, u32 mailbox, u32 parcel, bool late = false) { put_at(slot(arrival), mailbox, parcel, late); }
+    void put_at(std::size_t slot, u32 mailbox, u32 parcel, bool late);
     // What arrives in this tick: linear facts, or all else.
     std::vector<Entry> take_entries(i64 tick, bool linear);
+    // The memory of those of this tick is for what arrives in a later one.
+    void give_back_entries(i64 tick, std::vector<Entry>&& entries);
     // Whether what arrives comes in. Otherwise it is lost, or waits for the end of a jam.
     bool comes_in(i64 now, const Entry& entry);
     void done_with(const Entry& entry);
     void open(const Mailbox& m, const Parcel& parcel);
     void ask_ahead(const Entry& entry) const;
+    void ask_ahead_rows(const Entry& entry) const;
     // That of a link, which is made if it has none. Nothing: there is no such link.
     std::optional<u32> mailbox_at(Catom reader, world::Port port);
     // Posts all that the neighbour exports.
     void tell_state(i64 now, u32 mailbox);
-    std::vector<Entry>& arriving(i64 tick) { return ring_[static_cast<std::size_t>(tick) % ring_.size()]; }
+    std::size_t slot(i64 tick) const { return static_cast<std::size_t>(tick) % ring_.size(); }
+    std::vector<Entry>& arriving(i64 tick) { return ring_[slot(tick)]; }
 
     const ModuleInfo& module_;
     const world::World& world_;

@@ -17,7 +17,8 @@ bool Versions::suit(const ModuleInfo& module, const world::World& world) {
     u32 exported = 0;
     for (u32 c = 0; c < module.column_count; ++c) {
         if (!module.columns[c].exported) continue;
-        if (module.columns[c].rows) return false;
+        // Readers are told which of its rows have changed, which is not known of those that follow another version.
+        if (module.columns[c].compare_groups != nullptr) return false;
         ++exported;
     }
     return exported > 0 && exported <= kMostColumns;
@@ -49,6 +50,7 @@ Versions::Versions(const ModuleInfo& module, const world::World& world, Membersh
         exported_.push_back(c);
         readers_dirty_ |= column.reader_dirty;
         has_lists_ = has_lists_ || column.list_count > 0;
+        has_rows_ = has_rows_ || column.rows;
         if (column.reader_dirty != 0 && facts.evaluator.can_concern(c)) asked_.push_back(c);
     }
     for (std::size_t place = 0; place < exported_.size(); ++place) add_kind(u64{1} << place);
@@ -108,18 +110,41 @@ Catom Versions::take(Catom catom, Holds holds) {
     return index;
 }
 
+// A copy of a length known at compile time is a few instructions.
+static void copy_record(u8* to, const u8* from, std::size_t bytes) {
+    switch (bytes) {
+        case 8:
+            std::memcpy(to, from, 8);
+            break;
+        case 16:
+            std::memcpy(to, from, 16);
+            break;
+        case 24:
+            std::memcpy(to, from, 24);
+            break;
+        default:
+            std::memcpy(to, from, bytes);
+    }
+}
+
 void Versions::keep(Catom catom, Catom index) {
     for (const u16 column : exported_)
-        if (has_lists_)
+        if (has_lists_ || module_.columns[column].rows)
             facts_.columns.copy(column, catom, index, 0);
         else
-            std::memcpy(facts_.columns.entry(column, index), facts_.columns.entry(column, catom), module_.columns[column].stride);
+            copy_record(facts_.columns.entry(column, index), facts_.columns.entry(column, catom), module_.columns[column].stride);
 }
 
 void Versions::give_back(Catom index) {
     const Version& version = version_at(index);
     if (version.said != 0) current_[version.catom] = kGone;
     indices_.give_back(index, has_lists_ ? MailboxIndices::Leaves::Nothing : MailboxIndices::Leaves::WhatItHolds);
+    // What is short keeps its memory for the next.
+    constexpr std::size_t kShort_bytes = 64;
+    if (!has_rows_) return;
+    for (const u16 column : exported_)
+        if (module_.columns[column].rows && facts_.columns.rows(column, index).capacity * module_.columns[column].row_bytes > kShort_bytes)
+            facts_.columns.set_rows(column, index, nullptr, 0, 0);
 }
 
 void Versions::set_current(Catom catom, Catom index) {
@@ -154,12 +179,9 @@ void Versions::change(i64 now, std::span<const eval::Change> changes) {
         std::size_t place = 0;
         readers_.clear();
         for (const eval::Change& each : some(first)) {
-            links.each(each.catom, [&](world::Port port, Catom other) {
-                Reader& reader = readers_.emplace_back();
-                reader.catom = other;
-                reader.port = links.port_there(each.catom, port);
-                reader.from = port;
-                links.ask_ahead_read(reader.catom, reader.port);
+            links.each_end(each.catom, [&](world::Port port, Catom other, world::Port there) {
+                *readers_.add() = {other, there, -1, port};
+                links.ask_ahead_read(other, there);
             });
             ends[place++] = readers_.size();
             if (const Catom index = current(each.catom); index != kGone) {
@@ -171,7 +193,7 @@ void Versions::change(i64 now, std::span<const eval::Change> changes) {
         std::size_t from = 0;
         for (const eval::Change& each : some(first)) {
             const std::size_t to = ends[place++];
-            change(now, each, std::span<const Reader>(readers_).subspan(from, to - from));
+            change(now, each, readers_.view().subspan(from, to - from));
             from = to;
         }
     }
@@ -216,17 +238,15 @@ void Versions::change(i64 now, const eval::Change& change, std::span<const Reade
     leave(index);
 }
 
-[[gnu::always_inline]] inline void Versions::push(std::vector<Entry>& entries, Catom index, Catom reader, world::Port port, bool whole,
-                                                  bool late) {
+[[gnu::always_inline]] inline void Versions::push(Entries& entries, const Entry& entry) {
     // Memory of a tick that has passed is enough for those of the next.
-    if (entries.capacity() == 0 && entries_.empty()) entries.swap(entries_);
-    if (entries.size() == entries.capacity()) [[unlikely]]
-        make_room(entries);
+    if (entries.capacity() == 0 && entries_.empty()) [[unlikely]]
+        entries.swap(entries_);
+    Entry* const place = entries.add();
     // Some lines of the cache ahead: more is written here than waits for its line otherwise.
     constexpr std::size_t kAhead = 24;
-    __builtin_prefetch(entries.data() + entries.size() + kAhead, 1);
-    entries.emplace_back(index, reader, port, whole, late);
-    ++under_way_;
+    __builtin_prefetch(place + kAhead, 1);
+    *place = entry;
 }
 
 void Versions::post(i64 now, Catom index, std::span<const Reader> readers, bool whole) {
@@ -244,38 +264,55 @@ void Versions::post(i64 now, Catom index, std::span<const Reader> readers, bool 
         readers = {here.data(), count};
     }
     if (same_ticks_ > 0) {
-        std::vector<Entry>& entries = arriving(now + same_ticks_);
-        for (const Reader& reader : readers) push(entries, index, reader.catom, reader.port, whole);
+        Entries& entries = arriving(now + same_ticks_);
+        for (const Reader& reader : readers) push(entries, {index, reader.catom, reader.port, whole});
+        under_way_ += readers.size();
         version_at(index).needed += static_cast<u32>(readers.size());
         return;
     }
-    std::array<world::Fate, kReadersAtOnce> fates;
-    fates_.of(catom, readers, now, {fates.data(), readers.size()});
+    world::Links::LastArrivals last = links.last_arrivals(catom, now);
     const std::size_t this_slot = slot(now);
-    u32 sent = 0;
-    for (std::size_t i = 0; i < readers.size(); ++i) {
-        const Reader& reader = readers[i];
-        // What was sent before arrives before; what comes after something that is lost finds the link down.
-        const i64 last = links.last_arrival(catom, reader.from, now);
-        const i64 at = fates[i].arrives ? fates_.acts_from(reader.catom, now + fates[i].ticks) : now + fates[i].ticks;
-        const i64 arrival = std::max(last, at);
-        links.set_last_arrival(catom, reader.from, arrival);
-        if (!fates[i].arrives) {
-            fates_.lose(at, catom, reader.catom);
-            continue;
-        }
+    // What was sent before arrives before; what comes after something that is lost finds the link down.
+    const auto put_after = [&](const Reader& reader, i64 ticks) {
         // A division takes longer than all else here.
-        std::size_t its_slot = this_slot + static_cast<std::size_t>(arrival - now);
+        std::size_t its_slot = this_slot + static_cast<std::size_t>(ticks);
         if (its_slot >= ring_.size()) its_slot -= ring_.size();
-        MELD_EXPECT(its_slot == slot(arrival), "tick {} from {}", arrival, now);
-        push(ring_[its_slot], index, reader.catom, reader.port, whole);
-        ++sent;
+        MELD_EXPECT(its_slot == slot(now + ticks), "tick {} from {}", now + ticks, now);
+        push(ring_[its_slot], {index, reader.catom, reader.port, whole});
+    };
+    u32 sent = 0;
+    if (fates_.only_delays()) {
+        std::array<u32, kReadersAtOnce> delays;
+        fates_.delays(catom, readers, now, {delays.data(), readers.size()});
+        for (std::size_t i = 0; i < readers.size(); ++i) {
+            const i64 ticks = std::max<i64>(last.ticks(readers[i].from), delays[i]);
+            last.set(readers[i].from, ticks);
+            put_after(readers[i], ticks);
+        }
+        sent = static_cast<u32>(readers.size());
+    } else {
+        std::array<world::Fate, kReadersAtOnce> fates;
+        fates_.of(catom, readers, now, {fates.data(), readers.size()});
+        for (std::size_t i = 0; i < readers.size(); ++i) {
+            const Reader& reader = readers[i];
+            const i64 at = fates[i].arrives ? fates_.acts_from(reader.catom, now + fates[i].ticks) - now : i64{fates[i].ticks};
+            const i64 ticks = std::max(last.ticks(reader.from), at);
+            last.set(reader.from, ticks);
+            if (!fates[i].arrives) {
+                fates_.lose(now + at, catom, reader.catom);
+                continue;
+            }
+            put_after(reader, ticks);
+            ++sent;
+        }
     }
+    under_way_ += sent;
     version_at(index).needed += sent;
 }
 
 void Versions::put(i64 arrival, const Entry& entry) {
-    push(arriving(arrival), entry.index, entry.reader, entry.port, entry.whole != 0, entry.late != 0);
+    push(arriving(arrival), entry);
+    ++under_way_;
     ++version_at(entry.index).needed;
 }
 
@@ -323,8 +360,8 @@ void Versions::cancel(const std::vector<Link>& links) {
     std::ranges::sort(keys);
     std::vector<bool> reads(members_.ensemble.index_count());
     for (const Link& link : links) reads[link.reader] = true;
-    for (std::vector<Entry>& entries : ring_) {
-        const auto lost = std::erase_if(entries, [&](const Entry& entry) {
+    for (Entries& entries : ring_) {
+        const auto lost = erase_if(entries, [&](const Entry& entry) {
             if (entry.index == kGone || !reads[entry.reader] || !std::ranges::binary_search(keys, key_of(entry.reader, entry.port)))
                 return false;
             release(entry.index);
@@ -365,10 +402,10 @@ void Versions::arrive(i64 now) {
     if (world_.longest_jam > 0) {
         // What has waited for the end of a jam was sent before what comes in its time.
         std::ranges::stable_partition(entries_, [](const Entry& entry) { return entry.late != 0; });
-        std::erase_if(entries_, [&](const Entry& entry) { return held_up(now, entry); });
+        erase_if(entries_, [&](const Entry& entry) { return held_up(now, entry); });
     }
     if (gone_ > 0)
-        std::erase_if(entries_, [&](const Entry& entry) {
+        erase_if(entries_, [&](const Entry& entry) {
             if (entry.index != kGone) return false;
             under_way_ -= entry.reader - 1;
             --gone_;
@@ -386,13 +423,13 @@ void Versions::arrive(i64 now) {
     ask(0);
     for (std::size_t first = 0; first < entries_.size(); first += kOpenedAtOnce) {
         ask(first + kOpenedAtOnce);
-        open(std::span<const Entry>(entries_).subspan(first, std::min(kOpenedAtOnce, entries_.size() - first)));
+        open(entries_.view().subspan(first, std::min(kOpenedAtOnce, entries_.size() - first)));
     }
     entries_.clear();
 }
 
-void Versions::put_gone(std::vector<Entry>& entries, u32 links) {
-    entries.push_back({kGone, links, 0, false});
+void Versions::put_gone(Entries& entries, u32 links) {
+    *entries.add() = {kGone, links, 0, false};
     ++gone_;
 }
 
@@ -409,13 +446,21 @@ bool Versions::held_up(i64 now, const Entry& entry) {
 
 void Versions::open(std::span<const Entry> entries) {
     world::Links& links = members_.ensemble.links();
-    for (const Entry& entry : entries) {
-        const auto before = static_cast<Catom>(links.read(entry.reader, entry.port));
-        if (is_version(before)) ask_for(&version_at(before));
-        for (const u16 column : asked_)
-            for (const Catom index : {before, place_of(entry.index), entry.reader}) ask_for(facts_.columns.entry(column, index));
-    }
     std::array<Catom, kOpenedAtOnce> readers;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        // For now, where the reader reads.
+        readers[i] = static_cast<Catom>(links.read(entries[i].reader, entries[i].port));
+        if (is_version(readers[i])) ask_for(&version_at(readers[i]));
+    }
+    for (const u16 column : asked_) {
+        const u8* const first = facts_.columns.entry(column, 0);
+        const std::size_t stride = module_.columns[column].stride;
+        for (std::size_t i = 0; i < entries.size(); ++i) {
+            ask_for(first + readers[i] * stride);
+            ask_for(first + place_of(entries[i].index) * stride);
+            ask_for(first + entries[i].reader * stride);
+        }
+    }
     for (auto next = entries.begin(); next != entries.end();) {
         const Entry& first = *next;
         const Version& version = version_at(first.index);
@@ -453,6 +498,7 @@ void Versions::mark_readers(const Version& version, Catom before, Catom to, std:
         facts_.evaluator.mark_concerned(subdomain_, {version.catom, column}, facts_.columns.entry(column, before),
                                         facts_.columns.entry(column, to), {reinterpret_cast<const i32*>(readers.data()), readers.size()});
     }
+    if (!facts_.followed()) return;
     for (const Catom reader : readers) facts_.touch(reader);
 }
 

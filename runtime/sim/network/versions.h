@@ -1,4 +1,4 @@
-// What readers know of a neighbour, for programs whose exported columns hold one fact each and send nothing else.
+// What readers know of a neighbour, for programs that send no linear facts and whose readers are not told which rows have changed.
 //
 // A reader who knows all that a catom says reads the catom itself. Before the catom changes, what it said until then is copied to one more
 // index among the columns: a version, which all those who know no more have in common. What travels is the next version, and its arrival
@@ -15,6 +15,7 @@
 
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
+#include "runtime/base/plain_array.h"
 #include "runtime/module/abi/module_abi.h"
 #include "runtime/sim/catoms/fact_store.h"
 #include "runtime/sim/catoms/membership.h"
@@ -80,6 +81,7 @@ class Versions {
             : index(its_index), reader(its_reader), port(its_port & kMostPort), whole(is_whole), late(is_late) {}
         static constexpr world::Port kMostPort = (world::Port{1} << 30) - 1;
     };
+    using Entries = PlainArray<Entry>;
     // In place of a version: as many as `reader` says were under way over links that are gone.
     static constexpr Catom kGone = kNone32;
 
@@ -96,9 +98,9 @@ class Versions {
     // At most kReadersAtOnce.
     void post(i64 now, Catom index, std::span<const Reader> readers, bool whole);
     void put(i64 arrival, const Entry& entry);
-    void push(std::vector<Entry>& entries, Catom index, Catom reader, world::Port port, bool whole, bool late = false);
+    void push(Entries& entries, const Entry& entry);
     // So many that a run still waits for, though their links are gone.
-    void put_gone(std::vector<Entry>& entries, u32 links);
+    void put_gone(Entries& entries, u32 links);
     // Some that arrive come in, one after the other.
     static constexpr std::size_t kOpenedAtOnce = 32;
     void open(std::span<const Entry> entries);
@@ -107,7 +109,7 @@ class Versions {
     // What a jam holds up is put to its end. Returns whether it does.
     bool held_up(i64 now, const Entry& entry);
     std::size_t slot(i64 tick) const { return static_cast<std::size_t>(tick) % ring_.size(); }
-    std::vector<Entry>& arriving(i64 tick) { return ring_[slot(tick)]; }
+    Entries& arriving(i64 tick) { return ring_[slot(tick)]; }
 
     // One of a catom that nobody needs yet, of no kind. It holds what its index held, or `Nothing`.
     enum class Holds { Anything, Nothing };
@@ -154,7 +156,7 @@ class Versions {
     const SubdomainView& subdomain_;
     std::vector<u16> exported_;  // Columns.
     std::vector<u16> asked_;     // Those that say whom a change concerns.
-    bool has_lists_ = false;
+    bool has_lists_ = false, has_rows_ = false;
     u64 readers_dirty_ = kDirtyLinks;
     u32 same_ticks_ = 0;  // That each message takes; 0: they differ.
     MailboxIndices indices_;
@@ -162,10 +164,10 @@ class Versions {
     std::unordered_map<u64, u32> kind_of_;  // By columns.
     std::vector<Version> versions_;         // By index among the columns, from first_ on.
     Catom first_ = 0;
-    std::vector<Catom> current_;            // By catom.
-    std::vector<std::vector<Entry>> ring_;  // By tick of arrival.
-    std::vector<Entry> entries_;            // Room for those of a tick.
-    std::vector<Reader> readers_;           // Room for those of some catoms.
+    std::vector<Catom> current_;  // By catom.
+    std::vector<Entries> ring_;   // By tick of arrival.
+    Entries entries_;             // Room for those of a tick.
+    PlainArray<Reader> readers_;  // Room for those of some catoms.
     u64 under_way_ = 0;
     u32 gone_ = 0;  // Entries with kGone.
 };

@@ -100,6 +100,21 @@ void fates(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::ui
     }
 }
 
+void delays(const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::span<const std::uint64_t> to, std::int64_t tick,
+            std::span<std::uint32_t> out) {
+    if (terms.least == terms.most) {
+        std::ranges::fill(out.first(to.size()), terms.least);
+        return;
+    }
+    constexpr std::size_t kTogether = 16;
+    std::array<std::uint64_t, kTogether> drawn;
+    for (std::size_t first = 0; first < to.size(); first += kTogether) {
+        const std::span<const std::uint64_t> some = to.subspan(first, std::min(kTogether, to.size() - first));
+        random_bits(seed ^ kOfLink, of_draw(from, 0), some, static_cast<std::uint64_t>(tick), {drawn.data(), some.size()});
+        for (std::size_t i = 0; i < some.size(); ++i) out[first + i] = between(drawn[i], terms.least, terms.most);
+    }
+}
+
 std::int64_t ClockOptions::next(std::uint64_t seed, std::uint64_t id, std::int64_t tick) const {
     if (synchronous() || gives_turns()) return tick;
     const std::uint64_t own = random_bits(seed ^ kOfClock, id, 0, 0);

@@ -74,6 +74,10 @@ Fate fate(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uin
 void fates(NetworkKind kind, const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::span<const std::uint64_t> to,
            std::int64_t tick, std::span<Fate> out);
 
+// The ticks alone, of a network that loses nothing (Latency).
+void delays(const LinkTerms& terms, std::uint64_t seed, std::uint64_t from, std::span<const std::uint64_t> to, std::int64_t tick,
+            std::span<std::uint32_t> out);
+
 // Priority and Sequential give turns, by what waits (runtime/sim/network/turns.h); the others go by numbers and ticks alone.
 enum class ClockKind { Synchronous, Random, Drift, Priority, Sequential };
 

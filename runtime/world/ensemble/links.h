@@ -53,6 +53,18 @@ class Links {
             if (const std::int32_t other = catom_[entry(catom, port)]; other >= 0) visit(port, static_cast<Catom>(other));
     }
 
+    // The same with the neighbour's port: visit(port, neighbour, port there).
+    template <class Visit>
+    void each_end(Catom catom, const Visit& visit) const {
+        const Port end = ports(catom);
+        if (end == 0) return;
+        const std::size_t first = entry(catom, 0);
+        const bool is_wide = wide();
+        for (Port port = 0; port < end; ++port)
+            if (const std::int32_t other = catom_[first + port]; other >= 0)
+                visit(port, static_cast<Catom>(other), is_wide ? there_wide_[first + port] : Port{there_[first + port]});
+    }
+
     // ---- where neighbours are read, if apart
     // A link was made or removed, as one of its ends sees it. A link that is made is read nowhere at first; one that is removed was read at
     // `read`, or nowhere (-1). Links of the start are read in place.
@@ -75,6 +87,22 @@ class Links {
         keeps_last_ = true;
         last_.resize(catom_.size(), passed_);
     }
+    // Those of a catom's links, by its ports, until links are made or removed.
+    class LastArrivals {
+      public:
+        LastArrivals(std::uint16_t* last, std::int64_t now) : last_(last), now_(now) {}
+        // How many ticks after `now` the latest arrives that was sent over a link; 0: all has arrived.
+        std::int64_t ticks(Port port) const {
+            const auto ticks = static_cast<std::int16_t>(last_[port] - static_cast<std::uint16_t>(now_));
+            return ticks > 0 ? ticks : 0;
+        }
+        void set(Port port, std::int64_t ticks) { last_[port] = static_cast<std::uint16_t>(now_ + ticks); }
+
+      private:
+        std::uint16_t* last_;
+        std::int64_t now_;
+    };
+    LastArrivals last_arrivals(Catom catom, std::int64_t now) { return {last_.data() + entry(catom, 0), now}; }
     // The tick in which the latest arrives that was sent over a link, if it is after `now`; otherwise `now`.
     std::int64_t last_arrival(Catom catom, Port port, std::int64_t now) const {
         const auto ticks = static_cast<std::int16_t>(last_[entry(catom, port)] - static_cast<std::uint16_t>(now));
