@@ -129,9 +129,7 @@ class IndexChooser {
     static std::size_t mentions(const std::vector<Step>& steps, VariableId v) {
         std::size_t count = 0;
         const auto note = [&](VariableId other) { count += other == v ? 1 : 0; };
-        each_step(steps, [&](const Step& s) {
-            each_part(s, [&](const Term& t) { each_variable(t, note); }, note);
-        });
+        each_step(steps, [&](const Step& s) { each_part(s, [&](const Term& t) { each_variable(t, note); }, note); });
         return count;
     }
 

@@ -77,8 +77,7 @@ void Evaluator::Thread::connect_writes(Host& host) {
     };
     host.tombstone = [](Eval* e, u16 predicate, u64 key, Tombstone* out) {
         const Thread& t = of(e);
-        if (predicate == kNone16)
-            return t.owner->tombstones_.has(e->catom) || (!t.losses.empty() && t.losses.back().catom == e->catom);
+        if (predicate == kNone16) return t.owner->tombstones_.has(e->catom) || (!t.losses.empty() && t.losses.back().catom == e->catom);
         const Tombstones::Entry* found = t.owner->tombstones_.find(e->catom, predicate, key);
         const bool before =
             found != nullptr && !Tombstones::expired(*found, e->subdomain->now, e->subdomain->greatest_rank, e->subdomain->latency);

@@ -44,12 +44,13 @@ class Draw {
     std::mt19937_64 bits_;
 };
 
-constexpr int kSteps = 4000;
+constexpr int kStepsOfWalk = 4000;
 
 // Where a walk in small steps is first inside, as the steps before and at it; nothing if it never is.
 std::optional<std::pair<double, double>> walked(const std::function<bool(Vec3)>& inside, const Ray& ray) {
-    for (int i = 0; i <= kSteps; ++i)
-        if (inside(ray.at(static_cast<double>(i) / kSteps))) return std::pair((i - 1.0) / kSteps, static_cast<double>(i) / kSteps);
+    for (int i = 0; i <= kStepsOfWalk; ++i)
+        if (inside(ray.at(static_cast<double>(i) / kStepsOfWalk)))
+            return std::pair((i - 1.0) / kStepsOfWalk, static_cast<double>(i) / kStepsOfWalk);
     return std::nullopt;
 }
 
@@ -58,14 +59,18 @@ void expect_first(const std::function<bool(Vec3)>& inside, std::optional<double>
     const auto wanted = walked(inside, ray);
     if (!wanted) {
         // It has gone in and out again within a step.
-        if (first) EXPECT_FALSE(inside(ray.at(*first + 1.5 / kSteps))) << *first;
+        if (first) {
+            EXPECT_FALSE(inside(ray.at(*first + 1.5 / kStepsOfWalk))) << *first;
+        }
         return;
     }
     ++met;
     ASSERT_TRUE(first.has_value()) << wanted->second;
     EXPECT_LE(*first, wanted->second + 1e-9);
     // Or it has before.
-    if (*first < wanted->first - 1e-9) EXPECT_FALSE(inside(ray.at(*first + 1.5 / kSteps)));
+    if (*first < wanted->first - 1e-9) {
+        EXPECT_FALSE(inside(ray.at(*first + 1.5 / kStepsOfWalk)));
+    }
 }
 
 double square(double x) { return x * x; }

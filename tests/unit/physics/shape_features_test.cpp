@@ -15,8 +15,8 @@
 namespace meld::physics::shape_features {
 namespace {
 
-const std::vector<BodyShape> kSome = {box_shape({1, 0.8, 0.4}, 0.02), box_shape({0.7, 0.5, 0.9}, 0),  cylinder_shape(0.4, 0.6, 0.05),
-                                      cylinder_shape(0.3, 1, 0),      capsule_shape(0.25, 1.2), box_shape({1, 1, 1}, 0.3)};
+const std::vector<BodyShape> kSome = {box_shape({1, 0.8, 0.4}, 0.02), box_shape({0.7, 0.5, 0.9}, 0), cylinder_shape(0.4, 0.6, 0.05),
+                                      cylinder_shape(0.3, 1, 0),      capsule_shape(0.25, 1.2),      box_shape({1, 1, 1}, 0.3)};
 
 double from_core(const BodyShape& shape, Vec3 p) {
     const auto beyond = [](double at, double half) { return std::max(0.0, std::abs(at) - half); };
