@@ -10,6 +10,7 @@
 #include "run_fixture.h"
 #include "runtime/ask/facts/all_facts.h"
 #include "runtime/ask/query/query.h"
+#include "runtime/ask/query/sieve.h"
 #include "runtime/ask/query/solver.h"
 #include "runtime/comm/transport/communicator.h"
 #include "runtime/results/timeline/timeline.h"
@@ -194,6 +195,38 @@ TEST_P(TablesAtACatom, AreLookedThroughAFewTimes) {
                     EXPECT_LE(looked, few(rows)) << body;
                     EXPECT_LE(table->rows(), found > 0 ? found : rows) << body;
                 });
+    }
+}
+
+TEST_P(TablesAtACatom, AreLookedUpBySieves) {
+    for (const std::uint64_t rows : {std::uint64_t{30}, std::uint64_t{2'000}, std::uint64_t{20'000}}) {
+        world_.set["rows"] = std::to_string(rows);
+        comm::run_threads_as_processes(1, [&](comm::Communicator& comm) {
+            sim::Simulation simulation(*static_cast<const ModuleInfo*>(module_->table()), world_, *target_, comm, 1);
+            ASSERT_TRUE(simulation.start(registry_));
+            ASSERT_TRUE(simulation.run({}, [] {}));
+            for (const auto& [body, holds] : {std::pair{"near(A, X, Y), far(A, Y, Z), Z < 0", false},
+                                              {"near(A, X, Y), far(A, Y, X)", true},
+                                              {"near(A, X, Y), not far(A, Y, X)", true},
+                                              {"near(A, X, Y), not (far(A, Z, X), near(A, X, _))", false},
+                                              {"near(A, X, Y), N = count : { far(A, Z, X), near(A, Z, _) }, N > 1", false},
+                                              {"far(A, X, 7), near(A, 7, Y), Y = X", false}}) {
+                const Result<Program> program = Program::read(simulation.subdomain().module, body);
+                ASSERT_TRUE(program) << program.error().message();
+                const check::Rule& question = program->question();
+                Sieve sieve(*program, question, variable(question, "A"), simulation.subdomain());
+                ASSERT_FALSE(sieve.idle());
+                const std::vector<std::uint32_t> catoms = {0};
+                Terms terms(*program, simulation.subdomain().view());
+                const Result<Table> table = query(simulation.subdomain(), body);
+                ASSERT_TRUE(table) << table.error().message();
+                EXPECT_EQ(sieve.pass(catoms).size(), table->rows() > 0 ? 1u : 0u) << body;
+                if (rows > 30) {
+                    EXPECT_EQ(table->rows() > 0, holds) << body;
+                }
+                EXPECT_LE(sieve.rows_made(), 16 * rows + 4096) << body;
+            }
+        });
     }
 }
 

@@ -36,6 +36,12 @@ CASES = (
     (PROGRAMS / "tokens.meld", 16, ("token(A, N), token(B, M), A <> B", "token(A, N), stopped(B, M)", "stopped(A, N), stopped(B, M), N < M",
                                     "token(A, N), not (token(B, M), M > N)", "token(A, N), K = count : {token(B, _)}, K < 3",
                                     "token(A, N), neighbor(A, C), token(B, M), N <> M")),
+    # Tables that are looked up by a value, an int beside a float, two of them, a constant, and a value that may overflow.
+    (PROGRAMS / "routes.meld", 9, ("hop(A, X, Y), hop(A, Y, X), X < Y", "hop(A, X, Y), hop(A, Z, Y), X < Z",
+                                   "hop(A, X, Y), not hop(A, Y, _), X > 20", "hop(A, X, Y), N = count : {hop(A, _, X)}, N > 1",
+                                   "hop(A, X, Y), far(A, Z, X), Z > Y, X < 9",
+                                   "neighbor(A, B), hop(B, X, Y), not hop(B, Y, X), X < 0", "hop(A, X, 8), hop(A, 7, X)",
+                                   "hop(A, X, Y), hop(A, X + 9223372036854775800, Y)")),
 )
 
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <utility>
 
 #include "runtime/engine/tuple/field.h"
 
@@ -48,7 +49,7 @@ void with_comparison(Op op, bool real, const Go& go) {
 }  // namespace
 
 Sieve::Sieve(const Program& program, const check::Rule& rule, check::VariableId start, const sim::Subdomain& subdomain)
-    : subdomain_(subdomain), code_(code_of(program, rule, start, subdomain)), levels_(code_.levels), kept_(kRows) {
+    : subdomain_(subdomain), code_(code_of(program, rule, start, subdomain)), levels_(code_.levels), kept_(kRows), lookups_(code_.lookups) {
     for (Level& level : levels_) {
         level.cells.resize(std::size_t{code_.registers} * kRows);
         for (const SieveCode::Fixed& f : code_.fixed) std::fill_n(level.cells.data() + std::size_t{f.at} * kRows, kRows, f.value);
@@ -68,6 +69,7 @@ std::vector<u64> Sieve::pass(std::span<const u32> catoms) {
             cells(0, SieveCode::kStart)[row].catom = some[row];
         }
         run(code_.instructions, 0, 0, SieveCode::kOrigin, kept_);
+        for (RowLookups& lookups : lookups_) lookups.clear();
         for (std::size_t row = 0; row < some.size(); ++row)
             if (kept_[row] != 0) out.push_back(subdomain_.ensemble.id(some[row]));
     }
@@ -117,21 +119,8 @@ void Sieve::run(const Code& code, std::size_t at, u32 level, Register by, std::v
             case Kind::Count:
                 part(i, level);
                 break;
-            case Kind::Rows: {
-                const PredicateInfo& p = subdomain_.module.predicates[i.predicate];
-                const std::size_t size = subdomain_.module.columns[p.column].row_bytes;
-                const Value* const place = cells(level, i.a);
-                return make(code, at, level, by, ends, [&](u32 row, const auto& add) {
-                    const auto catom = static_cast<u32>(place[row].catom);
-                    if (!here(level, row, catom)) return;
-                    const RowsHead& head = subdomain_.columns.rows(p.column, catom);
-                    for (u32 r = 0; r < head.count; ++r) {
-                        const u32 made = add();
-                        for (const Instruction::Field& f : i.fields)
-                            cells(level + 1, f.to)[made] = tuple::load_field(*f.info, head.data + r * size);
-                    }
-                });
-            }
+            case Kind::Rows:
+                return rows(code, at, level, by, ends);
             case Kind::Links: {
                 const Geometry& g = subdomain_.geometry();
                 const Value* const place = cells(level, i.a);
@@ -160,7 +149,7 @@ void Sieve::make(const Code& code, std::size_t at, u32 level, Register by, std::
     const auto go_on = [&] {
         next.left.resize(next.made);
         std::iota(next.left.begin(), next.left.end(), 0);
-        next.made = 0;
+        rows_made_ += std::exchange(next.made, 0);
         run(code, at + 1, level + 1, by, ends);
     };
     next.made = 0;
@@ -174,6 +163,31 @@ void Sieve::make(const Code& code, std::size_t at, u32 level, Register by, std::
         });
     }
     go_on();
+}
+
+void Sieve::rows(const Code& code, std::size_t at, u32 level, Register by, std::vector<i64>& ends) {
+    const Instruction& i = code[at];
+    const PredicateInfo& p = subdomain_.module.predicates[i.predicate];
+    const std::size_t size = subdomain_.module.columns[p.column].row_bytes;
+    const Value* const place = cells(level, i.a);
+    std::vector<i64> wanted(i.key.size());
+    make(code, at, level, by, ends, [&](u32 row, const auto& add) {
+        const auto catom = static_cast<u32>(place[row].catom);
+        if (!here(level, row, catom)) return;
+        const RowsHead& head = subdomain_.columns.rows(p.column, catom);
+        const auto take = [&](u32 r) {
+            const u32 made = add();
+            for (const Instruction::Field& f : i.fields) cells(level + 1, f.to)[made] = tuple::load_field(*f.info, head.data + r * size);
+        };
+        const RowLookup* const lookup =
+            head.count > RowLookups::kScanned && !i.key.empty() ? lookups_[i.lookup].at(catom, head, size, i.key) : nullptr;
+        if (lookup == nullptr) {
+            for (u32 r = 0; r < head.count; ++r) take(r);
+            return;
+        }
+        for (std::size_t k = 0; k < i.key.size(); ++k) wanted[k] = cells(level, i.key[k].to)[row].integer;
+        lookup->each(wanted, take);
+    });
 }
 
 void Sieve::part(const Instruction& i, u32 level) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/ask/query/row_lookup.h"
 #include "runtime/ask/query/sieve_code.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -22,6 +23,8 @@ class Sieve {
     std::vector<u64> pass(std::span<const u32> catoms);
     // It lets everything through.
     bool idle() const { return code_.instructions.empty(); }
+    // How many facts and neighbours it has gone through so far.
+    u64 rows_made() const { return rows_made_; }
 
   private:
     static constexpr u32 kRows = 1024;
@@ -42,6 +45,7 @@ class Sieve {
     // Makes rows; `each` gets a row and calls add() for each that comes from it.
     template <class Each>
     void make(const Code& code, std::size_t at, u32 level, Register by, std::vector<i64>& ends, const Each& each);
+    void rows(const Code& code, std::size_t at, u32 level, Register by, std::vector<i64>& ends);
     void part(const Instruction& i, u32 level);
     void find(const Instruction& i, u32 level);
     void read(const Instruction& i, u32 level);
@@ -55,6 +59,8 @@ class Sieve {
     SieveCode code_;
     std::vector<Level> levels_;
     std::vector<i64> kept_;  // By origin.
+    u64 rows_made_ = 0;
+    std::vector<RowLookups> lookups_;  // By number; for the catoms of one pass of so many rows.
 };
 
 }  // namespace meld::inspect

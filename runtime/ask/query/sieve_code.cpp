@@ -117,6 +117,7 @@ class SieveMaker {
         const bool record = p.storage == Storage::Single || p.storage == Storage::Flag;
         if (p.column == kNone16 || (!record && p.storage != Storage::Rows)) return false;
         Instruction read{.kind = record ? Kind::Read : Kind::Rows, .a = *at, .predicate = step.source.predicate};
+        if (!record) choose_key(step, p, read, code);
         std::vector<Register> values(p.arity);
         for (u32 i = 0; i < p.arity; ++i)
             if (step.arguments[i + 1].use != Argument::Use::Skip) read.fields.push_back({&p.fields[i], values[i] = fresh()});
@@ -124,6 +125,23 @@ class SieveMaker {
         for (u32 i = 0; i < p.arity; ++i)
             if (!use(step.arguments[i + 1], values[i], code)) return false;
         return true;
+    }
+
+    // If something has to be computed for a fact, that may fail, and then all facts must be looked at.
+    void choose_key(const Step& step, const PredicateInfo& p, Instruction& read, std::vector<Instruction>& code) {
+        const auto known = [&](const Argument& a) {
+            if (a.type.compound() || a.type == Type::Float || a.term->type == Type::Float) return false;
+            return a.term->is_variable() ? known_.values.contains(a.term->variable) || known_.places.contains(a.term->variable)
+                                         : a.term->op == Op::Int || a.term->op == Op::Bool || a.term->op == Op::Node;
+        };
+        for (u32 i = 0; i < p.arity; ++i)
+            if (const Argument& a = step.arguments[i + 1]; a.use == Argument::Use::Compare && !a.term->operands.empty()) return;
+        for (u32 i = 0; i < p.arity; ++i) {
+            const Argument& a = step.arguments[i + 1];
+            if (a.use != Argument::Use::Compare || !known(a)) continue;
+            if (const auto wanted = value(*a.term, code)) read.key.push_back({&p.fields[i], *wanted});
+        }
+        if (!read.key.empty()) read.lookup = out_.lookups++;
     }
 
     bool links(const Step& step, std::vector<Instruction>& code) {
@@ -309,6 +327,7 @@ class SieveMaker {
             for (const Instruction::Field& f : at.fields) needed[f.to] = false;
             if (at.kind != Kind::Not && at.kind != Kind::Count) needed[at.a] = true;
             if (at.kind == Kind::Compute || at.kind == Kind::Test) needed[at.b] = true;
+            for (const Instruction::Field& f : at.key) needed[f.to] = true;
             later = std::move(needed);
         }
     }

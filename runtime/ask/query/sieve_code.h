@@ -36,6 +36,9 @@ struct Instruction {
         Register to;
     };
     std::vector<Field> fields = {};
+    // Rows: what a fact must agree with that is known before it is read. Long tables are looked up by that; a test still follows.
+    std::vector<Field> key = {};
+    u32 lookup = kNone32;                // Its number among the instructions with a key.
     std::optional<Register> port = {};   // Links.
     std::vector<Register> carried = {};  // Rows, Links, Not, Count: what new rows take over.
     std::vector<Instruction> inner = {};
@@ -51,7 +54,8 @@ struct SieveCode {
     std::vector<Instruction> instructions;
     std::vector<Fixed> fixed;  // The same in all rows, always.
     u32 registers = 2;
-    u32 levels = 1;  // How often rows are made from rows, at most.
+    u32 lookups = 0;  // Instructions with a key.
+    u32 levels = 1;   // How often rows are made from rows, at most.
 };
 
 // As many of these steps as a sieve can take, from the first on. The catom of `start` is known.

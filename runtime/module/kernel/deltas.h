@@ -79,17 +79,17 @@ struct AffectedGroups {
     bool concerns(const Relation<T>& r, const Row& offer, bool gone) {
         for (u32 i = groups.count; i > 0 && i + kMet > groups.count; --i)
             if (T::key(groups.rows[i - 1], offer) == 0) return false;
-        const u32 at = find(r, offer);
-        if (at == r.count) return true;
-        const Row& held = r.rows[at];
+        const u32 place = find(r, offer);
+        if (place == r.count) return true;
+        const Row& held = r.rows[place];
         return gone ? offer.rank <= held.rank && T::same(offer, held) : T::better(offer, held);
     }
     u32 find(const Relation<T>& r, const Row& group) {
         for (u32 i = 0; i < met_count && i < kMet; ++i)
             if (T::key(r.rows[met[i]], group) == 0) return met[i];
-        const u32 at = r.find(group);
-        if (at < r.count) met[met_count++ % kMet] = at;
-        return at;
+        const u32 place = r.find(group);
+        if (place < r.count) met[met_count++ % kMet] = place;
+        return place;
     }
     // Groups whose quarantine has ended; groups that changed in the last tick come with them, which is harmless.
     MELD_PART void add_woken(Eval& e, const RowChanges* changes) {
