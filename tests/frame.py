@@ -86,6 +86,16 @@ class Case(unittest.TestCase):
         for name, text in self.FILES.items():
             self.write(name, text)
 
+    def expect_goes_on(self, ticks):
+        """p.meld in w.toml has the same digests and facts if it goes on from a checkpoint, also on another number of processes."""
+        run = ("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet")
+        self.call(*run, "--ticks", ticks, "--facts-out", "whole", "--digest", "whole.d")
+        for tick, n, m in ((1, 2, 1), (20, 1, 3), (33, 3, 2)):
+            self.call(*run, "--ticks", tick, "--facts-out", "f", "--digest", "d", "--checkpoint", f"c{tick}", "-n", n)
+            self.call("meldsim", "resume", f"c{tick}", "--quiet", "--ticks", ticks, "-n", m)
+            self.assertEqual(self.read("d"), self.read("whole.d"), f"tick {tick}")
+            self.assertEqual(self.read("f"), self.read("whole"), f"tick {tick}")
+
     # ---- files
 
     def write(self, name, text):

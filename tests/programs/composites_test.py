@@ -7,7 +7,7 @@ Usage: composites_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 import random
 import sys
 
-from tumble_test import main, shape
+from tumble_test import held_and_thrown, main, other_shapes, range_and_kills
 
 PROGRAM = """
 type action force(node, float, float, float) while.
@@ -75,26 +75,14 @@ def case(seed):
     if rng.random() < 0.3:
         world += f"breaking_torque = {rng.uniform(10, 200):.1f}\n"
     world += f"[motion.sense]\nload = {rng.choice([0, 0.02])}\n"
-    if rng.random() < 0.4:
-        for _ in range(2):
-            text = shape(rng, 0.5)
-            if "sphere" not in text:
-                world += f'[[motion.catoms]]\nwhere = "id % {rng.randint(2, 4)} == 1"\n' + text
-    if rng.random() < 0.6:
-        world += f'[[motion.catoms]]\nwhere = "id == {rng.randint(0, 9)}"\nfixed = true\n'
-        world += rng.choice([f"velocity = [{rng.choice([0.5, -1])}, 0, 0.2]\n", "", ""])
-    if rng.random() < 0.5:
-        world += f'[[motion.catoms]]\nwhere = "id >= {rows}"\nvelocity = [{rng.randint(-9, 9)}, {rng.randint(-4, 4)}, -1]\n'
+    world += other_shapes(rng) if rng.random() < 0.4 else ""
+    world += held_and_thrown(rng, rows)
     for _ in range(rng.randint(1, 3)):
         world += f'[[motion.catoms]]\nwhere = "id < {rng.randint(2, rows)} && y {rng.choice(["<", ">="])} {rng.randint(0, 6)}"\n'
         world += "connected = true\n"
     if rng.random() < 0.3:
         world += f'[[motion.catoms]]\nwhere = "id % 5 == {rng.randint(0, 4)}"\nbreaking_force = {rng.uniform(10, 100):.1f}\n'
-    if rng.random() < 0.25:
-        world += "[links]\nrange = 2.0\n"
-    world += '[facts]\nsource = ["id % 9 == 0"]\n'
-    for _ in range(rng.randint(0, 2)):
-        world += f'[[event]]\ntick = {rng.randint(1, 14)}\nkill = "id % {rng.randint(7, 17)} == {rng.randint(0, 6)}"\n'
+    world += range_and_kills(rng, 2.0, 1)
     return PROGRAM + (LOADS if rng.random() < 0.6 else ""), world
 
 

@@ -7,7 +7,7 @@ Usage: mechanisms_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 import random
 import sys
 
-from tumble_test import main, shape
+from tumble_test import held_and_thrown, main, other_shapes, range_and_kills
 
 PROGRAM = """
 type action force(node, float, float, float) while.
@@ -85,26 +85,14 @@ def case(seed):
              f"deepest_overlap = 0.9\n")
     world += rng.choice(['solver = "pgs20"\n', "", "", ""]) + rng.choice(['lowest = 0.2\nlost = "remove"\n', "", "", ""])
     world += f"[motion.sense]\njoint = {rng.choice([0, 0.02])}\nload = {rng.choice([0, 0.02])}\n"
-    if shaped:
-        for _ in range(2):
-            text = shape(rng, 0.5)
-            if "sphere" not in text:
-                world += f'[[motion.catoms]]\nwhere = "id % {rng.randint(2, 4)} == 1"\n' + text
-    if rng.random() < 0.6:
-        world += f'[[motion.catoms]]\nwhere = "id == {rng.randint(0, 9)}"\nfixed = true\n'
-        world += rng.choice([f"velocity = [{rng.choice([0.5, -1])}, 0, 0.2]\n", "", ""])
-    if rng.random() < 0.5:
-        world += f'[[motion.catoms]]\nwhere = "id >= {chained}"\nvelocity = [{rng.randint(-9, 9)}, {rng.randint(-4, 4)}, -1]\n'
+    world += other_shapes(rng) if shaped else ""
+    world += held_and_thrown(rng, chained)
     world += joint(rng, f'where = "id < {chained} && y {rng.choice(["<", ">="])} {rng.randint(0, 6)}"')
     world += joint(rng, f'where = "id < {rng.randint(4, chained)}"')
     for _ in range(rng.randint(0, 3)):
         one, other = rng.sample(range(min(chained + far, len(unique))), 2)
         world += joint(rng, f"between = [{one}, {other}]")
-    if rng.random() < 0.25:
-        world += "[links]\nrange = 3.0\n"
-    world += '[facts]\nsource = ["id % 9 == 0"]\n'
-    for _ in range(rng.randint(0, 2)):
-        world += f'[[event]]\ntick = {rng.randint(2, 14)}\nkill = "id % {rng.randint(7, 17)} == {rng.randint(0, 6)}"\n'
+    world += range_and_kills(rng, 3.0, 2)
     return PROGRAM, world
 
 

@@ -253,13 +253,7 @@ class Sensors(Case):
         self.write("p.meld", CROWD)
         self.write("w.toml", DISC + BODIES + 'spacing = 2\nground = -0.6\nsteps = 4\n' + self.NOISE + self.sensors(5, "noise = 0.1\n") +
                    "[links]\nrange = 4.0\nsight = true\n[[event]]\ntick = 15\nkill = 'id % 9 == 4'\n")
-        run = ("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet")
-        self.call(*run, "--ticks", 50, "--facts-out", "whole", "--digest", "whole.d")
-        for tick, n, m in ((1, 2, 1), (20, 1, 3), (33, 3, 2)):
-            self.call(*run, "--ticks", tick, "--facts-out", "f", "--digest", "d", "--checkpoint", f"c{tick}", "-n", n)
-            self.call("meldsim", "resume", f"c{tick}", "--quiet", "--ticks", 50, "-n", m)
-            self.assertEqual(self.read("d"), self.read("whole.d"), f"tick {tick}")
-            self.assertEqual(self.read("f"), self.read("whole"), f"tick {tick}")
+        self.expect_goes_on(50)
 
     def test_facts_are_explained_and_recorded(self):
         self.write("p.meld", AHEAD)

@@ -79,6 +79,36 @@ def shape(rng, world_radius):
     return text
 
 
+def other_shapes(rng):
+    """Of some catoms, for two groups."""
+    text = ""
+    for _ in range(2):
+        form = shape(rng, 0.5)
+        if "sphere" not in form:
+            text += f'[[motion.catoms]]\nwhere = "id % {rng.randint(2, 4)} == 1"\n' + form
+    return text
+
+
+def held_and_thrown(rng, thrown):
+    """One catom may be fixed, and move all the same; those from `thrown` on may fly."""
+    text = ""
+    if rng.random() < 0.6:
+        text += f'[[motion.catoms]]\nwhere = "id == {rng.randint(0, 9)}"\nfixed = true\n'
+        text += rng.choice([f"velocity = [{rng.choice([0.5, -1])}, 0, 0.2]\n", "", ""])
+    if rng.random() < 0.5:
+        text += f'[[motion.catoms]]\nwhere = "id >= {thrown}"\nvelocity = [{rng.randint(-9, 9)}, {rng.randint(-4, 4)}, -1]\n'
+    return text
+
+
+def range_and_kills(rng, reach, first_tick):
+    """The end of a world: neighbours in range, sources, and catoms that are killed."""
+    text = f"[links]\nrange = {reach}\n" if rng.random() < 0.25 else ""
+    text += '[facts]\nsource = ["id % 9 == 0"]\n'
+    for _ in range(rng.randint(0, 2)):
+        text += f'[[event]]\ntick = {rng.randint(first_tick, 14)}\nkill = "id % {rng.randint(7, 17)} == {rng.randint(0, 6)}"\n'
+    return text
+
+
 def case(seed):
     rng = random.Random(seed)
     radius = rng.choice([0.5, 0.05])

@@ -493,13 +493,7 @@ class Bodies(InRange):
     def test_a_run_goes_on_from_a_checkpoint(self):
         self.write("p.meld", FLY)
         self.write("w.toml", self.bodies(2, 4.0, "sight = true\n[links.noise]\ndistance = 0.1\n", size=7.1))
-        run = ("meldsim", "run", "p.meld", "--world", "w.toml", "--quiet")
-        self.call(*run, "--ticks", 60, "--facts-out", "whole", "--digest", "whole.d")
-        for tick, n, m in ((1, 2, 1), (20, 1, 3), (33, 3, 2)):
-            self.call(*run, "--ticks", tick, "--facts-out", "f", "--digest", "d", "--checkpoint", f"c{tick}", "-n", n)
-            self.call("meldsim", "resume", f"c{tick}", "--quiet", "--ticks", 60, "-n", m)
-            self.assertEqual(self.read("d"), self.read("whole.d"), f"tick {tick}")
-            self.assertEqual(self.read("f"), self.read("whole"), f"tick {tick}")
+        self.expect_goes_on(60)
 
     def test_contacts_are_those_that_touch(self):
         feature = '[[motion.feature]]\nkind = "dipole"\ndirections = 6\n'

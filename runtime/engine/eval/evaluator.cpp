@@ -11,6 +11,7 @@
 #include "runtime/base/process/interrupt.h"
 #include "runtime/base/process/liveness.h"
 #include "runtime/engine/eval/worker.h"
+#include "runtime/engine/tuple/copy_record.h"
 #include "runtime/module/kernel/values.h"
 
 namespace meld::eval {
@@ -287,7 +288,7 @@ void Evaluator::commit(SubdomainView& subdomain, int thread, const OnExport& on_
             continue;
         }
         if (column.list_count == 0)
-            copy_record(columns_.entry(r.column, r.catom), r.record, column.stride);
+            tuple::copy_record(columns_.entry(r.column, r.catom), r.record, column.stride);
         else
             columns_.set_record(r.column, r.catom, r.record, thread, Lists::HandOver);
         changed(r.catom, r.column);

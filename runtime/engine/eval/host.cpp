@@ -9,6 +9,7 @@
 #include "runtime/engine/eval/evaluator.h"
 #include "runtime/engine/eval/nearest_rotation.h"
 #include "runtime/engine/eval/worker.h"
+#include "runtime/engine/tuple/copy_record.h"
 #include "runtime/module/kernel/values.h"
 
 namespace meld::eval {
@@ -40,7 +41,7 @@ void Evaluator::Thread::connect_writes(Host& host) {
         const ColumnInfo& c = t.owner->module_.columns[column];
         if (c.exported) {
             u8* const kept = t.bytes.take(c.stride);
-            copy_record(kept, static_cast<const u8*>(record), c.stride);
+            tuple::copy_record(kept, static_cast<const u8*>(record), c.stride);
             t.records.push_back({e->catom, column, kept});
             if (c.list_count == 0) return;
             all.keep_lists(column, kept, 1, t.number);

@@ -22,23 +22,6 @@ inline constexpr std::size_t kArena = 1 << 16;
 inline constexpr u64 kAlwaysReserved = 1 << 20;
 inline constexpr std::ptrdiff_t kMuchScratch = 64 << 20;
 
-// A copy of a length known at compile time is a few instructions.
-inline void copy_record(u8* to, const u8* from, u32 bytes) {
-    switch (bytes) {
-        case 4:
-            std::memcpy(to, from, 4);
-            break;
-        case 8:
-            std::memcpy(to, from, 8);
-            break;
-        case 16:
-            std::memcpy(to, from, 16);
-            break;
-        default:
-            std::memcpy(to, from, bytes);
-    }
-}
-
 // A worker's Eval and the data it has set aside for the end of the tick. The module sees only the Eval.
 struct Evaluator::Thread : Eval {
     explicit Thread(const ModuleInfo& module) : outbox(module), repeated(module) { outgoing = outbox.places(); }

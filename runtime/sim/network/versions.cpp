@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "runtime/base/prefetch.h"
+#include "runtime/engine/tuple/copy_record.h"
 
 namespace meld::sim {
 
@@ -110,29 +111,12 @@ Catom Versions::take(Catom catom, Holds holds) {
     return index;
 }
 
-// A copy of a length known at compile time is a few instructions.
-static void copy_record(u8* to, const u8* from, std::size_t bytes) {
-    switch (bytes) {
-        case 8:
-            std::memcpy(to, from, 8);
-            break;
-        case 16:
-            std::memcpy(to, from, 16);
-            break;
-        case 24:
-            std::memcpy(to, from, 24);
-            break;
-        default:
-            std::memcpy(to, from, bytes);
-    }
-}
-
 void Versions::keep(Catom catom, Catom index) {
     for (const u16 column : exported_)
         if (has_lists_ || module_.columns[column].rows)
             facts_.columns.copy(column, catom, index, 0);
         else
-            copy_record(facts_.columns.entry(column, index), facts_.columns.entry(column, catom), module_.columns[column].stride);
+            tuple::copy_record(facts_.columns.entry(column, index), facts_.columns.entry(column, catom), module_.columns[column].stride);
 }
 
 void Versions::give_back(Catom index) {

@@ -483,24 +483,7 @@ void add_hail(Scene& scene) {
 }
 
 TEST(OnSurfaces, SameBitsForAnyNumberOfWorkersAndAfterASnapshot) {
-    std::vector<Digest> one;
-    for (const int threads : {1, 2, 4}) {
-        auto scene = hail();
-        add_hail(*scene);
-        Workers workers(threads);
-        std::vector<Digest> digests;
-        SavedScene middle;
-        for (int tick = 0; tick < 200; ++tick) {
-            run(*scene, 1, 2, workers);
-            digests.push_back(scene->digest());
-            if (tick == 120) middle = saved(*scene);
-        }
-        if (one.empty()) one = digests;
-        EXPECT_EQ(digests, one) << threads;
-        auto again = loaded(middle, hail(), workers);
-        run(*again, 79, 2, workers);
-        EXPECT_EQ(again->digest(), one.back());
-    }
+    expect_same_bits([] { return hail(); }, add_hail);
 }
 
 TEST(OnSurfaces, WhatTouchesASurfaceIsToldOnce) {
