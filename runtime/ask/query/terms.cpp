@@ -243,14 +243,17 @@ Value Terms::arithmetic(const Term& t, Values& variables) {
 
 bool Terms::comparison(const Term& t, Values& variables) {
     const Term &l = t.operands[0], &r = t.operands[1];
-    const Type common = l.type == Type::Float || r.type == Type::Float ? Type::Float : refined(l.type, r.type);
-    const Value a = value_as(l, common, variables), b = value_as(r, common, variables);
-    if (common.compound()) {
-        const u16 number = types.number(common);
-        return holds(t.op, compare_lists(types.table(), number, a.list, b.list), 0);
+    if (l.type.compound() || r.type.compound()) {
+        const Type common = refined(l.type, r.type);
+        const Value a = value_as(l, common, variables), b = value_as(r, common, variables);
+        return holds(t.op, compare_lists(types.table(), types.number(common), a.list, b.list), 0);
     }
-    if (common == Type::Float) return holds(t.op, a.real, b.real);
-    return common == Type::Node ? holds(t.op, a.catom, b.catom) : holds(t.op, a.integer, b.integer);
+    // Of one word: nothing is copied for each row of a question.
+    const bool real = l.type.kind == Type::Kind::Float || r.type.kind == Type::Kind::Float;
+    const Type& common = real ? Type::Float : l.type.kind == Type::Kind::Error ? r.type : l.type;
+    const Value a = value_as(l, common, variables), b = value_as(r, common, variables);
+    if (real) return holds(t.op, a.real, b.real);
+    return common.kind == Type::Kind::Node ? holds(t.op, a.catom, b.catom) : holds(t.op, a.integer, b.integer);
 }
 
 Value Terms::library(const Term& t, Values& variables) {
