@@ -94,6 +94,7 @@ void Composites::make_changes(Bodies& bodies, const BodyShapes& shapes) {
         }
         for (const Member& member : members(composites_[c])) {
             of_id_[member.id] = kNoComposite;
+            if (!bodies.has(member.id)) continue;
             const std::uint32_t slot = bodies.slot(member.id);
             bodies.properties[slot].flags &= static_cast<std::uint8_t>(~kMember);
             bodies.restore_masses(slot);
@@ -199,13 +200,15 @@ void Composites::index(Bodies& bodies) {
     if (in_job > 0) jobs_.push_back(static_cast<std::uint32_t>(ranges_.size()));
     locate(bodies);
     for (const Member& member : members_) {
+        if (!bodies.has(member.id)) continue;
         bodies.properties[member.slot].flags |= kMember;
         bodies.restore_masses(member.slot);
     }
 }
 
 void Composites::locate(const Bodies& bodies) {
-    for (Member& member : members_) member.slot = bodies.slot(member.id);
+    // One that was killed in the tick of a snapshot has no slot until the next step.
+    for (Member& member : members_) member.slot = bodies.has(member.id) ? bodies.slot(member.id) : 0;
 }
 
 void Composites::keep() {
@@ -320,9 +323,14 @@ bool Composites::read(ByteReader& in) {
     return true;
 }
 
+bool Composites::lacks_members(const Bodies& bodies) const {
+    return pending_ && std::ranges::any_of(members_, [&](const Member& member) { return !bodies.has(member.id); });
+}
+
 bool Composites::loaded(Bodies& bodies, bool divided) {
     const auto missing = [&](BodyId body) { return !bodies.has(body); };
-    if (std::ranges::any_of(members_, missing, &Member::id)) return false;
+    // A body that was killed in the tick of the snapshot leaves its composite in the next step.
+    if (!pending_ && std::ranges::any_of(members_, missing, &Member::id)) return false;
     for (const auto& [one, other] : connections_.all())
         if (!divided && (missing(one) || missing(other))) return false;
     index(bodies);

@@ -149,6 +149,8 @@ class Composites {
     // their slots. False if they name what is not there; connections may lead to bodies elsewhere if `divided`.
     bool read(ByteReader& in);
     bool loaded(Bodies& bodies, bool divided);
+    // Whether a body of a composite was killed in the tick of the snapshot, so that the composite is to be made anew without it.
+    bool lacks_members(const Bodies& bodies) const;
     std::size_t bytes() const;
 
   private:
