@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <ranges>
+#include <utility>
 
 #include "runtime/base/assert.h"
 
@@ -56,29 +58,26 @@ bool Composites::settle(Bodies& bodies, const BodyShapes& shapes) {
     return true;
 }
 
+bool Composites::stays(const Composite& composite) const {
+    // A connection between two bodies that others hold together changes nothing.
+    if (composite.changed == 0 || connections_.in_same_group(members_[composite.first].id)) return true;
+    return composite.moved == 0 && connections_.are_a_group(members(composite) | std::views::transform(&Member::id));
+}
+
 bool Composites::find_changes(const std::function<bool(BodyId)>& here) {
     new_groups_.clear(), ends_.clear();
     if (!pending_) return false;
     pending_ = false;
-    // A connection between two bodies that others hold together changes nothing.
-    for (Composite& old : composites_)
-        if (old.changed != 0 && connections_.in_same_group(members_[old.first].id)) old.changed = 0;
+    for (const Composite& old : composites_) ends_.push_back(stays(old) ? 0 : 1);
     std::vector<std::vector<BodyId>> groups = connections_.take_changed();
     std::map<BodyId, std::size_t> by_first;
     for (std::size_t i = 0; i < groups.size(); ++i)
         if (std::ranges::any_of(groups[i], here)) by_first.emplace(groups[i].front(), i);
-    // A composite stays if nothing has touched it, or if it has the same members again.
-    const auto stays = [&](const Composite& old) {
-        if (old.changed == 0) return true;
-        const auto group = by_first.find(members_[old.first].id);
-        return old.moved == 0 && group != by_first.end() && std::ranges::equal(members(old), groups[group->second], {}, &Member::id);
-    };
-    bool any_ends = false;
-    for (Composite& old : composites_) {
-        ends_.push_back(stays(old) ? 0 : 1);
-        any_ends = any_ends || ends_.back() != 0;
-        if (ends_.back() == 0) by_first.erase(members_[old.first].id);
-        old.changed = old.moved = 0;
+    bool any_ends = std::exchange(left_out_, false);
+    for (std::size_t c = 0; c < composites_.size(); ++c) {
+        any_ends = any_ends || ends_[c] != 0;
+        if (ends_[c] == 0) by_first.erase(members_[composites_[c].first].id);
+        composites_[c].changed = composites_[c].moved = 0;
     }
     for (const auto& [first, group] : by_first) new_groups_.push_back(std::move(groups[group]));
     return any_ends || !new_groups_.empty();
@@ -94,7 +93,6 @@ void Composites::make_changes(Bodies& bodies, const BodyShapes& shapes) {
         }
         for (const Member& member : members(composites_[c])) {
             of_id_[member.id] = kNoComposite;
-            if (!bodies.has(member.id)) continue;
             const std::uint32_t slot = bodies.slot(member.id);
             bodies.properties[slot].flags &= static_cast<std::uint8_t>(~kMember);
             bodies.restore_masses(slot);
@@ -200,15 +198,13 @@ void Composites::index(Bodies& bodies) {
     if (in_job > 0) jobs_.push_back(static_cast<std::uint32_t>(ranges_.size()));
     locate(bodies);
     for (const Member& member : members_) {
-        if (!bodies.has(member.id)) continue;
         bodies.properties[member.slot].flags |= kMember;
         bodies.restore_masses(member.slot);
     }
 }
 
 void Composites::locate(const Bodies& bodies) {
-    // One that was killed in the tick of a snapshot has no slot until the next step.
-    for (Member& member : members_) member.slot = bodies.has(member.id) ? bodies.slot(member.id) : 0;
+    for (Member& member : members_) member.slot = bodies.slot(member.id);
 }
 
 void Composites::keep() {
@@ -283,7 +279,12 @@ void Composites::write(ByteWriter& out, const std::function<bool(BodyId)>& ours)
     for (const auto& [one, other] : pairs) out.write(one), out.write(other);
     std::vector<Composite> composites;
     std::vector<Member> members;
+    bool leaves_out = left_out_;
     for (const Composite& composite : composites_) {
+        if (!stays(composite)) {
+            leaves_out = true;
+            continue;
+        }
         if (!ours(members_[composite.first].id)) continue;
         composites.push_back(composite);
         composites.back().first = static_cast<std::uint32_t>(members.size());
@@ -296,7 +297,7 @@ void Composites::write(ByteWriter& out, const std::function<bool(BodyId)>& ours)
         member.slot = 0;
         out.write(member);
     }
-    out.write(pending_);
+    out.write(static_cast<std::uint8_t>(!pending_ ? 0 : leaves_out ? 2 : 1));
 }
 
 bool Composites::read(ByteReader& in) {
@@ -310,7 +311,9 @@ bool Composites::read(ByteReader& in) {
     for (std::size_t c = before; c < composites_.size(); ++c) composites_[c] = in.read<Composite>();
     members_.resize(first + in.read_count(sizeof(Member)));
     for (std::size_t m = first; m < members_.size(); ++m) members_[m] = in.read<Member>();
-    pending_ = in.read<bool>() || pending_;
+    const auto pending = in.read<std::uint8_t>();
+    pending_ = pending != 0 || pending_;
+    left_out_ = pending == 2 || left_out_;
     std::uint64_t next = 0;
     for (std::size_t c = before; c < composites_.size(); ++c) {
         Composite& composite = composites_[c];
@@ -323,14 +326,9 @@ bool Composites::read(ByteReader& in) {
     return true;
 }
 
-bool Composites::lacks_members(const Bodies& bodies) const {
-    return pending_ && std::ranges::any_of(members_, [&](const Member& member) { return !bodies.has(member.id); });
-}
-
 bool Composites::loaded(Bodies& bodies, bool divided) {
     const auto missing = [&](BodyId body) { return !bodies.has(body); };
-    // A body that was killed in the tick of the snapshot leaves its composite in the next step.
-    if (!pending_ && std::ranges::any_of(members_, missing, &Member::id)) return false;
+    if (std::ranges::any_of(members_, missing, &Member::id)) return false;
     for (const auto& [one, other] : connections_.all())
         if (!divided && (missing(one) || missing(other))) return false;
     index(bodies);

@@ -143,14 +143,13 @@ class Composites {
     void keep(const std::vector<bool>& chosen);
     void arrange(Bodies& bodies);
 
-    // Those for which `ours` says so of the lowest body of a composite, and of the lower body of a connection.
+    // Those for which `ours` says so of the lowest body of a composite, and of the lower body of a connection. A composite that ends in the
+    // next step is left out: its members, some of which may have been killed, are free bodies from then on or are made another one.
     void write(ByteWriter& out, const std::function<bool(BodyId)>& ours) const;
     // Adds what was written, several times in a divided world. Connections come before the bodies; `loaded` follows when all bodies are in
     // their slots. False if they name what is not there; connections may lead to bodies elsewhere if `divided`.
     bool read(ByteReader& in);
     bool loaded(Bodies& bodies, bool divided);
-    // Whether a body of a composite was killed in the tick of the snapshot, so that the composite is to be made anew without it.
-    bool lacks_members(const Bodies& bodies) const;
     std::size_t bytes() const;
 
   private:
@@ -159,6 +158,8 @@ class Composites {
         std::uint32_t composite, first, end;
     };
     void note(BodyId body);
+    // Whether the next step keeps it as it is: nothing has touched it, or it has the same members again.
+    bool stays(const Composite& composite) const;
     // In the order of their lowest bodies, with their members.
     void sort_all();
     void make(const Bodies& bodies, const BodyShapes& shapes, const std::vector<BodyId>& group, Composite& made,
@@ -187,6 +188,7 @@ class Composites {
     std::vector<std::vector<BodyId>> new_groups_;
     std::vector<std::uint8_t> ends_;
     bool pending_ = false;
+    bool left_out_ = false;  // One that ends was left out of the snapshot that was read.
 };
 
 }  // namespace meld::physics

@@ -3,6 +3,7 @@
 // the smaller part has bodies and connections, or as the shortest way round.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -38,6 +39,13 @@ class Connections {
     }
     // Whether its group has the bodies that it had when take_changed was last called.
     bool in_same_group(BodyId body) const { return group_of(body) != kAlone && !groups_[group_of(body)].changed; }
+    // Whether these bodies, each named once, are all that are in the group of the first.
+    template <class Bodies>
+    bool are_a_group(const Bodies& bodies) const {
+        const std::uint32_t group = group_of(*bodies.begin());
+        return group != kAlone && groups_[group].count == bodies.size() &&
+               std::ranges::all_of(bodies, [&](BodyId body) { return group_of(body) == group; });
+    }
     // All of them, the lower number first; sorted.
     std::vector<std::pair<BodyId, BodyId>> all() const;
 

@@ -156,9 +156,6 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     // A subdomain has done so for its joints.
     for (const Joint& joint : world_.joints.all())
         if (!divided()) world_.composites.joined().add(joint.first, joint.second);
-    if (divided() && world_.composites.lacks_members(bodies))
-        return fail("the checkpoint is of a tick in which connected catoms were killed, and goes on on one process only",
-                    "Use one process, without -n, or an earlier checkpoint");
     if (last_dt_s_ == 0) return composites_loaded() ? Result<void>() : damaged_snapshot("has invalid connections");
     std::sort(loading_.blocks.begin(), loading_.blocks.end(),
               [](const LoadedBlock& one, const LoadedBlock& other) { return one.key < other.key; });

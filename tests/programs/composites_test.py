@@ -82,8 +82,7 @@ def case(seed):
         world += "connected = true\n"
     if rng.random() < 0.3:
         world += f'[[motion.catoms]]\nwhere = "id % 5 == {rng.randint(0, 4)}"\nbreaking_force = {rng.uniform(10, 100):.1f}\n'
-    # Runs are stopped in tick 12, and do not go on on several processes if connected catoms are killed in that tick (docs/connections.md).
-    world += range_and_kills(rng, 2.0, 1).replace("tick = 12\n", "tick = 11\n")
+    world += range_and_kills(rng, 2.0, 1)
     return PROGRAM + (LOADS if rng.random() < 0.6 else ""), world
 
 

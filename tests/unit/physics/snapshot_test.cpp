@@ -239,6 +239,37 @@ TEST_P(SnapshotOfTouches, ForgetsThoseOfRemovedBodies) {
 
 INSTANTIATE_TEST_SUITE_P(Engines, SnapshotOfTouches, testing::Values(EngineKind::Blocks, EngineKind::Ode, EngineKind::Hash));
 
+// Bodies of composites are killed and released just before the scene is saved, so that the composites end in the next step, or stay.
+TEST(Snapshot, KnowsCompositesThatEndInTheNextStep) {
+    const auto make = [] { return scene_on_plane(); };
+    using Change = void (*)(Scene&);
+    const Change changes[] = {
+        [](Scene& scene) { need(scene.remove_body(0)); },
+        [](Scene& scene) { need(scene.remove_body(5)); },
+        [](Scene& scene) { need(scene.remove_body(9)), need(scene.remove_body(21)); },
+        [](Scene& scene) { need(scene.release(3, 4)), need(scene.release(20, 21)); },
+        [](Scene& scene) { need(scene.release(3, 4)), need(scene.connect(3, 4)); },
+        [](Scene& scene) { need(scene.remove_body(20)), need(scene.release(6, 7)), need(scene.connect(9, 21)); },
+    };
+    Workers workers(1);
+    for (const Change& change : changes) {
+        auto scene = make();
+        for (BodyId id = 0; id < 10; ++id)
+            need(scene->add_body({.id = id, .position_m = {double(id), 0, 3 + 0.1 * id}, .linear_velocity_m_s = {0, 0.3 * id, 0}}));
+        // And a pair beside them.
+        for (const BodyId id : {20u, 21u}) need(scene->add_body({.id = id, .position_m = {double(id) - 11, 1, 2}}));
+        for (BodyId id = 1; id < 10; ++id) need(scene->connect(id - 1, id));
+        need(scene->connect(20, 21));
+        run(*scene, 30, 2, workers);
+        change(*scene);
+        auto loaded = saved_and_loaded(*scene, make, workers);
+        for (int tick = 0; tick < 60; ++tick) {
+            for (Scene* each : {scene.get(), loaded.get()}) run(*each, 1, 2, workers);
+            ASSERT_EQ(loaded->digest(), scene->digest()) << &change - changes << ", tick " << tick;
+        }
+    }
+}
+
 // A row leans on a wall. A fixed body that turns beyond its end keeps the blocks there awake, which push those that sleep.
 TEST(Snapshot, KnowsSleepersOnWhichOthersLean) {
     const Make make = [] {
