@@ -18,6 +18,7 @@ the file. A new file of tests begins with this:
         main("meldsim")
 """
 import argparse
+import math
 import os
 import pathlib
 import resource
@@ -85,6 +86,17 @@ class Case(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
         for name, text in self.FILES.items():
             self.write(name, text)
+
+    def expect_normal(self, values, spread, least):
+        """At least so many values, with this standard deviation around 0."""
+        count = len(values)
+        self.assertGreater(count, least)
+        mean = sum(values) / count
+        self.assertLess(abs(mean), 4 * spread / math.sqrt(count))
+        deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / count)
+        self.assertLess(abs(deviation / spread - 1), 4 / math.sqrt(2 * count))
+        # Two of three are within one deviation.
+        self.assertAlmostEqual(sum(abs(value) < spread for value in values) / count, 0.6827, 1)
 
     def expect_goes_on(self, ticks):
         """p.meld in w.toml has the same digests and facts if it goes on from a checkpoint, also on another number of processes."""

@@ -352,6 +352,30 @@ def have_sizes(bodies):
         close(speeds[1], 3 * 2 * 8 / (8 + 2), 1e-3, "the speed of the small one after the collision")
 
 
+def digests_of(bodies, program, world, ticks, sizes, what):
+    """Of each tick, the same on all these numbers of processes and threads."""
+    digests = []
+    for processes, threads in sizes:
+        done = bodies.command(program, world, ticks, "-n", str(processes), "--threads", str(threads), "--digest", bodies.folder / "digests")
+        same(done.returncode, 0, done.stderr)
+        digests.append((bodies.folder / "digests").read_text())
+    same(digests[1:], digests[:1] * (len(sizes) - 1), f"the digests of {what} with some numbers of processes and threads")
+    return digests[0]
+
+
+def expect_goes_on(bodies, program, world, ticks, processes, digests, what):
+    """From a checkpoint of the first tick until the second one, on numbers of processes before and after it, with these digests."""
+    stop, end = map(str, ticks)
+    for before, after in processes:
+        saved = bodies.folder / f"saved {what} {before}"
+        done = bodies.command(program, world, int(stop), "-n", str(before), "--checkpoint", saved, "--digest", bodies.folder / "on.digests")
+        same(done.returncode, 0, done.stderr)
+        done = subprocess.run([bodies.meldsim, "resume", saved, "--ticks", end, "--quiet", "-n", str(after)], env=bodies.environment,
+                              capture_output=True, text=True, check=False)
+        same(done.returncode, 0, done.stderr)
+        same((bodies.folder / "on.digests").read_text(), digests, f"the digests of {what} over a checkpoint of {before} processes")
+
+
 def have_shapes(bodies):
     """A box and a log on a slope against formulas; a box that was turned; what touches whom; the same bits with any number of processes
     and threads, and over a checkpoint; what cannot be, with its place."""
@@ -383,20 +407,8 @@ def have_shapes(bodies):
     fall = ('[[body]]\nshape = "move(box(4, 4, 4), 0, 0, 3)"\n[motion]\nkind = "bodies"\nground = 0\nsteps = 4\nspacing = 1.3\n'
             'shape = "cube"\n' + FINE + '[[motion.catoms]]\nwhere = "x > 0"\nshape = "capsule"\nlength = 1.2\nturned = [40, 30, 0]\n')
     sizes = ((1, 1), (1, 2), (1, 3), (2, 1), (3, 2))
-    digests = []
-    for processes, threads in sizes:
-        done = bodies.command(program, fall, 60, "-n", str(processes), "--threads", str(threads), "--digest", bodies.folder / "digests")
-        same(done.returncode, 0, done.stderr)
-        digests.append((bodies.folder / "digests").read_text())
-    same(digests[1:], digests[:1] * 4, "the digests with some numbers of processes and threads")
-    for before, after in ((1, 1), (2, 3), (3, 1)):
-        saved = bodies.folder / f"saved{before}"
-        done = bodies.command(program, fall, 30, "-n", str(before), "--checkpoint", saved, "--digest", bodies.folder / "on.digests")
-        same(done.returncode, 0, done.stderr)
-        done = subprocess.run([bodies.meldsim, "resume", saved, "--ticks", "60", "--quiet", "-n", str(after)], env=bodies.environment,
-                              capture_output=True, text=True, check=False)
-        same(done.returncode, 0, done.stderr)
-        same((bodies.folder / "on.digests").read_text(), digests[0], f"the digests over a checkpoint of {before} processes")
+    digests = digests_of(bodies, program, fall, 60, sizes, "bodies")
+    expect_goes_on(bodies, program, fall, (30, 60), ((1, 1), (2, 3), (3, 1)), digests, "bodies")
     # On uneven ground and over a mesh, too.
     (bodies.folder / "dome.obj").write_text("v -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nv 0 0 1\n"
                                             "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 1 3 2\nf 1 4 3\n")
@@ -404,50 +416,21 @@ def have_shapes(bodies):
     rough = (fall.replace("ground = 0\n", "") + '[[motion.catoms]]\nwhere = "y > 0"\nshape = "cylinder"\nheight = 0.6\n'
              f'[[motion.obstacle]]\nkind = "terrain"\ncentre = [-6, -6, 0]\ncell = 1\nheights = {heights}\n'
              "[[motion.obstacle]]\nkind = \"mesh\"\nshape = \"move(mesh('dome.obj', scale = 1), 1, 1, -0.2)\"\n")
-    rough_digests = []
-    for processes, threads in sizes:
-        done = bodies.command(program, rough, 90, "-n", str(processes), "--threads", str(threads), "--digest", bodies.folder / "digests")
-        same(done.returncode, 0, done.stderr)
-        rough_digests.append((bodies.folder / "digests").read_text())
-    same(rough_digests[1:], rough_digests[:1] * 4, "the digests on a surface with some numbers of processes and threads")
-    for before, after in ((1, 3), (2, 1)):
-        saved = bodies.folder / f"rough{before}"
-        done = bodies.command(program, rough, 60, "-n", str(before), "--checkpoint", saved, "--digest", bodies.folder / "on.digests")
-        same(done.returncode, 0, done.stderr)
-        done = subprocess.run([bodies.meldsim, "resume", saved, "--ticks", "90", "--quiet", "-n", str(after)], env=bodies.environment,
-                              capture_output=True, text=True, check=False)
-        same(done.returncode, 0, done.stderr)
-        same((bodies.folder / "on.digests").read_text(), rough_digests[0], f"the digests on a surface after {before} processes")
+    expect_goes_on(bodies, program, rough, (60, 90), ((1, 3), (2, 1)), digests_of(bodies, program, rough, 90, sizes, "bodies on a surface"),
+                   "bodies on a surface")
     # With magnets, by which bodies of different shapes pull and push each other.
     pulling = program + ("magnet(A, F, 1)     :- id(A, N), N % 2 == 0, F in [0, 1, 2, 3, 4, 5].\n"
                          "magnet(A, F, 0 - 1) :- id(A, N), N % 2 == 1, F in [0, 1, 2, 3, 4, 5].\n")
     magnets = '[[motion.feature]]\nkind = "dipole"\ndirections = 6\nstrength = 300\ndepth = 0.15\nrange = 0.4\n'
-    pulled = []
-    for processes, threads in ((1, 1), (1, 2), (2, 1), (3, 1)):
-        done = bodies.command(pulling, fall + magnets, 60, "-n", str(processes), "--threads", str(threads),
-                              "--digest", bodies.folder / "digests")
-        same(done.returncode, 0, done.stderr)
-        pulled.append((bodies.folder / "digests").read_text())
-    same(pulled[1:], pulled[:1] * 3, "the digests of bodies with magnets with some numbers of processes and threads")
-    same(pulled[0] == digests[0], False, "whether magnets do nothing")
-    # Those that hold on to each other where they meet, and carry each other, on one process.
+    pulled = digests_of(bodies, pulling, fall + magnets, 60, ((1, 1), (1, 2), (2, 1), (3, 1)), "bodies with magnets")
+    same(pulled == digests, False, "whether magnets do nothing")
+    # Those that hold on to each other where they meet, and carry each other.
     holding = program + ("type carries(node, node, int).\nconnect(A, B) :- neighbor(A, B).\n"
                          "release(A, B) :- load(A, B, T, S, _), T + S > 60.0.\n"
                          "carries(A, B, round(S)) :- load(A, B, _, S, _).\n")
-    held = []
-    for threads in (1, 2, 3):
-        done = bodies.command(holding, fall, 60, "--threads", str(threads), "--digest", bodies.folder / "digests")
-        same(done.returncode, 0, done.stderr)
-        held.append((bodies.folder / "digests").read_text())
-    same(held[1:], held[:1] * 2, "the digests of connected bodies with 1, 2 and 3 threads")
-    same(held[0] == digests[0], False, "that connected bodies fall like others")
-    saved = bodies.folder / "held"
-    done = bodies.command(holding, fall, 30, "--checkpoint", saved, "--digest", bodies.folder / "on.digests")
-    same(done.returncode, 0, done.stderr)
-    done = subprocess.run([bodies.meldsim, "resume", saved, "--ticks", "60", "--quiet"], env=bodies.environment, capture_output=True,
-                          text=True, check=False)
-    same(done.returncode, 0, done.stderr)
-    same((bodies.folder / "on.digests").read_text(), held[0], "the digests of connected bodies over a checkpoint")
+    held = digests_of(bodies, holding, fall, 60, sizes, "connected bodies")
+    same(held == digests, False, "that connected bodies fall like others")
+    expect_goes_on(bodies, holding, fall, (30, 60), ((1, 1), (2, 3), (3, 1)), held, "connected bodies")
 
     for world, message in (
             (ONE + 'shape = "box"\n', "w.toml:5:9: a box has no edges"),

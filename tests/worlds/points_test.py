@@ -261,13 +261,13 @@ class Points(InRange):
         facts, _ = self.run_sizes(TELL, toml, sizes=[(1, 1), (1, 2), (3, 1)])
         places = self.places(facts)
         errors = [d - math.sqrt(square(places[a], places[b])) for a, b, d in facts["far"] if square(places[a], places[b]) > 4]
-        self.expect_normal(errors, 0.25)
+        self.expect_normal(errors, 0.25, 5000)
         turns = []
         for a, b, x, y, z in facts["to"]:
             self.assertAlmostEqual(x * x + y * y + z * z, 1, 12)
             dx, dy = places[b][0] - places[a][0], places[b][1] - places[a][1]
             turns.append(math.degrees(math.atan2(dx * y - dy * x, dx * x + dy * y)))
-        self.expect_normal(turns, 10)
+        self.expect_normal(turns, 10, 5000)
         # The two ends of a link err by themselves, and another seed errs otherwise.
         far = {(a, b): d for a, b, d in facts["far"]}
         self.assertLess(sum(far[a, b] == far[b, a] for a, b in far), len(far) / 100)
@@ -280,16 +280,6 @@ class Points(InRange):
             cosine = sum(w * (q - p) for w, p, q in zip(way, places[a], places[b])) / length
             angles.append(math.degrees(math.acos(min(1, cosine))))
         self.assertAlmostEqual(math.sqrt(sum(x * x for x in angles) / len(angles)) / math.sqrt(2) / 5, 1, 1)
-
-    def expect_normal(self, values, spread):
-        count = len(values)
-        self.assertGreater(count, 5000)
-        mean = sum(values) / count
-        self.assertLess(abs(mean), 4 * spread / math.sqrt(count))
-        deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / count)
-        self.assertLess(abs(deviation / spread - 1), 4 / math.sqrt(2 * count))
-        # Two of three are within one deviation.
-        self.assertAlmostEqual(sum(abs(value) < spread for value in values) / count, 0.6827, 1)
 
     # Two walls, as boxes of a world and as corners.
     WALLS = ('[[links.obstacle]]\nkind = "box"\ncentre = [1.5, 0.5, 0]\nsize = [0.5, 9, 2]\n'

@@ -127,26 +127,13 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorldWithComposites) {
 }
 
 TEST(Parts, MayBeDividedAnewWithComposites) {
-    const int ticks = 150;
-    int shift = 0;
-    auto scene = make_scene(settings_for_shapes());
-    furnish_composites(*scene, [](BodyId) { return true; });
-    Workers workers(1);
-    Divided divided(
-        3, [&](BlockCoordinates c) { return (c.x + c.y + shift) & 3 ? (shift + (c.x > 0)) % 3 : 2; }, furnish_composites,
-        settings_for_shapes());
-    scene->want_loads();
-    divided.change([](Scene& part) { part.want_loads(); });
-    for (int tick = 0; tick < ticks; ++tick) {
-        if (divided.must_rebuild()) ++shift;
-        divided.tick();
-        run(*scene, 1, 2, workers);
-        ASSERT_EQ(divided.digest(), scene->digest()) << tick;
-        if (tick % 4 != 3) continue;
-        ASSERT_EQ(divided.break_connections(), need(scene->solve_loads(workers))) << tick;
-        ASSERT_EQ(divided.loads().size(), scene->loads().size()) << tick;
-    }
-    EXPECT_GT(shift, 5);
+    expect_same_bits_divided_anew(
+        furnish_composites, [](Scene& scene) { scene.want_loads(); },
+        [](int tick, Divided& divided, Scene& scene, Workers& workers) {
+            if (tick % 4 != 3) return;
+            ASSERT_EQ(divided.break_connections(), need(scene.solve_loads(workers))) << tick;
+            ASSERT_EQ(divided.loads().size(), scene.loads().size()) << tick;
+        });
 }
 
 }  // namespace

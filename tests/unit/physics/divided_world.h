@@ -174,4 +174,26 @@ class Divided {
     Workers workers_{1};
 };
 
+// A world whose parts own other blocks after each rebuild moves as an undivided one. `prepare` is called for each scene before the first
+// tick, and `look` after each tick.
+inline void expect_same_bits_divided_anew(Furnish furnish, const std::function<void(Scene&)>& prepare,
+                                          const std::function<void(int, Divided&, Scene&, Workers&)>& look) {
+    int shift = 0;
+    auto scene = make_scene(settings_for_shapes());
+    furnish(*scene, [](BodyId) { return true; });
+    Workers workers(1);
+    Divided divided(
+        3, [&](BlockCoordinates c) { return (c.x + c.y + shift) & 3 ? (shift + (c.x > 0)) % 3 : 2; }, furnish, settings_for_shapes());
+    prepare(*scene);
+    divided.change(prepare);
+    for (int tick = 0; tick < 150; ++tick) {
+        if (divided.must_rebuild()) ++shift;
+        divided.tick();
+        run(*scene, 1, 2, workers);
+        ASSERT_EQ(divided.digest(), scene->digest()) << tick;
+        look(tick, divided, *scene, workers);
+    }
+    EXPECT_GT(shift, 5);
+}
+
 }  // namespace meld::physics

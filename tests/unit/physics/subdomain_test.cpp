@@ -238,21 +238,7 @@ TEST(Parts, GiveTheBitsOfTheUndividedWorldWithJoints) {
 }
 
 TEST(Parts, MayBeDividedAnewWithJoints) {
-    const int ticks = 150;
-    int shift = 0;
-    auto scene = make_scene(settings_for_shapes());
-    furnish_joints(*scene, [](BodyId) { return true; });
-    Workers workers(1);
-    Divided divided(
-        3, [&](BlockCoordinates c) { return (c.x + c.y + shift) & 3 ? (shift + (c.x > 0)) % 3 : 2; }, furnish_joints,
-        settings_for_shapes());
-    for (int tick = 0; tick < ticks; ++tick) {
-        if (divided.must_rebuild()) ++shift;
-        divided.tick();
-        run(*scene, 1, 2, workers);
-        ASSERT_EQ(divided.digest(), scene->digest()) << tick;
-    }
-    EXPECT_GT(shift, 5);
+    expect_same_bits_divided_anew(furnish_joints, [](Scene&) {}, [](int, Divided&, Scene&, Workers&) {});
 }
 
 // Whatever bounces costs exchanges in the ticks in which it does. Without, a tick has those of one colour for each of 8 colours of
