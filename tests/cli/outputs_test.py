@@ -298,6 +298,20 @@ class Streams(Case):
                 self.assertEqual((process.wait(60), err.count("\n")), (4, 1), err)
                 self.assertIn("cannot write standard output: Broken pipe", err)
 
+    def test_reader_of_an_answer_that_leaves(self):
+        """`meldsim world FILE | head -n 1` has shown what its user wanted; only a run that ends early says why."""
+        self.call("meldsim", *RUN, "--record", "r")
+        for command in (("meldsim", "world", "w.toml"), ("meldsim", "about", "r"), ("meldsim", "diff", "r", "r"),
+                        ("meldsim", "shot", "p.meld", "--world", "w.toml", "--tick", "1", "-o", "x.png"),
+                        ("meldc", "explain", "E0304"), ("meldc", "compile", "--explain-rules", "p.meld")):
+            reader, writer = os.pipe()
+            os.close(reader)
+            process = self.begin(*command, stdout=writer, stderr=subprocess.PIPE)
+            os.close(writer)
+            err = process.stderr.read().decode()
+            process.stderr.close()
+            self.assertEqual((process.wait(60), err), (4, ""), command)
+
 
 class Shown(Case):
     """Pictures, films, models and pages respect what is there as facts and recordings do."""

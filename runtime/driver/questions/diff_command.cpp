@@ -10,6 +10,7 @@
 #include "runtime/base/terminal/progress.h"
 #include "runtime/base/terminal/terminal_text.h"
 #include "runtime/driver/questions/checkpoint_state.h"
+#include "runtime/driver/setup/print_error.h"
 #include "runtime/results/compare/compare.h"
 
 namespace meld::driver {
@@ -130,11 +131,6 @@ std::string json_text(const DiffOptions& options, const Report& report) {
     return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
-int print_difference_error(const Error& error) {
-    static_cast<void>(print(stderr, fmt::format("meldsim diff: {}\n", visible(error.message()))));
-    return static_cast<int>(error.code);
-}
-
 }  // namespace
 
 int diff_command(const DiffOptions& options, const ParseRun& parse) {
@@ -150,13 +146,13 @@ int diff_command(const DiffOptions& options, const ParseRun& parse) {
         Progress progress;
         report = compare_paths(options, load, progress);
     }
-    if (!report) return print_difference_error(report.error());
+    if (!report) return print_error(report.error(), "meldsim diff");
     Result<void> printed;
     if (options.json)
         printed = print(stdout, json_text(options, *report));
     else if (!report->same())
         printed = print(stdout, Text().of(options, *report));
-    if (!printed) return print_difference_error(printed.error());
+    if (!printed) return print_error(printed.error(), "meldsim diff");
     return report->same() ? 0 : kDiffer;
 }
 

@@ -25,6 +25,7 @@
 #include "runtime/driver/pictures/shot.h"
 #include "runtime/driver/setup/extension_file.h"
 #include "runtime/driver/setup/memory_check.h"
+#include "runtime/driver/setup/print_error.h"
 #include "runtime/results/record/drawing.h"
 #include "runtime/sim/choices.h"
 #include "runtime/sim/simulation.h"
@@ -250,9 +251,7 @@ Result<void> import_world(const WorldOptions& options) {
 
 int world_command(const WorldOptions& options) {
     const Result<void> done = options.import.empty() ? check_world(options) : import_world(options);
-    if (done) return 0;
-    static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(done.error().message()))));
-    return static_cast<int>(done.error().code);
+    return done ? 0 : print_error(done.error());
 }
 
 }  // namespace meld::driver

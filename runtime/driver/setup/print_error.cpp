@@ -8,9 +8,9 @@
 
 namespace meld::driver {
 
-int print_error(const Error& error) {
+int print_error(const Error& error, std::string_view program) {
     clear_progress();
-    if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("meldsim: {}\n", visible(error.message()))));
+    if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("{}: {}\n", program, visible(error.message()))));
     return static_cast<int>(error.code);
 }
 
