@@ -295,13 +295,13 @@ class Streams(Case):
                 process.stdout.close()
                 err = process.stderr.read().decode()
                 process.stderr.close()
-                self.assertEqual((process.wait(60), err.count("\n")), (4, 1), err)
-                self.assertIn("cannot write standard output: Broken pipe", err)
+                self.assertEqual((process.wait(60), err), (4, ""))
 
     def test_reader_of_an_answer_that_leaves(self):
-        """`meldsim world FILE | head -n 1` has shown what its user wanted; only a run that ends early says why."""
+        """`meldsim world FILE | head -n 1` has shown what its user wanted."""
         self.call("meldsim", *RUN, "--record", "r")
-        for command in (("meldsim", "world", "w.toml"), ("meldsim", "about", "r"), ("meldsim", "diff", "r", "r"),
+        self.call("meldsim", "run", "ever.meld", "--world", "w.toml", "--quiet", "--ticks", "5", "--record", "other")
+        for command in (("meldsim", "world", "w.toml"), ("meldsim", "about", "r"), ("meldsim", "diff", "r", "other"),
                         ("meldsim", "shot", "p.meld", "--world", "w.toml", "--tick", "1", "-o", "x.png"),
                         ("meldc", "explain", "E0304"), ("meldc", "compile", "--explain-rules", "p.meld")):
             reader, writer = os.pipe()

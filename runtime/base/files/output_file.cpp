@@ -108,6 +108,8 @@ Error cannot_write(const std::string& path, int error_number) {
             error.suggestion = "Raise the limit on the size of files (ulimit -f)";
             return error;
         case EPIPE:
+            // The reader of `meldsim world FILE | head -n 1` has what it wanted: there is nothing to say.
+            if (path == kStandardOutput) return {.problem = "", .code = error.code};
             error.suggestion = "Whoever was reading it has stopped";
             return error;
         case EIO:
@@ -132,7 +134,7 @@ bool OutputFile::names_stream(const std::string& path) {
 Result<OutputFile> OutputFile::open(const std::string& path, Appears appears, Durability durability) {
     const auto failed = [&](int error_number) { return tl::unexpected(cannot_write(path, error_number)); };
     if (const std::optional<int> standard = descriptor_named(path)) {
-        OutputFile file(path == "-" ? "standard output" : path, durability);
+        OutputFile file(path == "-" ? kStandardOutput : path, durability);
         file.stream_ = true;
         // Text that the process has printed there comes first.
         std::fflush(nullptr);

@@ -19,8 +19,11 @@ namespace meld {
 // Names of files beside it use this many bytes of a name; a name may have 255.
 inline constexpr std::size_t kMostOfAName = 200;
 
+// What messages call standard output, instead of a path.
+inline constexpr const char* kStandardOutput = "standard output";
+
 // The error for a file that cannot be written, from the system's error number: the reason in words, and exit code 4 if the path is not the
-// cause: a full disk, a limit, a reader that has left.
+// cause: a full disk, a limit, a reader that has left. Without words if it is the reader of standard output: see print_error().
 Error cannot_write(const std::string& path, int error_number);
 
 // When a new file appears at its path.

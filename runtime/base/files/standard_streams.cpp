@@ -19,9 +19,6 @@ namespace {
 // Whether a failure of standard output has been returned to a caller, who reports it.
 std::atomic<bool> told{false};
 
-// `meldsim world FILE | head -n 1` has shown what its user wanted: there is nothing to say, only a code to end with.
-Error reader_left() { return Error{"", "", ExitCode::LimitHit}; }
-
 }  // namespace
 
 void prepare_standard_streams() {
@@ -40,8 +37,7 @@ Result<void> print(std::FILE* stream, std::string_view text) {
     if (std::fwrite(text.data(), 1, text.size(), stream) == text.size() && std::fflush(stream) == 0) return {};
     const int error = errno != 0 ? errno : EIO;
     if (stream == stdout) told = true;
-    if (stream == stdout && error == EPIPE) return tl::unexpected(reader_left());
-    return tl::unexpected(cannot_write(stream == stdout ? "standard output" : "standard error", error));
+    return tl::unexpected(cannot_write(stream == stdout ? kStandardOutput : "standard error", error));
 }
 
 int end_standard_output(std::string_view program, int code) {
@@ -51,7 +47,7 @@ int end_standard_output(std::string_view program, int code) {
     if (written || (told && code != 0)) return code;
     // The reason of an earlier failure is not stored; lost bytes stay lost, so writing one more byte may ask for the reason.
     if (errno == 0 && ::write(STDOUT_FILENO, "\n", 1) == 1) errno = EIO;
-    const Error error = errno == EPIPE ? reader_left() : cannot_write("standard output", errno);
+    const Error error = cannot_write(kStandardOutput, errno);
     // A failure of standard error cannot be reported anywhere.
     if (!error.problem.empty()) static_cast<void>(print(stderr, fmt::format("{}: {}\n", program, error.message())));
     return code != 0 ? code : static_cast<int>(error.code);

@@ -13,8 +13,7 @@ namespace meld {
 // an error. A reader that has left or a file that becomes too large makes a write fail and does not end the process.
 void prepare_standard_streams();
 
-// Writes to standard output or error and flushes. Does not throw. Errors: it cannot be written; without a text where the reader of standard
-// output has left, as `head` does, since that reader has what it wanted.
+// Writes to standard output or error and flushes. Does not throw. Errors: it cannot be written.
 Result<void> print(std::FILE* stream, std::string_view text);
 
 // Call this last in a program. Returns the exit code: `code` if everything sent to standard output (also through std::cout) has been

@@ -271,7 +271,7 @@ Error Run::after_failure(Error error) {
     if (subdomain.status().half_way()) {
         error.suggestion += fmt::format("{}No facts are written, since tick {} ended in the middle of changing them",
                                         error.suggestion.empty() ? "" : ".\n", subdomain.status().last_tick() + 1);
-    } else if (const auto written = write_facts(); !written) {
+    } else if (const auto written = write_facts(); !written && !written.error().problem.empty()) {
         error.suggestion +=
             fmt::format("{}The facts are not written: {}", error.suggestion.empty() ? "" : ".\n", written.error().message());
     }

@@ -50,7 +50,7 @@ std::string place_of(const Heartbeat::Standing& at) {
 // Tells how the processes ended, and returns the code of the command.
 int after_launch(const LaunchOutcome& outcome, bool alone) {
     // However the run ended, its results have not reached their reader.
-    if (outcome.output_error != 0) return print_error(cannot_write("standard output", outcome.output_error));
+    if (outcome.output_error != 0) return print_error(cannot_write(kStandardOutput, outcome.output_error));
     if (outcome.interrupted_by != 0 && outcome.exit_code >= 127) return after_interrupt(outcome);
     if (outcome.launcher_signal != 0)
         return print_error(

@@ -7,7 +7,7 @@
 
 namespace meld::driver {
 
-// Prints the error after the name of the program or command, unless it has no text: it has been printed, or needs none. Returns its exit code.
+// Prints the error after the name of the program or command, unless it has no text: it was printed, or needs none. Returns its exit code.
 int print_error(const Error& error, std::string_view program = "meldsim");
 
 }  // namespace meld::driver
