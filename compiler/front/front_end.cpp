@@ -81,6 +81,33 @@ void add_older_functions(source::FileSet& files, std::uint32_t prelude_files, bo
             program.add(std::move(item), 0);
 }
 
+// An item of the prelude, which has declarations and constants that are numbers.
+syntax::Item copy_of(const syntax::Item& item) {
+    if (const auto* declaration = std::get_if<syntax::Declaration>(&item)) return *declaration;
+    const auto& constant = std::get<syntax::Constant>(item);
+    const auto& value = std::get<syntax::IntLiteral>(constant.value->node);
+    return syntax::Constant{constant.name, std::make_unique<syntax::Expr>(value, constant.value->span), constant.span};
+}
+
+// The prelude is most of what a question about a run has to parse, so it is parsed once for all that a process asks.
+syntax::Tree parse_prelude(source::FileSet& files, diagnostics::Reporter& report) {
+    // An editor may have another text in its place.
+    if (files.file(0).text() != kPrelude) return syntax::parse(files, 0, report);
+    static const syntax::Tree parsed = [] {
+        source::FileSet alone;
+        add_prelude(alone);
+        diagnostics::Reporter nothing;
+        syntax::Tree tree = syntax::parse(alone, 0, nothing);
+        MELD_EXPECT(nothing.error_count() == 0 && tree.units.size() == 1 && tree.includes.empty());
+        return tree;
+    }();
+    syntax::Tree tree;
+    tree.units = parsed.units;
+    tree.items.reserve(parsed.items.size());
+    for (std::size_t i = 0; i < parsed.items.size(); ++i) tree.add(copy_of(parsed.items[i]), parsed.unit_of[i]);
+    return tree;
+}
+
 }  // namespace
 
 std::uint32_t add_prelude(source::FileSet& files) {
@@ -92,7 +119,7 @@ std::uint32_t add_prelude(source::FileSet& files) {
 ParsedProgram parse_program(source::FileSet& files, std::uint32_t file, std::uint32_t prelude_files, diagnostics::Reporter& report,
                             const syntax::ParseOptions& options) {
     ParsedProgram parsed;
-    for (std::uint32_t i = 0; i < prelude_files; ++i) parsed.prelude.append(syntax::parse(files, i, report));
+    if (prelude_files > 0) parsed.prelude = parse_prelude(files, report);
     syntax::ParseOptions with_libraries = options;
     with_libraries.libraries = libraries();
     parsed.program = syntax::parse(files, file, report, with_libraries);
