@@ -51,5 +51,6 @@ meld_test(test_reference COMPUTES SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_te
           DEPENDS tests_reference)
 # That the tester notices what is wrong takes longest, and changes seldom; so does what its generator makes.
 meld_slow_cases(test_reference Generator.MakesProgramsOfAllConstructs Tester.NoticesOtherPrograms
-  Tester.FindsNoDifferenceWhereThereIsNone Judge.NoticesEveryWayToFalsify Judge.AcceptsAnswersAboutPartsWithinParts)
+  Tester.FindsNoDifferenceWhereThereIsNone Judge.NoticesEveryWayToFalsify Judge.AcceptsAnswersAboutPartsWithinParts
+  Judge.AcceptsAnswersAndRefusesFalsifiedOnes)
 meld_test(test_reference_types COMPUTES SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)

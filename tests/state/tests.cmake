@@ -13,7 +13,8 @@ set(like_others
   shortest_paths thermometerdrift thermometerweather life belief_propagation shape_change lost heappgs20 heaphash heapode
   pairhash pairode)
 list(TRANSFORM like_others PREPEND Programs/*/)
-meld_slow_cases(test_state ${like_others} Programs/Snapshot.*/tumble Chains.OfWhichAnyByteOfTheLastFileIsDamagedFallBackToTheOneBefore)
+meld_slow_cases(test_state ${like_others} Programs/Snapshot.*/tumble Chains.OfWhichAnyByteOfTheLastFileIsDamagedFallBackToTheOneBefore
+  Programs/Snapshot.*/doze Damage.OfAnyByteOfAShareIsNoticed)
 
 add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/members_test.py ${CMAKE_SOURCE_DIR})
 foreach(name bisect replay changes)
