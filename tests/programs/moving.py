@@ -230,6 +230,71 @@ cube_bridge.options = ("--ticks", "2000")
 cube_bridge.sizes = [(1, 1), (1, 2)]
 
 
+def m_blocks(outcome, recorded, in_other_world):
+    """The cube comes along the row and up the wall. Without magnets, the flywheel must have what lifts the cube over its edge."""
+    stood = {move: place for _, move, *place in outcome.facts["stood"]}
+    expect(sorted(stood) == [1, 2, 3, 4], f"it has made the moves {sorted(stood)}")
+    for move, place in enumerate([(1, 1.5), (2, 1.5), (2, 2.5), (2, 3.5)], 1):
+        apart = numpy.max(numpy.abs(numpy.subtract(stood[move], place)))
+        expect(apart < 0.05, f"after move {move} it is at {stood[move]}, not at {place}")
+    # A cube with sides of 2 a and edges of the radius r, and in its middle a wheel. Braked, it turns about the line on which it rolls off.
+    a, r, cube_kg, wheel_kg, wheel_m = 0.025, 0.002, 0.103, 0.04, 0.017
+    wheel = wheel_kg * wheel_m**2 / 2
+    inertia = cube_kg * (2 * a) ** 2 / 6 + wheel + (cube_kg + wheel_kg) * ((a - r) ** 2 + a**2)
+    lift_j = (cube_kg + wheel_kg) * 9.81 * (a - r) * (numpy.sqrt(2) - 1)
+    least_rpm = numpy.sqrt(2 * inertia * lift_j) / wheel * 60 / (2 * numpy.pi)
+    for share, arrives in ((0.97, 0), (1.03, 1)):
+        freely = f"\n[set]\npolarity = 0\nroll-rpm = {share * least_rpm:.1f}\n"
+        found, _ = in_other_world(lambda text, more=freely: text + more)
+        ((_, x, _),) = [row[1:] for row in found.facts["stood"] if row[1] == 1]
+        expect(abs(x - arrives) < 0.05, f"with {share} of {least_rpm:.0f} rpm it comes to {x}")
+
+
+m_blocks.larger = tuple(range(9))
+m_blocks.options = ("--ticks", "1200")
+m_blocks.sizes = [(1, 1), (1, 2)]
+
+
+def snake(outcome, recorded, in_other_world):
+    """It comes as far with each wave, and as far as with the joints and contacts of ODE in a tenth of the step."""
+    def comes(path):
+        middle = numpy.array(path.positions)[:, :, 0].mean(axis=1)
+        return (middle[577] - middle[200]) / 2
+
+    along = numpy.array(recorded.positions)
+    expect(numpy.max(numpy.abs(along[:, :, 1])) < 0.01, "it has left its plane")
+    found = comes(recorded)
+    _, other = in_other_world(lambda text: text.replace("\nsteps = 4\n", '\nengine = "ode"\nstep = 0.000416666667\nsteps = 40\n'))
+    wanted = comes(other)
+    expect(abs(found - wanted) < 0.05 * wanted, f"a wave brings it {found:.3f} diameters, not {wanted:.3f}")
+
+
+snake.larger = tuple(range(30))
+snake.options = ("--ticks", "577")
+snake.sizes = [(1, 1), (1, 2)]
+
+
+def two_wheeler(outcome, recorded, in_other_world):
+    """On each side it comes as far as its wheels roll, within a hundredth, and turns by a right angle at each corner."""
+    expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
+    corner = {part: numpy.array(place) for _, part, *place in outcome.facts["corner"]}
+    expect(sorted(corner) == list(range(8)), f"it has driven the parts {sorted(corner)}")
+    # Where its hull is, a quarter of a diameter before the axle, at both ends of each side; a side is ten radii of a wheel long.
+    begin = numpy.array([0.25, 0])
+    for side in range(4):
+        end = corner[2 * side]
+        way = numpy.linalg.norm(end - begin)
+        expect(abs(way - 3) < 0.03, f"side {side} is {way:.3f} long")
+        along = numpy.array([(1, 0), (0, 1), (-1, 0), (0, -1)][side])
+        expect(numpy.dot(end - begin, along) / way > numpy.cos(numpy.radians(3)), f"side {side} leads along {end - begin}")
+        begin = corner[2 * side + 1]
+    expect(numpy.linalg.norm(begin - [0.25, 0]) < 0.1, f"it ends at {begin}")
+
+
+two_wheeler.larger = tuple(range(4))
+two_wheeler.sizes = [(1, 1), (1, 2)]
+
+
 def ring(outcome, recorded, in_other_world):
     """Twelve catoms in a line are in the end the corners of a regular twelve-sided polygon with sides of one diameter: its radius,
     angles of 150 degrees, and everybody with two neighbours, those in the line and at the ends each other."""
