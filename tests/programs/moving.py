@@ -274,6 +274,27 @@ snake.options = ("--ticks", "577")
 snake.sizes = [(1, 1), (1, 2)]
 
 
+def walker(outcome, recorded, in_other_world):
+    """In each turn of the phase, two tripods push it as far as their feet swing; ODE in a tenth of the step does the same."""
+    def comes(path):
+        hull = numpy.array(path.positions)[:, 0]
+        expect(numpy.max(numpy.abs(hull[:, 2] - 1.2)) < 0.1, "its hull does not stay up")
+        return numpy.linalg.norm(hull[377, :2] - hull[94, :2]) / (283 * 4 / 60 / (2 * numpy.pi))
+
+    found = comes(recorded)
+    # A foot is 1.25 diameters from the axis of its hip, which swings by 0.35 rad to either side.
+    most = 4 * 1.25 * numpy.sin(0.35)
+    expect(0.94 * most < found < most, f"a turn brings it {found:.3f} diameters, not {most:.3f}")
+    _, other = in_other_world(lambda text: text.replace("\nsteps = 4\n", '\nengine = "ode"\nstep = 0.000416666667\nsteps = 40\n'))
+    wanted = comes(other)
+    expect(abs(found - wanted) < 0.05 * wanted, f"a turn brings it {found:.3f} diameters, not {wanted:.3f}")
+
+
+walker.larger = tuple(range(13))
+walker.options = ("--ticks", "377")
+walker.sizes = [(1, 1), (1, 2)]
+
+
 def two_wheeler(outcome, recorded, in_other_world):
     """On each side it comes as far as its wheels roll, within a hundredth, and turns by a right angle at each corner."""
     expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
