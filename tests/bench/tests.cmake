@@ -27,6 +27,9 @@ add_test(NAME bench_first_picture_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_first_picture.py
                  $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld --times 1 --size 600x400 1000)
 set_tests_properties(bench_first_picture_small PROPERTIES PROCESSORS 2 TIMEOUT 180)
+add_test(NAME bench_view_frames_small
+         COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_view_frames.py
+                 $<TARGET_FILE_DIR:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld --frames 2 1000)
 add_test(NAME bench_tables_small
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bench_tables.py $<TARGET_FILE_DIR:meldc> --short)
 add_test(NAME bench_observed_small

@@ -38,31 +38,39 @@ std::string name_of(Trap trap) {
     }
 }
 
-Result<Table> answer(sim::Subdomain& subdomain, Facts& facts, const Program& program, const std::function<void(std::uint64_t)>& looked) {
+}  // namespace
+
+std::vector<Table::Column> columns_of(const Program& program) {
+    const check::Rule& question = program.question();
+    std::vector<Table::Column> columns;
+    for (const check::VariableId v : front::answers(question)) columns.push_back({question.variables[v].name, question.variables[v].type});
+    return columns;
+}
+
+Result<Table> query_here(const sim::Subdomain& subdomain, Facts& facts, const Program& program, const std::optional<From>& from,
+                         const std::function<void(std::uint64_t)>& looked) {
     const check::Rule& question = program.question();
     const std::vector<check::VariableId> variables = front::answers(question);
-    std::vector<Table::Column> columns;
-    for (const check::VariableId v : variables) columns.push_back({question.variables[v].name, question.variables[v].type});
-    Table table(std::move(columns));
+    Table table(columns_of(program));
     Terms terms(program, subdomain.view());
     Solver solver(program, facts, terms);
     std::vector<Value> row(variables.size());
-    const Result<void> searched = solver.search(question, question.body, {}, {},
-                                                [&](const Solution& found) {
-                                                    for (std::size_t i = 0; i < variables.size(); ++i)
-                                                        row[i] = found.values[variables[i].index()];
-                                                    table.add(row);
-                                                    return !variables.empty();
-                                                },
-                                                {.looked = looked});
+    const auto add = [&](const Solution& found) {
+        for (std::size_t i = 0; i < variables.size(); ++i) row[i] = found.values[variables[i].index()];
+        table.add(row);
+        return !variables.empty();
+    };
+    const SearchOptions options{.looked = looked};
+    const Result<void> searched =
+        from ? solver.search_from(
+                   question, question.body, from->start, from->catoms, add, [](std::size_t) { return true; }, options)
+             : solver.search(question, question.body, {}, {}, add, options);
     if (!searched) return tl::unexpected<Error>(searched.error());
     table.finish();
     table.failures = terms.scratch.failures();
     if (table.failures > 0) table.first_failure = name_of(terms.scratch.first_failure());
     return table;
 }
-
-}  // namespace
 
 Result<Program> read_question(const ModuleInfo& module, const std::string& body) {
     Result<Program> program = Program::read(module, body);
@@ -84,7 +92,7 @@ Result<Table> query_by(sim::Subdomain& subdomain, const Read& read, const std::f
     const Result<void> asked = ask(states, [&](std::span<Facts* const> facts) -> Result<void> {
         const auto program = read();
         if (!program) return tl::unexpected<Error>(program.error());
-        Result<Table> found = answer(subdomain, *facts[0], program_of(*program), looked);
+        Result<Table> found = query_here(subdomain, *facts[0], program_of(*program), {}, looked);
         if (!found) return tl::unexpected<Error>(found.error());
         table = std::move(*found);
         return {};

@@ -3,8 +3,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "runtime/ask/facts/facts.h"
 #include "runtime/ask/facts/program.h"
 #include "runtime/ask/query/table.h"
 #include "runtime/sim/core/subdomain.h"
@@ -21,5 +25,16 @@ Result<Table> query(sim::Subdomain& subdomain, const std::string& body, const st
 // run is the one that it was read for.
 Result<Program> read_question(const ModuleInfo& module, const std::string& body);
 Result<Table> query(sim::Subdomain& subdomain, const Program& program, const std::function<void(std::uint64_t)>& looked = {});
+
+// The variables of a body that has been read which have a value in every way to satisfy it.
+std::vector<Table::Column> columns_of(const Program& program);
+
+// The same for whoever has the facts: this process alone answers. With `from`, the ways in which a variable is one of these catoms.
+struct From {
+    check::VariableId start = {};
+    std::span<const u64> catoms = {};
+};
+Result<Table> query_here(const sim::Subdomain& subdomain, Facts& facts, const Program& program, const std::optional<From>& from = {},
+                         const std::function<void(std::uint64_t)>& looked = {});
 
 }  // namespace meld::inspect

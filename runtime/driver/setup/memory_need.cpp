@@ -306,6 +306,13 @@ MemoryPart facts_file(const ModuleInfo& module, record::FactsForm form, double c
     return {"facts to be written", {library + catoms * order, library + catoms * (order + 2 * fact)}, true};
 }
 
+// Two frames that the first process keeps, once pages have asked for them: numbers, cells and values of catoms, and what is seen of these,
+// which may be all; and the answer to a body while one is made.
+MemoryPart kept_frames(double catoms, double own_catoms) {
+    constexpr double kKept = 4 + 8 + 0.5, kKeptByOwner = 4 + 0.5, kSeen = 32, kAsked = 44;
+    return {"frames of the viewer", {0, 2 * ((kKept + kSeen) * catoms + kKeptByOwner * own_catoms) + kAsked * own_catoms}};
+}
+
 // One block of catoms at a time is packed and written.
 MemoryPart checkpoint(const ModuleInfo& module, double catoms) {
     const double in_block = std::min(catoms, kCheckpointBlock);
@@ -346,6 +353,8 @@ MemoryNeed memory_need(const world::World& world, const ModuleInfo& module, cons
     if (module.by_links && (!world.is_free() || world.links)) need.parts.push_back(counting.links());
     if (!options.record.empty()) need.parts.push_back(recording(world, module, shares.catoms, processes));
     if (!options.facts_out.empty()) need.parts.push_back(facts_file(module, record::facts_form(options.facts_out), shares.catoms));
+    if (options.debug && options.debug->view && options.debug->view->share.file.empty() && !world.is_free() && !world.is_graph())
+        need.parts.push_back(kept_frames(shares.catoms, shares.largest.catoms));
     if (!options.checkpoint.empty()) need.parts.push_back(checkpoint(module, shares.largest.catoms));
     return need;
 }

@@ -125,8 +125,10 @@ void Appearance::begin_step() {
 }
 
 void Appearance::receive(ByteReader& in) {
+    const std::size_t before = news_.size();
     read(colours_, in);
     read(labels_, in);
+    if (news_.size() > before) ++changes_;
     for (auto left = in.read_count(sizeof(u32)); left > 0; --left) received_.push_back(in.read<Line>());
 }
 

@@ -31,6 +31,8 @@ class Appearance {
     void receive(ByteReader& in);
     // Of whom colours or labels have come since begin_step(), in any order; some perhaps again.
     const std::vector<u64>& news() const { return news_; }
+    // How often colours or labels have come: pictures with the same number have the same ones.
+    std::uint64_t changes() const { return changes_; }
 
     // What is collected and not sent yet, on every process; on the writing process also what is drawn so far. Of what was saved on any
     // number of processes, the writing process loads everything.
@@ -73,6 +75,7 @@ class Appearance {
     std::vector<Line> new_lines_, received_;
     std::set<std::pair<u64, u64>> lines_;
     std::vector<u64> news_;
+    std::uint64_t changes_ = 0;
 };
 
 }  // namespace meld::record

@@ -5,6 +5,7 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/base/process/liveness.h"
+#include "runtime/comm/transport/gather_to_root.h"
 #include "runtime/results/record/joint_table.h"
 
 namespace meld::record {
@@ -124,6 +125,21 @@ void Drawing::draw_all(sim::Subdomain& subdomain, Drawn& drawn) {
     std::ranges::sort(rows, {}, &DrawnRow::id);
     begin(subdomain, rows.size(), drawn);
     for (const DrawnRow& row : rows) add(subdomain, row, drawn);
+}
+
+bool Drawing::draws_cells_only(const sim::Subdomain& subdomain) const {
+    return !subdomain.ensemble.is_free() && !subdomain.ensemble.has_amoebots() && !subdomain.has_diameters() && !subdomain.has_turns() &&
+           !subdomain.has_joints() && !appearance_.labels() && !appearance_.lines();
+}
+
+void Drawing::catch_up(sim::Subdomain& subdomain) {
+    ByteWriter out;
+    appearance_.send(out);
+    appearance_.begin_step();
+    for (const auto& part : comm::gather_to_root(subdomain.comm, out.take())) {
+        ByteReader in(part, "what is drawn on a process");
+        appearance_.receive(in);
+    }
 }
 
 Drawn Drawing::drawn(sim::Subdomain& subdomain) {

@@ -61,6 +61,16 @@ class Drawing : public sim::SimModule {
     // Of all processes, on process 0; the others get nothing. Every process calls it, between two ticks.
     Drawn drawn(sim::Subdomain& subdomain);
 
+    // Whether catoms have places, colours and nothing else: what only bodies and amoebots have, and labels and lines, which the program has
+    // an action for, make a picture of more.
+    bool draws_cells_only(const sim::Subdomain& subdomain) const;
+    // Process 0 learns what catoms have drawn since the last call of this or of drawn(). Every process calls it, between two ticks. Cost:
+    // that.
+    void catch_up(sim::Subdomain& subdomain);
+    // On process 0, after either: the colour of a catom, 0xRRGGBB; and a number that is another one when some have changed.
+    std::uint32_t colour(u64 id) const { return appearance_.colour(id); }
+    std::uint64_t changes() const { return appearance_.changes(); }
+
   private:
     struct DrawnRow {
         u64 id;

@@ -81,6 +81,7 @@ Result<void> Timeline::begin_anew(Make make, std::unique_ptr<sim::Simulation> ru
     beginning_ = std::move(beginning);
     history_ = History(options_.history_bytes);
     present_ = std::move(running);
+    ++replaced_;
     first_tick_ = latest_ = tick();
     work_since_ = 0;
     digests_.clear();
@@ -157,6 +158,7 @@ Result<void> Timeline::to(std::int64_t tick) {
     Result<Running> there = beside(tick);
     if (!there) return tl::unexpected<Error>(there.error());
     present_ = std::move(*there);
+    ++replaced_;
     work_since_ = 0;
     return {};
 }
@@ -177,6 +179,7 @@ Result<void> Timeline::forward_until(std::int64_t tick, const Stop& stop) {
     Result<Running> again = beside(now);
     if (!again) return tl::unexpected<Error>(again.error());
     present_ = std::move(*again);
+    ++replaced_;
     return done;
 }
 

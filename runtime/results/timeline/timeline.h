@@ -48,6 +48,8 @@ class Timeline {
 
     // The run as it is at tick(). Valid until the next call that moves it back.
     sim::Simulation& simulation() { return *present_; }
+    // How often that has become another one: whoever keeps something of it looks at all of it again then.
+    std::uint64_t replaced() const { return replaced_; }
     std::int64_t tick() { return present_->subdomain().tick(); }
     std::int64_t first_tick() const { return first_tick_; }
     // How the run ends at this tick, if it does.
@@ -105,6 +107,7 @@ class Timeline {
     const sim::Shares* from_ = nullptr;
     std::optional<History> beginning_;  // Instead: one snapshot, of its first tick.
     Running present_;
+    std::uint64_t replaced_ = 0;
     std::int64_t first_tick_ = 0;
     std::int64_t latest_ = 0;       // The last tick that was run.
     std::uint64_t work_since_ = 0;  // Evaluations since the last snapshot.

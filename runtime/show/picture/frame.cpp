@@ -12,6 +12,7 @@
 #include "runtime/comm/transport/collective_result.h"
 #include "runtime/comm/transport/gather_to_root.h"
 #include "runtime/results/facts/sorted_facts.h"
+#include "runtime/show/picture/catom_values.h"
 #include "runtime/show/picture/palette.h"
 #include "runtime/show/picture/stage.h"
 
@@ -76,6 +77,7 @@ class Looker {
         std::size_t catom = 0;                // The column of the catom that it is about.
         std::optional<std::size_t> end = {};  // Of what a line goes to: a catom, a vec3, or the first of three numbers.
         std::optional<std::size_t> value = {};
+        CatomValues::Kind kind = CatomValues::Kind::Holds;
         // The value of a row as people read it; this instead if it has none.
         std::string words(std::size_t row, const std::string& instead) const { return value ? visible(table.plain(row, *value)) : instead; }
     };
@@ -120,14 +122,15 @@ Result<Looker::Said> Looker::ask(const std::string& body, const char* option, Wa
         const auto lacks = [&](const char* what, const char* example) {
             return fail(fmt::format("{}: no variable is {} in `{}`", option, what, body), fmt::format("Write it as in {}", example));
         };
-        const auto catom = std::ranges::find(columns, Kind::Node, [](const Table::Column& column) { return column.type.kind; });
-        said.catom = static_cast<std::size_t>(catom - columns.begin());
-        if (catom == columns.end()) return lacks("a catom", "--only 'leader(A)'");
+        const std::optional<CatomValues> values = catom_values(columns);
+        if (!values) return lacks("a catom", "--only 'leader(A)'");
+        said.catom = values->catom;
+        said.value = values->value;
+        said.kind = values->kind;
         if (wants == Wants::Lines) {
             said.end = end_of(columns, said.catom + 1);
             if (!said.end) return lacks("another catom, a vec3 or the first of three numbers", "--links 'parent(A, B)'");
         }
-        if (columns.size() > 1) said.value = said.catom + 1 == columns.size() ? columns.size() - 2 : columns.size() - 1;
         if (wants == Wants::Values && !said.value) return lacks("a value", "--labels 'dist(A, D)'");
         return {};
     }();
@@ -186,9 +189,8 @@ Result<void> Looker::colour() {
     const std::optional<Said>& said = *asked;
     if (!said || !speaks_) return {};
     const Table& table = said->table;
-    const Kind kind = said->value ? table.columns()[*said->value].type.kind : Kind::Error;
     stage_.frame.coloured_by = said->value ? table.columns()[*said->value].name : look_.colour;
-    stage_.frame.whole_numbers = kind == Kind::Int;
+    stage_.frame.whole_numbers = said->kind == CatomValues::Kind::Whole;
     std::vector<bool> has(stage_.frame.scene.places.size());
     for (std::size_t row = 0; row < table.rows(); ++row) {
         const auto at = place(*said, row, said->catom);
@@ -199,9 +201,9 @@ Result<void> Looker::colour() {
             continue;
         }
         const Value v = table.cell(row, *said->value);
-        if (kind == Kind::Int)
+        if (said->kind == CatomValues::Kind::Whole)
             stage_.frame.numbers.emplace_back(*at, static_cast<render::Number>(v.integer));
-        else if (kind == Kind::Float)
+        else if (said->kind == CatomValues::Kind::Real)
             stage_.frame.numbers.emplace_back(*at, v.real);
         else
             stage_.frame.words.emplace_back(*at, table.text(row, *said->value));

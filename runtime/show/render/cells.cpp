@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace meld::render {
 
@@ -28,68 +29,52 @@ std::optional<Eigen::Matrix3f> basis_of(std::span<const Vec> ways) {
 
 }  // namespace
 
-std::optional<Cells> Cells::of(const Scene& scene, std::span<const Vec> ways) {
+std::optional<Cells::Box> Cells::box_of(std::span<const Vec> places, std::span<const Vec> ways, std::size_t catoms) {
     const std::optional<Eigen::Matrix3f> basis = basis_of(ways);
-    if (!basis || scene.places.empty()) return std::nullopt;
-    const Eigen::Matrix3f to_cells = basis->inverse();
-    const Vec origin = scene.places.front();
-    const auto cell = [&](const Vec& place) { return Eigen::Array3f(to_cells * (place - origin)); };
-    Eigen::Array3f low = Eigen::Array3f::Zero(), high = low;
-    for (const Vec& place : scene.places) {
-        const Eigen::Array3f at = cell(place);
+    if (!basis || places.empty()) return std::nullopt;
+    Box box{.to_cells = basis->inverse()};
+    for (const Vec& place : places) {
+        const Eigen::Array3f at = box.cell(place - places.front());
         // One that is between two cells, or nowhere, makes this false.
         if (!((at - at.round()).abs() < kNear).all()) return std::nullopt;
-        low = low.min(at);
-        high = high.max(at);
+        box.low = box.low.min(at);
+        box.high = box.high.max(at);
     }
     // Each way leads one cell further at most, along each axis.
-    const Eigen::Array3d size = (high - low).round().cast<double>() + 3;
-    if (size.prod() > std::max(kBitsToACatom * static_cast<double>(scene.places.size()), kFewBits)) return std::nullopt;
+    for (const Vec& way : ways)
+        if (box.cell(way).round().abs().maxCoeff() > 1) return std::nullopt;
+    if (box.size().prod() > std::max(kBitsToACatom * static_cast<double>(catoms), kFewBits)) return std::nullopt;
+    return box;
+}
+
+std::optional<Cells> Cells::of(const Scene& scene, std::span<const Vec> ways) {
+    const std::optional<Box> box = box_of(scene.places, ways, scene.places.size());
+    if (!box) return std::nullopt;
+    const Eigen::Array3d size = box->size();
     const auto width = static_cast<std::ptrdiff_t>(size.x()), slice = width * static_cast<std::ptrdiff_t>(size.y());
     const auto number = [&](const Eigen::Array3f& at) {
         return static_cast<std::ptrdiff_t>(at.x()) + width * static_cast<std::ptrdiff_t>(at.y()) +
                slice * static_cast<std::ptrdiff_t>(at.z());
     };
+    std::vector<std::ptrdiff_t> strides;
+    for (const Vec& way : ways) strides.push_back(number(box->cell(way).round()));
     Cells out;
-    out.bits_.resize(static_cast<std::size_t>(size.prod()) / 64 + 1);
+    out.bits_ = CellBits(static_cast<std::size_t>(size.prod()), std::move(strides));
     out.at_.reserve(scene.places.size());
     for (const Vec& place : scene.places) {
-        const std::ptrdiff_t at = number((cell(place) - low).round() + 1);
-        out.at_.push_back(at);
-        out.bits_[static_cast<std::size_t>(at) / 64] |= std::uint64_t{1} << (at % 64);
-    }
-    for (const Vec& way : ways) {
-        const Eigen::Array3f step = Eigen::Array3f(to_cells * way).round();
-        if (step.abs().maxCoeff() > 1) return std::nullopt;
-        out.ways_.push_back(number(step));
-    }
-    return out;
-}
-
-Cells::Bits Cells::within(const Bits& bits) const {
-    Bits out = bits;
-    const auto words = static_cast<std::ptrdiff_t>(bits.size());
-    for (const std::ptrdiff_t way : ways_) {
-        // The bit of the neighbour comes to the place of the catom.
-        const std::ptrdiff_t shift = way >= 0 ? way / 64 : -((-way + 63) / 64), rest = way - 64 * shift;
-        const auto word = [&](std::ptrdiff_t i) { return i >= 0 && i < words ? bits[static_cast<std::size_t>(i)] : 0; };
-        for (std::ptrdiff_t i = 0; i < words; ++i) {
-            std::uint64_t& here = out[static_cast<std::size_t>(i)];
-            if (here == 0) continue;
-            const std::uint64_t next = rest == 0 ? 0 : word(i + shift + 1) << (64 - rest);
-            here &= word(i + shift) >> rest | next;
-        }
+        out.at_.push_back(number((box->cell(place - scene.places.front()) - box->low).round() + 1));
+        out.bits_.set(out.at_.back());
     }
     return out;
 }
 
 std::vector<std::uint8_t> Cells::depths(int most) const {
     std::vector<std::uint8_t> out(at_.size());
-    Bits left = bits_;
+    CellBits left = bits_;
     for (int depth = 1; depth <= most; ++depth) {
-        left = within(left);
+        left = left.within();
         for (std::size_t i = 0; i < at_.size(); ++i)
-            if (bit(left, at_[i])) out[i] = static_cast<std::uint8_t>(depth);
+            if (left.has(at_[i])) out[i] = static_cast<std::uint8_t>(depth);
     }
     return out;
 }

@@ -24,6 +24,18 @@ Json as_json(const Error& error) {
     return {{"message", error.problem}, {"hint", error.suggestion}, {"code", static_cast<int>(error.code)}};
 }
 
+Error as_page_says_it(Error error) {
+    const std::size_t end = error.problem.find(": ");
+    if (error.problem.starts_with("--") && end != std::string::npos) error.problem.erase(0, 2);
+    return error;
+}
+
+Json as_page_says_them(const std::vector<Error>& mistakes) {
+    Json out = Json::array();
+    for (const Error& mistake : mistakes) out.push_back(as_json(as_page_says_it(mistake)));
+    return out;
+}
+
 Fields::Fields(const Json& object, std::string what) : object_(object), what_(std::move(what)) {
     if (!object_.is_object()) error_ = Error{fmt::format("{} is no JSON object", what_)};
 }

@@ -16,6 +16,10 @@ using Json = nlohmann::ordered_json;
 
 // `message`, `hint` and `code`, as pages are told what is wrong.
 Json as_json(const Error& error);
+// Messages about a look name the options of meldsim shot, which pages do not have.
+Error as_page_says_it(Error error);
+// Those of several mistakes, each as above.
+Json as_page_says_them(const std::vector<Error>& mistakes);
 
 class Fields {
   public:

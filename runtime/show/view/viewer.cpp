@@ -19,7 +19,6 @@
 #include "runtime/show/render/image.h"
 #include "runtime/show/view/looks.h"
 #include "runtime/show/view/scene/block.h"
-#include "runtime/show/view/scene/thin.h"
 #include "runtime/sim/ending_name.h"
 
 namespace meld::view {
@@ -59,20 +58,6 @@ Result<void> may_write(const debug::Command& command) {
 bool changes_what_comes(const debug::Command& command) {
     return std::holds_alternative<debug::Change>(command) || std::holds_alternative<debug::Kill>(command) ||
            std::holds_alternative<debug::StrikeLinks>(command) || std::holds_alternative<debug::Switch>(command);
-}
-
-// Messages about a look name the options of meldsim shot, which pages do not have.
-Error as_page_says_it(Error error) {
-    const std::size_t end = error.problem.find(": ");
-    if (error.problem.starts_with("--") && end != std::string::npos) error.problem.erase(0, 2);
-    return error;
-}
-
-// What is wrong with bodies that were left out of a frame.
-Json mistakes_of(const picture::Frame& frame) {
-    Json out = Json::array();
-    for (const Error& mistake : frame.mistakes) out.push_back(as_json(as_page_says_it(mistake)));
-    return out;
 }
 
 }  // namespace
@@ -216,20 +201,11 @@ Result<Reply> Viewer::frame(const Json& request) {
     // The run is where it is, whatever somebody writes into a field.
     look->skips_mistakes = true;
     if (auto there = go_to(tick); !there) return tl::unexpected<Error>(there.error());
-    Result<picture::Frame> seen = picture::look_at(timeline_.simulation().subdomain(), options_.drawing(), *look);
-    if (!seen) return tl::unexpected<Error>(as_page_says_it(seen.error()));
-    Reply reply;
-    if (!speaks()) return reply;
-    const std::optional<render::Legend> legend = picture::colour(std::span(&*seen, 1), *look);
-    reply.words = frame_words(*seen, legend);
-    const Thinned thinned = thin(*seen, static_cast<std::size_t>(most));
-    reply.words["mistakes"] = mistakes_of(*seen);
-    reply.words["sent"] = seen->ids.size();
-    reply.words["coarse"] = thinned.coarse;
-    const Values values = with_values ? values_of(*seen) : Values{};
-    if (!values.names.empty()) reply.words["names"] = values.names;
-    reply.binary = frame_block(*seen, thinned.covers, values);
-    return reply;
+    const FrameRequest asked{.text = fmt::format("{} {} {}", most, with_values, fields.object("look").dump()),
+                             .look = std::move(*look),
+                             .most = static_cast<std::size_t>(most),
+                             .with_values = with_values};
+    return frames_.make(asked, timeline_, options_.drawing(), changes_);
 }
 
 Result<Reply> Viewer::image(const Json& request) {
@@ -253,7 +229,7 @@ Result<Reply> Viewer::image(const Json& request) {
     Reply reply;
     if (!speaks()) return reply;
     reply.words = frame_words(*seen, picture::colour(std::span(&*seen, 1), *look));
-    reply.words["mistakes"] = mistakes_of(*seen);
+    reply.words["mistakes"] = as_page_says_them(seen->mistakes);
     Workers workers(static_cast<int>(std::clamp(sysconf(_SC_NPROCESSORS_ONLN), 1L, 64L)));
     Result<render::Image> picture = picture::paint_sheet(std::span(&*seen, 1), *look, *sheet, workers);
     if (!picture) return tl::unexpected<Error>(picture.error());

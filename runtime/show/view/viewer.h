@@ -15,15 +15,12 @@
 #include "runtime/results/record/drawing.h"
 #include "runtime/results/timeline/timeline.h"
 #include "runtime/show/view/fields.h"
+#include "runtime/show/view/frames.h"
 #include "runtime/show/view/metrics.h"
+#include "runtime/show/view/reply.h"
 #include "runtime/show/view/series.h"
 
 namespace meld::view {
-
-struct Reply {
-    Json words = Json::object();
-    std::string binary = {};
-};
 
 struct ViewerOptions {
     std::string program = {}, world = {};            // As they are shown.
@@ -46,8 +43,8 @@ class Viewer {
     Viewer& operator=(const Viewer&) = delete;
 
     // Of hello, frame, image, command, metrics, series, world, world-check and world-save. Errors: what is wrong with the request, and
-    // those of what it asks for; then the run is where it was. Cost: that of the command of the debugger; for a picture, a look at all
-    // catoms.
+    // those of what it asks for; then the run is where it was. Cost: that of the command of the debugger; for a frame, as of Frames; for a
+    // picture, a look at all catoms.
     Result<Reply> answer(const Json& request);
     // One tick forward, with breaks and watches.
     Result<debug::Moved> step();
@@ -85,6 +82,7 @@ class Viewer {
     debug::Session session_;
     Metrics metrics_;
     Series series_;
+    Frames frames_;
     std::int64_t latest_ = 0;
     std::uint64_t changes_ = 0;
     std::chrono::steady_clock::time_point began_ = {};

@@ -9,6 +9,7 @@
 // catoms half the edges of their cores, their rounding, and how they are turned: x, y, z, w (8 floats).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -24,6 +25,8 @@ namespace meld::view {
 
 inline constexpr std::uint32_t kBlockMagic = 0x46444c4d;  // MLDF
 inline constexpr std::uint32_t kBlockVersion = 2;
+// Where the tick is, in bytes.
+inline constexpr std::size_t kBlockTick = 8;
 // Flags: some id has more than 32 bits; catoms that nobody sees are left out, and of the others it is known what covers them.
 inline constexpr std::uint32_t kWideIds = 1, kCovered = 2;
 // Of catoms the values that they are coloured by.

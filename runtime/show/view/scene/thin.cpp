@@ -20,20 +20,6 @@ using render::Vec;
 // Between balls one sees as far as the neighbours of those outside.
 constexpr int kSeenThrough = 1;
 
-// Of a catom among its neighbours.
-Cover cover_of(const render::Cells& cells, std::span<const Vec> ways, std::size_t catom) {
-    Vec sum = Vec::Zero();
-    float neighbours = 0;
-    for (std::size_t way = 0; way < ways.size(); ++way)
-        if (cells.has_next(catom, way)) {
-            sum += ways[way];
-            neighbours += 1;
-        }
-    const float scale = 127.0F * 4 / static_cast<float>(ways.size());
-    const auto part = [&](float x) { return static_cast<std::int8_t>(std::lround(std::clamp(scale * x, -127.0F, 127.0F))); };
-    return {part(0.5F * sum.x()), part(0.5F * sum.y()), part(0.5F * sum.z()), part(0.25F * neighbours)};
-}
-
 // Values of the catoms that stay, at their new places.
 template <class T>
 void keep_values(std::vector<std::pair<std::size_t, T>>& values, std::span<const std::size_t> kept) {
@@ -65,86 +51,132 @@ void keep(picture::Frame& frame, std::span<const std::size_t> kept) {
     keep_values(frame.words, kept);
 }
 
+// Which ball is in each cube: in a table of all of them, or, where they are far apart, of those in which there are catoms.
+class Cubes {
+  public:
+    static constexpr std::uint32_t kNone = 0xffffffff;
+    // Cubes are counted from the lowest place, so that one is enough if it is as large as all.
+    Cubes(const std::vector<Vec>& places, int side) : side_(static_cast<float>(side)), low_(places.front().array()) {
+        Eigen::Array3f high = low_;
+        for (const Vec& place : places) {
+            low_ = low_.min(place.array());
+            high = high.max(place.array());
+        }
+        const Eigen::Array3d sizes = ((high - low_) / side_).floor().cast<double>() + 1;
+        if (sizes.prod() > kCubesToACatom * static_cast<double>(places.size())) return;
+        sizes_ = sizes.cast<std::uint64_t>();
+        table_.resize(static_cast<std::size_t>(sizes.prod()), kNone);
+    }
+    // It is kNone at first.
+    std::uint32_t& ball_at(const Vec& place) {
+        const Eigen::Array<std::uint64_t, 3, 1> at = ((place.array() - low_) / side_).cast<std::uint64_t>();
+        if (!table_.empty()) return table_[at.x() + sizes_.x() * (at.y() + sizes_.y() * at.z())];
+        return apart_.try_emplace((at.x() & kMask) << 42 | (at.y() & kMask) << 21 | (at.z() & kMask), kNone).first->second;
+    }
+
+  private:
+    static constexpr double kCubesToACatom = 8;
+    static constexpr std::uint64_t kMask = (1 << 21) - 1;
+    float side_;
+    Eigen::Array3f low_;
+    Eigen::Array<std::uint64_t, 3, 1> sizes_;
+    std::vector<std::uint32_t> table_;
+    std::unordered_map<std::uint64_t, std::uint32_t> apart_;
+};
+
 std::vector<Cover> leave_out_hidden(picture::Frame& frame) {
     const Scene& scene = frame.scene;
     // Smaller ones can be seen between.
     const std::optional<render::Cells> cells =
         scene.diameters.empty() && !scene.ways.empty() ? render::Cells::of(scene, scene.ways) : std::nullopt;
     if (!cells) return {};
-    const int seen = scene.form == render::Form::Cube ? 0 : kSeenThrough;
+    const int seen = layers_seen(scene.form);
     const std::vector<std::uint8_t> depths = cells->depths(seen + 1);
     std::vector<std::size_t> kept;
     std::vector<Cover> covers;
     for (std::size_t i = 0; i < depths.size(); ++i) {
         if (depths[i] > seen) continue;
         kept.push_back(i);
-        covers.push_back(cover_of(*cells, scene.ways, i));
+        covers.push_back(cover_of(scene.ways, [&](std::size_t way) { return cells->has_next(i, way); }));
     }
     keep(frame, kept);
     return covers;
 }
 
-// The ball that stands for the catoms in a cube.
-struct Ball {
-    std::size_t first = 0;
-    double count = 0;
-    Eigen::Array3d place = Eigen::Array3d::Zero(), colour = place;
-    Eigen::Array4d cover = Eigen::Array4d::Zero();
-};
-
-std::vector<Ball> balls_of(const Scene& scene, std::span<const Cover> covers, int side) {
-    std::vector<Ball> balls;
-    std::unordered_map<std::uint64_t, std::size_t> by_cube;
-    // Cubes are counted from the lowest place, so that one is enough if it is as large as all.
-    Eigen::Array3f low = scene.places.front().array();
-    for (const Vec& place : scene.places) low = low.min(place.array());
-    for (std::size_t i = 0; i < scene.places.size(); ++i) {
-        std::uint64_t cube = 0;
-        for (const float along : (scene.places[i].array() - low) / static_cast<float>(side))
-            cube = cube << 21 | (static_cast<std::uint64_t>(along) & 0x1fffff);
-        const auto [at, fresh] = by_cube.try_emplace(cube, balls.size());
-        if (fresh) balls.push_back({.first = i});
-        Ball& ball = balls[at->second];
-        const render::Rgb colour = scene.colours[i];
-        ball.count += 1;
-        ball.place += scene.places[i].cast<double>().array();
-        ball.colour += Eigen::Array3d(colour.r, colour.g, colour.b);
-        if (!covers.empty()) ball.cover += Eigen::Array4d(covers[i][0], covers[i][1], covers[i][2], covers[i][3]);
-    }
-    return balls;
-}
-
 }  // namespace
 
-Thinned thin(picture::Frame& frame, std::size_t most) {
-    Thinned out;
-    Scene& scene = frame.scene;
-    if (scene.places.size() <= most) return out;
-    out.covers = leave_out_hidden(frame);
-    if (scene.places.size() <= most) return out;
-    std::vector<Ball> balls;
+int layers_seen(render::Form form) { return form == render::Form::Cube ? 0 : kSeenThrough; }
+
+Balls::Balls(const Scene& scene, std::span<const Cover> covers, std::size_t most) {
+    ball_of_.resize(scene.places.size());
     do {
-        ++out.coarse;
-        balls = balls_of(scene, out.covers, out.coarse);
-    } while (balls.size() > most);
-    std::vector<std::size_t> first;
-    for (const Ball& ball : balls) first.push_back(ball.first);
-    keep(frame, first);
+        first_.clear();
+        Cubes cubes(scene.places, ++side_);
+        for (std::size_t i = 0; i < scene.places.size(); ++i) {
+            std::uint32_t& ball = cubes.ball_at(scene.places[i]);
+            if (ball == Cubes::kNone) {
+                ball = static_cast<std::uint32_t>(first_.size());
+                first_.push_back(i);
+            }
+            ball_of_[i] = ball;
+        }
+    } while (first_.size() > most);
+    collect(scene, covers);
+}
+
+// Places and covers do not change while catoms stay where they are.
+void Balls::collect(const Scene& scene, std::span<const Cover> covers) {
+    std::vector<Eigen::Array3d> places(first_.size(), Eigen::Array3d::Zero());
+    std::vector<Eigen::Array4d> covered(first_.size(), Eigen::Array4d::Zero());
+    counts_.assign(first_.size(), 0);
+    for (std::size_t i = 0; i < ball_of_.size(); ++i) {
+        const std::uint32_t ball = ball_of_[i];
+        ++counts_[ball];
+        places[ball] += scene.places[i].cast<double>().array();
+        if (!covers.empty()) covered[ball] += Eigen::Array4d(covers[i][0], covers[i][1], covers[i][2], covers[i][3]);
+    }
+    covers_.resize(first_.size());
+    for (std::size_t ball = 0; ball < first_.size(); ++ball) {
+        const double count = counts_[ball];
+        places_.emplace_back((places[ball] / count).cast<float>().matrix());
+        for (int part = 0; part < 4; ++part)
+            covers_[ball][static_cast<std::size_t>(part)] = static_cast<std::int8_t>(std::lround(covered[ball][part] / count));
+    }
+}
+
+void Balls::put(picture::Frame& frame) const {
+    Scene& scene = frame.scene;
+    // Sums of whole numbers, in whichever order.
+    std::vector<std::array<std::uint64_t, 3>> sums(first_.size());
+    for (std::size_t i = 0; i < ball_of_.size(); ++i) {
+        const render::Rgb colour = scene.colours[i];
+        std::array<std::uint64_t, 3>& sum = sums[ball_of_[i]];
+        sum[0] += colour.r, sum[1] += colour.g, sum[2] += colour.b;
+    }
     // Those of one of many say nothing about a ball.
     frame.numbers.clear();
     frame.words.clear();
-    scene.diameters.assign(balls.size(), static_cast<float>(out.coarse));
+    keep(frame, first_);
+    scene.diameters.assign(first_.size(), static_cast<float>(side_));
     scene.rounded.clear();
-    out.covers.resize(balls.size());
-    for (std::size_t i = 0; i < balls.size(); ++i) {
-        const Ball& ball = balls[i];
-        const auto mean = [&](double sum) { return std::lround(sum / ball.count); };
-        scene.places[i] = (ball.place / ball.count).cast<float>().matrix();
-        scene.colours[i] = {static_cast<std::uint8_t>(mean(ball.colour[0])), static_cast<std::uint8_t>(mean(ball.colour[1])),
-                            static_cast<std::uint8_t>(mean(ball.colour[2]))};
-        for (int part = 0; part < 4; ++part)
-            out.covers[i][static_cast<std::size_t>(part)] = static_cast<std::int8_t>(mean(ball.cover[part]));
+    scene.places = places_;
+    for (std::size_t ball = 0; ball < first_.size(); ++ball) {
+        const auto mean = [&](std::uint64_t sum) {
+            return static_cast<std::uint8_t>(std::lround(static_cast<double>(sum) / counts_[ball]));
+        };
+        scene.colours[ball] = {mean(sums[ball][0]), mean(sums[ball][1]), mean(sums[ball][2])};
     }
+}
+
+Thinned thin(picture::Frame& frame, std::size_t most) {
+    Thinned out;
+    if (frame.scene.places.size() <= most) return out;
+    out.covers = leave_out_hidden(frame);
+    if (frame.scene.places.size() <= most) return out;
+    const Balls balls(frame.scene, out.covers, most);
+    balls.put(frame);
+    out.covers.assign(balls.covers().begin(), balls.covers().end());
+    out.coarse = balls.coarse();
     return out;
 }
 
