@@ -22,14 +22,19 @@ Vec3 seen_from_world(const Symmetric& m, Quat q, Vec3 v) { return rotate(q, m * 
 // the body by that of the middle of the step.
 void turn_freely(const Composite& composite, CompositeMotion& motion, double step_s) {
     const Vec3 angular = seen_from_world(composite.inertia, motion.turn, motion.spin_rad_s);
-    const Quat middle = turned_by(motion.turn, (0.5 * step_s) * motion.spin_rad_s);
-    motion.turn = turned_by(motion.turn, step_s * seen_from_world(composite.inverse_inertia, middle, angular));
+    motion.turn = composite.turned_freely(motion.turn, motion.spin_rad_s, step_s);
     motion.spin_rad_s = seen_from_world(composite.inverse_inertia, motion.turn, angular);
 }
 
 bool rests(const Composite& composite) { return composite.rests(); }
 
 }  // namespace
+
+Quat Composite::turned_freely(Quat from, Vec3 spin_rad_s, double step_s) const {
+    const Vec3 angular = seen_from_world(inertia, from, spin_rad_s);
+    const Quat middle = turned_by(from, (0.5 * step_s) * spin_rad_s);
+    return turned_by(from, step_s * seen_from_world(inverse_inertia, middle, angular));
+}
 
 template <class F>
 void Composites::each_composite(Workers& workers, const F& f) {

@@ -51,6 +51,12 @@ void Composites::body_moved(BodyId body) {
     connections_.touch(body);
 }
 
+const Composites::Member& Composites::member_of(BodyId body) const {
+    const std::uint32_t composite = composite_of(body);
+    MELD_EXPECT(composite != kNoComposite, "body {} is in no composite", body);
+    return *std::ranges::lower_bound(members(composites_[composite]), body, {}, &Member::id);
+}
+
 bool Composites::settle(Bodies& bodies, const BodyShapes& shapes) {
     if (!pending_) return false;
     if (!find_changes([](BodyId) { return true; })) return false;

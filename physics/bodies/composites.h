@@ -60,6 +60,8 @@ struct Composite {
     // Nothing moves it now.
     bool rests() const { return asleep != 0 || (carried() && motion.velocity_m_s == Vec3{} && motion.spin_rad_s == Vec3{}); }
     Vec3 velocity_at(Vec3 arm) const { return motion.velocity_m_s + cross(motion.spin_rad_s, arm); }
+    // Its attitude after it has turned freely from this one for so long, with this spin at the beginning.
+    Quat turned_freely(Quat from, Vec3 spin_rad_s, double step_s) const;
 };
 
 class Composites {
@@ -103,6 +105,8 @@ class Composites {
     std::span<const Member> members(const Composite& composite) const {
         return std::span(members_).subspan(composite.first, composite.count);
     }
+    // The body is a member of a composite.
+    const Member& member_of(BodyId body) const;
     std::uint32_t composite_of(BodyId body) const { return body < of_id_.size() ? of_id_[body] : kNoComposite; }
     // The composite that moves a body; none for free bodies, and for those that a fixed body carries.
     std::uint32_t mover_of(BodyId body) const {

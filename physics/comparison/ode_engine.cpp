@@ -63,7 +63,8 @@ class OdeEngine final : public Engine {
         world_.events.clear();
         drop_removed(workers);
         Bodies& bodies = world_.bodies;
-        if (auto settled = world_.joints.settle(bodies); !settled) return world_.wrong(settled.error().problem, settled.error().suggestion);
+        if (auto settled = world_.joints.settle(world_.movers()); !settled)
+            return world_.wrong(settled.error().problem, settled.error().suggestion);
         if (bodies.count() + world_.obstacles.count() > kMaxOdeBodies)
             return fail(fmt::format("the engine 'ode' holds at most {} bodies, not {}", kMaxOdeBodies, bodies.count()),
                         "Use the engine 'blocks'");
@@ -333,7 +334,7 @@ class OdeEngine final : public Engine {
     }
 
     void break_joints(double dt_s, Workers& workers) {
-        world_.joints.end_step(world_.bodies, dt_s, workers);
+        world_.joints.end_step(world_.movers(), dt_s, workers);
         for (const auto& [one, other] : world_.joints.broken()) {
             world_.composites.joined().remove(one, other);
             structure_changed();

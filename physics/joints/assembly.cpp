@@ -19,6 +19,8 @@ constexpr double kSoftnessOfTrees = 1e-12, kSoftnessOfLoops = 1e-6;
 constexpr int kMostSolutions = 36, kAllAtOnce = 6;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kInactive = -1;
+// Of two joints that share both of their bodies.
+constexpr std::uint32_t kBoth = 0xffffffff;
 
 Vec3 heavy(const Vec3& moments, Quat turn, Vec3 spin) {
     const Vec3 own = rotate(conjugate(turn), spin);
@@ -41,29 +43,40 @@ JointPose joint_pose(const Bodies& bodies, std::uint32_t slot) {
     return {centre_of(bodies.place[slot]), unit(widened(bodies.orientation[slot]))};
 }
 
-bool Assembly::lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Bodies& bodies) {
+bool Assembly::lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Movers& movers) {
     joints_ = std::move(joints);
+    const auto member_of = [&](BodyId body) {
+        const BodyId mover = movers.of(body);
+        return mover == kMaxBodies ? body : mover;
+    };
     std::map<BodyId, std::uint32_t> index;
-    for (const std::uint32_t j : joints_) index.emplace(all[j].first, 0), index.emplace(all[j].second, 0);
+    for (const std::uint32_t j : joints_) index.emplace(member_of(all[j].first), 0), index.emplace(member_of(all[j].second), 0);
     members_.clear();
     for (const bool movable : {true, false})
         for (auto& [id, place] : index) {
-            const std::uint32_t slot = bodies.slot(id);
-            if (((bodies.properties[slot].flags & kFixed) == 0) != movable) continue;
+            if ((movers.of(id) != kMaxBodies) != movable) continue;
             place = static_cast<std::uint32_t>(members_.size());
-            members_.push_back({id, slot, movable});
+            members_.push_back({id, movers.bodies.slot(id), movable, movers.composite_of(id)});
         }
     links_.assign(joints_.size(), {});
     std::vector<std::vector<std::uint32_t>> of_body(members_.size());
     for (std::uint32_t l = 0; l < links_.size(); ++l) {
-        links_[l].first = index[all[joints_[l]].first], links_[l].second = index[all[joints_[l]].second];
+        links_[l].first = index[member_of(all[joints_[l]].first)], links_[l].second = index[member_of(all[joints_[l]].second)];
         of_body[links_[l].first].push_back(l), of_body[links_[l].second].push_back(l);
     }
     pairs_.clear(), shared_.clear();
+    std::map<BlockSystem::Pair, std::size_t> place_of_pair;
     for (std::uint32_t b = 0; b < members_.size() && members_[b].movable; ++b)
         for (std::size_t i = 0; i < of_body[b].size(); ++i)
             for (std::size_t j = i + 1; j < of_body[b].size(); ++j) {
-                pairs_.emplace_back(of_body[b][i], of_body[b][j]);
+                const BlockSystem::Pair pair{of_body[b][i], of_body[b][j]};
+                // Two composites may have several joints with each other.
+                const auto [at, is_new] = place_of_pair.try_emplace(pair, pairs_.size());
+                if (!is_new) {
+                    shared_[at->second] = kBoth;
+                    continue;
+                }
+                pairs_.push_back(pair);
                 shared_.push_back(b);
             }
     const auto movable = static_cast<std::size_t>(std::ranges::count(members_, true, &Member::movable));
@@ -75,17 +88,41 @@ bool Assembly::lay_out(std::vector<std::uint32_t> joints, std::span<const Joint>
     curves_.assign(links_.size(), {});
     diagonal_.resize(links_.size()), of_pairs_.resize(pairs_.size()), right_.resize(links_.size());
     placed_ = has_factors_ = false;
+    see_carried(all, movers);
     return system_.lay_out(links_.size(), pairs_, kMostProducts);
 }
 
-void Assembly::locate(const Bodies& bodies) {
-    for (Member& member : members_) member.slot = bodies.slot(member.id);
+void Assembly::see_carried(std::span<const Joint> all, const Movers& movers) {
+    seen_.clear();
+    if (std::ranges::all_of(members_, [](const Member& member) { return member.composite == kNoComposite; })) return;
+    const auto carried = [&](BodyId body) {
+        if (movers.composite_of(body) == kNoComposite) return Carried{};
+        const Composites::Member& member = movers.composites.member_of(body);
+        return Carried{member.offset_m, unit(member.turn)};
+    };
+    for (const std::uint32_t j : joints_) seen_.push_back(carried_joint(all[j], carried(all[j].first), carried(all[j].second)));
+}
+
+void Assembly::locate(const Movers& movers) {
+    for (Member& member : members_) member.slot = movers.bodies.slot(member.id), member.composite = movers.composite_of(member.id);
     placed_ = false;
 }
 
-bool Assembly::rests(const Bodies& bodies) const { return bodies.velocity[members_.front().slot].inverse_mass == 0; }
+bool Assembly::rests(const Movers& movers) const {
+    const Member& first = members_.front();
+    if (first.composite != kNoComposite) return movers.composites.all()[first.composite].asleep != 0;
+    return movers.bodies.velocity[first.slot].inverse_mass == 0;
+}
 
-void Assembly::read_body(const Member& member, const Bodies& bodies, const BodyShapes& shapes, Body& body) const {
+void Assembly::read_composite(const Composite& composite, Body& body) {
+    body.pose = {composite.motion.centre_m, composite.motion.turn};
+    body.inverse_mass = 1 / composite.mass_kg;
+    body.inverse_inertia = turned(composite.inverse_inertia, composite.motion.turn);
+}
+
+void Assembly::read_body(const Member& member, const Movers& movers, Body& body) {
+    if (member.composite != kNoComposite) return read_composite(movers.composites.all()[member.composite], body);
+    const Bodies& bodies = movers.bodies;
     body.pose = joint_pose(bodies, member.slot);
     if (!member.movable) return;
     const BodyProperties& what = bodies.properties[member.slot];
@@ -97,24 +134,26 @@ void Assembly::read_body(const Member& member, const Bodies& bodies, const BodyS
         body.inverse_inertia = {all, 0, 0, all, 0, all};
         return;
     }
-    const BodyShapes::Kind& kind = shapes.kind(shapes.of(what.id));
+    const BodyShapes::Kind& kind = movers.shapes.kind(movers.shapes.of(what.id));
     const Vec3 moments = kind.inertia_per_kg_m2;
     if (!kind.turns_alike) body.moments = moments;
     body.inverse_inertia =
         turned({body.inverse_mass / moments.x, 0, 0, body.inverse_mass / moments.y, 0, body.inverse_mass / moments.z}, body.pose.turn);
 }
 
-void Assembly::place(std::span<Joint> all, const Bodies& bodies, const BodyShapes& shapes) {
+void Assembly::place(std::span<Joint> all, const Movers& movers) {
     if (std::exchange(placed_, true)) return;
     has_factors_ = false;
-    for (std::size_t b = 0; b < members_.size(); ++b) read_body(members_[b], bodies, shapes, bodies_[b]);
+    for (std::size_t b = 0; b < members_.size(); ++b) read_body(members_[b], movers, bodies_[b]);
     for (std::size_t l = 0; l < links_.size(); ++l) {
         Link& link = links_[l];
         Joint& joint = all[joints_[l]];
         const Body &first = bodies_[link.first], &second = bodies_[link.second];
-        joint.place = place_of(joint, first.pose, second.pose);
-        link.rows = rows_of(joint, first.pose, second.pose);
-        link.errors = errors_of(joint, first.pose, second.pose);
+        if (!seen_.empty()) seen_[l].place = joint.place;
+        const Joint& as_carried = seen(all, l);
+        joint.place = place_of(as_carried, first.pose, second.pose);
+        link.rows = rows_of(as_carried, first.pose, second.pose);
+        link.errors = errors_of(as_carried, first.pose, second.pose);
         for (std::size_t r = 0; r < kJointRows; ++r) {
             const JointRow& row = link.rows[r];
             link.responses[r] = {-first.inverse_mass * row.linear, first.inverse_inertia * row.first, second.inverse_mass * row.linear,
@@ -137,31 +176,43 @@ void Assembly::place(std::span<Joint> all, const Bodies& bodies, const BodyShape
     }
     for (std::size_t p = 0; p < pairs_.size(); ++p) {
         const Link &one = links_[pairs_[p].first], &other = links_[pairs_[p].second];
-        const bool second = one.second == shared_[p], of_second = other.second == shared_[p];
+        const auto through = [&](std::uint32_t body, std::size_t r, std::size_t c) {
+            const bool second = one.second == body, of_second = other.second == body;
+            const JointRow& row = one.rows[r];
+            const Link::Response& of = other.responses[c];
+            const Vec3 velocity = of_second ? of.second_velocity : of.first_velocity, spin = of_second ? of.second_spin : of.first_spin;
+            return (second ? dot(row.linear, velocity) : -dot(row.linear, velocity)) + dot(second ? row.second : row.first, spin);
+        };
         for (std::size_t r = 0; r < kJointRows; ++r)
-            for (std::size_t c = 0; c < kJointRows; ++c) {
-                const JointRow& row = one.rows[r];
-                const Link::Response& of = other.responses[c];
-                const Vec3 velocity = of_second ? of.second_velocity : of.first_velocity, spin = of_second ? of.second_spin : of.first_spin;
+            for (std::size_t c = 0; c < kJointRows; ++c)
                 of_pairs_[p](static_cast<int>(r), static_cast<int>(c)) =
-                    (second ? dot(row.linear, velocity) : -dot(row.linear, velocity)) + dot(second ? row.second : row.first, spin);
-            }
+                    shared_[p] == kBoth ? through(one.first, r, c) + through(one.second, r, c) : through(shared_[p], r, c);
     }
 }
 
-void Assembly::load_velocities(const Bodies& bodies) {
+void Assembly::load_velocities(const Movers& movers) {
     for (std::size_t b = 0; b < members_.size(); ++b) {
-        const BodyVelocity& velocity = bodies.velocity[members_[b].slot];
+        if (members_[b].composite != kNoComposite) {
+            const CompositeMotion& motion = movers.composites.all()[members_[b].composite].motion;
+            bodies_[b].velocity = motion.velocity_m_s, bodies_[b].spin = motion.spin_rad_s;
+            continue;
+        }
+        const BodyVelocity& velocity = movers.bodies.velocity[members_[b].slot];
         bodies_[b].velocity = widened(velocity.linear);
-        bodies_[b].spin = (1 / bodies.place[members_[b].slot].radius) * widened(velocity.surface);
+        bodies_[b].spin = (1 / movers.bodies.place[members_[b].slot].radius) * widened(velocity.surface);
     }
 }
 
-void Assembly::store(Bodies& bodies) const {
+void Assembly::store(const Movers& movers) const {
     for (std::size_t b = 0; b < members_.size() && members_[b].movable; ++b) {
-        BodyVelocity& velocity = bodies.velocity[members_[b].slot];
+        if (members_[b].composite != kNoComposite) {
+            CompositeMotion& motion = movers.composites.all()[members_[b].composite].motion;
+            motion.velocity_m_s = bodies_[b].velocity, motion.spin_rad_s = bodies_[b].spin;
+            continue;
+        }
+        BodyVelocity& velocity = movers.bodies.velocity[members_[b].slot];
         set_single(velocity.linear, bodies_[b].velocity);
-        set_single(velocity.surface, bodies.place[members_[b].slot].radius * bodies_[b].spin);
+        set_single(velocity.surface, movers.bodies.place[members_[b].slot].radius * bodies_[b].spin);
     }
 }
 
@@ -193,14 +244,14 @@ void Assembly::note_impulses(std::span<Joint> all) {
     }
 }
 
-std::optional<std::uint32_t> Assembly::end_step(std::span<Joint> all, const Bodies& bodies, double dt_s) const {
-    if (rests(bodies)) return std::nullopt;
+std::optional<std::uint32_t> Assembly::end_step(std::span<Joint> all, const Movers& movers, double dt_s) const {
+    if (rests(movers)) return std::nullopt;
+    const Bodies& bodies = movers.bodies;
     std::optional<std::uint32_t> worst;
     double most = 1;
     for (std::size_t l = 0; l < links_.size(); ++l) {
         Joint& joint = all[joints_[l]];
-        const Vec3 apart =
-            centre_of(bodies.place[members_[links_[l].second].slot]) - centre_of(bodies.place[members_[links_[l].first].slot]);
+        const Vec3 apart = centre_of(bodies.place[bodies.slot(joint.second)]) - centre_of(bodies.place[bodies.slot(joint.first)]);
         const double distance = length(apart);
         const Vec3 line = distance > 0 ? (1 / distance) * apart : Vec3{};
         const double pulled = -dot(joint.pushed, line);
@@ -214,9 +265,14 @@ std::optional<std::uint32_t> Assembly::end_step(std::span<Joint> all, const Bodi
     return worst;
 }
 
-void Assembly::predict(double step_s) {
+void Assembly::predict(const Movers& movers, double step_s) {
     for (std::size_t b = 0; b < members_.size(); ++b) {
         const Body& body = bodies_[b];
+        if (members_[b].composite != kNoComposite) {
+            const Composite& composite = movers.composites.all()[members_[b].composite];
+            predicted_[b] = {body.pose.centre_m + step_s * body.velocity, composite.turned_freely(body.pose.turn, body.spin, step_s)};
+            continue;
+        }
         Vec3 spin = body.spin;
         if (body.moments != Vec3{} && spin != Vec3{}) {
             const Vec3 momentum = heavy(body.moments, body.pose.turn, spin);
@@ -237,10 +293,10 @@ double Assembly::parting() const {
     return sum;
 }
 
-void Assembly::warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes) {
-    if (rests(bodies)) return;
-    place(all, bodies, shapes);
-    load_velocities(bodies);
+void Assembly::warm_start(std::span<Joint> all, const Movers& movers) {
+    if (rests(movers)) return;
+    place(all, movers);
+    load_velocities(movers);
     const double before = has_loops_ ? parting() : 0;
     for (std::size_t l = 0; l < links_.size(); ++l)
         for (std::size_t r = 0; r < kJointRows; ++r)
@@ -252,13 +308,13 @@ void Assembly::warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes
         for (Link& link : links_) link.given = {};
         return;
     }
-    store(bodies);
+    store(movers);
 }
 
-void Assembly::run(Phase phase, std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes, double step_s) {
-    if (rests(bodies)) return;
-    place(all, bodies, shapes);
-    load_velocities(bodies);
+void Assembly::run(Phase phase, std::span<Joint> all, const Movers& movers, double step_s) {
+    if (rests(movers)) return;
+    place(all, movers);
+    load_velocities(movers);
     for (std::size_t l = 0; l < links_.size(); ++l) {
         Joint& joint = all[joints_[l]];
         links_[l].relaxed.setZero();
@@ -277,7 +333,7 @@ void Assembly::run(Phase phase, std::span<Joint> all, Bodies& bodies, const Body
     Guess guess = phase == Phase::Solve ? Guess::Straight : Guess::Now;
     for (int solution = 0; solution < kMostSolutions; ++solution) {
         set_given_impulses(all);
-        solve_once(guess, all, step_s);
+        solve_once(guess, all, movers, step_s);
         if (change_stands(phase, all, solution < kAllAtOnce ? links_.size() : 1)) {
             // Impulses have gone, so places are far off again.
             if (guess == Guess::Turned) guess = Guess::Straight;
@@ -288,7 +344,7 @@ void Assembly::run(Phase phase, std::span<Joint> all, Bodies& bodies, const Body
     }
     clamp_drives(all);
     note_impulses(all);
-    store(bodies);
+    store(movers);
 }
 
 // If a joint has not found its place on its curve, its drive still does no more than it can.
@@ -389,17 +445,17 @@ void Assembly::set_given_impulses(std::span<Joint> all) {
     }
 }
 
-void Assembly::solve_once(Guess guess, std::span<Joint> all, double step_s) {
+void Assembly::solve_once(Guess guess, std::span<Joint> all, const Movers& movers, double step_s) {
     const Phase phase = guess == Guess::Now ? Phase::Relax : Phase::Solve;
     factor(phase, all);
-    if (guess == Guess::Turned) predict(step_s);
+    if (guess == Guess::Turned) predict(movers, step_s);
     for (std::size_t l = 0; l < links_.size(); ++l) {
         const Link& link = links_[l];
         const Joint& joint = all[joints_[l]];
         JointVector& right = right_[l];
         right.setZero();
         if (guess == Guess::Turned) {
-            const auto errors = errors_of(joint, predicted_[link.first], predicted_[link.second]);
+            const auto errors = errors_of(seen(all, l), predicted_[link.first], predicted_[link.second]);
             for (std::size_t r = 0; r < kJointRows; ++r) right[static_cast<int>(r)] = -errors[r] / step_s;
         } else {
             const double rate = guess == Guess::Straight ? 1 / step_s : 0;
@@ -468,9 +524,9 @@ bool Assembly::change_stands(Phase phase, std::span<Joint> all, std::size_t most
 }
 
 std::size_t Assembly::bytes() const {
-    return joints_.capacity() * sizeof(std::uint32_t) + members_.capacity() * sizeof(Member) + bodies_.capacity() * sizeof(Body) +
-           predicted_.capacity() * sizeof(JointPose) + links_.capacity() * sizeof(Link) + curves_.capacity() * sizeof(Curve) +
-           pairs_.capacity() * sizeof(BlockSystem::Pair) + shared_.capacity() * sizeof(std::uint32_t) +
+    return joints_.capacity() * sizeof(std::uint32_t) + seen_.capacity() * sizeof(Joint) + members_.capacity() * sizeof(Member) +
+           bodies_.capacity() * sizeof(Body) + predicted_.capacity() * sizeof(JointPose) + links_.capacity() * sizeof(Link) +
+           curves_.capacity() * sizeof(Curve) + pairs_.capacity() * sizeof(BlockSystem::Pair) + shared_.capacity() * sizeof(std::uint32_t) +
            (diagonal_.capacity() + of_pairs_.capacity() + masked_diagonal_.capacity() + masked_pairs_.capacity()) * sizeof(JointBlock) +
            right_.capacity() * sizeof(JointVector) + (factored_.capacity() + parts_.capacity()) * sizeof(double) + system_.bytes();
 }

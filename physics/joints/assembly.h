@@ -1,5 +1,6 @@
 // Bodies that joints hold together, however indirectly, and these joints as one system J M^-1 J^T, which is solved directly. A body that
-// nothing can move belongs to no assembly: joints with it hold on to the world.
+// nothing can move belongs to no assembly: joints with it hold on to the world. A composite counts as one body, which has the joints of all
+// its members: its mass and inertia act, and the arms of their anchors lead from its centre.
 //
 // In a substep the impulses act along the rows as they are at its beginning, and are such that the joints hold at its end: what the bodies'
 // velocities would do by then is predicted without linearizing it, and the system is solved for the rest until nothing is left. Afterwards,
@@ -19,6 +20,7 @@
 #include "physics/bodies/symmetric.h"
 #include "physics/joints/block_system.h"
 #include "physics/joints/joint.h"
+#include "physics/joints/movers.h"
 
 namespace meld::physics {
 
@@ -39,15 +41,16 @@ class Assembly {
         // Joints hold their velocities now.
         Relax,
     };
-    // The joints are these of a list. False: they have too many loops.
-    bool lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Bodies& bodies);
-    // Bodies have other slots.
-    void locate(const Bodies& bodies);
-    // In the order of their ids; those that nothing can move follow.
+    // The joints are these of a list, each between two that move apart. False: they have too many loops.
+    bool lay_out(std::vector<std::uint32_t> joints, std::span<const Joint> all, const Movers& movers);
+    // Bodies have other slots, or composites other places among all.
+    void locate(const Movers& movers);
+    // In the order of their ids; those that nothing can move follow. A composite has the id of its lowest body.
     struct Member {
         BodyId id;
         std::uint32_t slot;
         bool movable;
+        std::uint32_t composite;
     };
     std::span<const Member> members() const { return members_; }
     // By their places in the list; and where the bodies of the first joint are.
@@ -56,11 +59,11 @@ class Assembly {
     std::uint32_t slot_of_second() const { return members_[links_.front().second].slot; }
 
     void places_changed() { placed_ = false; }
-    void warm_start(std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes);
-    void run(Phase phase, std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes, double step_s);
+    void warm_start(std::span<Joint> all, const Movers& movers);
+    void run(Phase phase, std::span<Joint> all, const Movers& movers, double step_s);
     // What its joints have carried in a step of this length. Returns the one, as an index of the list, that exceeds what it can carry by
     // the greatest factor; of several the first.
-    std::optional<std::uint32_t> end_step(std::span<Joint> all, const Bodies& bodies, double dt_s) const;
+    std::optional<std::uint32_t> end_step(std::span<Joint> all, const Movers& movers, double dt_s) const;
     std::size_t bytes() const;
 
   private:
@@ -99,24 +102,28 @@ class Assembly {
         JointStand between_limits(double speed) const;
     };
 
-    bool rests(const Bodies& bodies) const;
-    void load_velocities(const Bodies& bodies);
-    void store(Bodies& bodies) const;
+    bool rests(const Movers& movers) const;
+    void load_velocities(const Movers& movers);
+    void store(const Movers& movers) const;
     // Places, masses, rows and blocks, if places have changed.
-    void place(std::span<Joint> all, const Bodies& bodies, const BodyShapes& shapes);
-    void read_body(const Member& member, const Bodies& bodies, const BodyShapes& shapes, Body& body) const;
+    void place(std::span<Joint> all, const Movers& movers);
+    static void read_body(const Member& member, const Movers& movers, Body& body);
+    static void read_composite(const Composite& composite, Body& body);
+    void see_carried(std::span<const Joint> all, const Movers& movers);
+    // A joint as its members carry it.
+    const Joint& seen(std::span<const Joint> all, std::size_t link) const { return seen_.empty() ? all[joints_[link]] : seen_[link]; }
     double speed(const Link& link, std::size_t row) const;
     double parting() const;
     void push(Link& link, std::size_t row, double impulse);
     void note_impulses(std::span<Joint> all);
-    void predict(double step_s);
+    void predict(const Movers& movers, double step_s);
     Curve curve_of(const Joint& joint, Phase phase, double step_s) const;
     static bool holds(const Joint& joint, const Curve& curve, Phase phase);
     void clamp_drives(std::span<Joint> all);
     void factor(Phase phase, std::span<const Joint> all);
     // What a solution takes for the places at the end of the substep: along straight lines, or as bodies will have turned. Now: none.
     enum class Guess { Straight, Turned, Now };
-    void solve_once(Guess guess, std::span<Joint> all, double step_s);
+    void solve_once(Guess guess, std::span<Joint> all, const Movers& movers, double step_s);
     // Brings impulses that do not depend on speeds to what they are; then, after a solution, so many joints at most go along their curves.
     // Returns whether one has.
     void set_given_impulses(std::span<Joint> all);
@@ -124,6 +131,8 @@ class Assembly {
     static JointStand next_stand(const Curve& curve, JointStand stand, double impulse, double speed);
 
     std::vector<std::uint32_t> joints_;
+    // If some member is a composite: all joints in the frames of the members.
+    std::vector<Joint> seen_;
     std::vector<Member> members_;
     std::vector<Body> bodies_;
     std::vector<JointPose> predicted_;

@@ -59,6 +59,16 @@ Joint make_joint(const JointSpec& spec, const JointPose& first, const JointPose&
     return joint;
 }
 
+Joint carried_joint(const Joint& joint, const Carried& first, const Carried& second) {
+    Joint seen = joint;
+    seen.first_anchor = first.offset_m + rotate(first.turn, joint.first_anchor);
+    seen.second_anchor = second.offset_m + rotate(second.turn, joint.second_anchor);
+    seen.first_axis = rotate(first.turn, joint.first_axis), seen.second_axis = rotate(second.turn, joint.second_axis);
+    seen.across = rotate(first.turn, joint.across);
+    seen.reference = product(product(first.turn, joint.reference), conjugate(second.turn));
+    return seen;
+}
+
 double Joint::give() const {
     constexpr double kShare = 1e-3;
     return kind == JointKind::Slider ? kShare * std::max(length(first_anchor) + length(second_anchor), 1e-6) : kShare;

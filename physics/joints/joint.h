@@ -101,6 +101,12 @@ struct JointPose {
 
 // The joint of bodies that are here now.
 Joint make_joint(const JointSpec& spec, const JointPose& first, const JointPose& second);
+// The same joint in the frames of what carries its bodies: where each body is there.
+struct Carried {
+    Vec3 offset_m = {};
+    Quat turn = {};
+};
+Joint carried_joint(const Joint& joint, const Carried& first, const Carried& second);
 // Its angle or way; the angle is the one nearest to its place.
 double place_of(const Joint& joint, const JointPose& first, const JointPose& second);
 

@@ -32,14 +32,18 @@ bool is_sound(const Joint& joint) {
            joint.first < kMaxBodies && joint.second < kMaxBodies;
 }
 
-// All joints of one body are coupled with each other, which is not the fault of loops.
-Result<void> check_hubs(std::span<const Joint> joints, const Bodies& bodies) {
+// All joints of one body or composite are coupled with each other, which is not the fault of loops.
+Result<void> check_hubs(std::span<const Joint> joints, const Movers& movers) {
     std::map<BodyId, std::size_t> counts;
-    for (const Joint& joint : joints) ++counts[joint.first], ++counts[joint.second];
+    for (const Joint& joint : joints)
+        if (const BodyId first = movers.of(joint.first), second = movers.of(joint.second); first != second)
+            ++counts[first], ++counts[second];
     for (const auto& [body, count] : counts)
-        if ((bodies.properties[bodies.slot(body)].flags & kFixed) == 0 && count > kMaxJointsOfBody)
-            return fail(fmt::format("body {} has {} joints (a body that moves has {} at most)", body, count, kMaxJointsOfBody),
-                        "Join some to another one, or make it fixed");
+        if (body != kMaxBodies && count > kMaxJointsOfBody)
+            return fail(
+                fmt::format("body {}{} has {} joints (a body that moves has {} at most)", body,
+                            movers.composite_of(body) == kNoComposite ? "" : " with all that are connected to it", count, kMaxJointsOfBody),
+                "Join some to another one, or make it fixed");
     return {};
 }
 
@@ -78,15 +82,15 @@ void Joints::drive(BodyId one, BodyId other, const JointDrive& drive) {
     found->drive = drive.kind, found->target = drive.target;
 }
 
-Result<void> Joints::settle(const Bodies& bodies) {
+Result<void> Joints::settle(const Movers& movers) {
     if (!changed_) {
-        for (Assembly& assembly : assemblies_) assembly.locate(bodies);
+        for (Assembly& assembly : assemblies_) assembly.locate(movers);
         lone_.locate(assemblies_);
         return {};
     }
-    changed_ = !lay_out(bodies);
+    changed_ = !lay_out(movers);
     if (!changed_) return {};
-    if (auto fine = check_hubs(joints_, bodies); !fine) return fine;
+    if (auto fine = check_hubs(joints_, movers); !fine) return fine;
     return fail("joints hold bodies together in too many loops to be solved", "Use fewer joints, or connect bodies rigidly");
 }
 
@@ -108,34 +112,49 @@ void Joints::keep(const std::vector<bool>& chosen) {
     changed_ = true;
 }
 
-Joints::Groups Joints::groups(const std::function<bool(BodyId)>& movable) const {
+Joints::Groups Joints::groups(const std::function<BodyId(BodyId)>& mover) const {
     std::map<BodyId, BodyId> above;
+    // The movers of each joint.
+    std::vector<std::pair<BodyId, BodyId>> ends;
+    ends.reserve(joints_.size());
+    for (const Joint& joint : joints_) ends.emplace_back(mover(joint.first), mover(joint.second));
     const auto lowest = [&](BodyId body) {
         while (above.at(body) != body) body = above[body] = above.at(above.at(body));
         return body;
     };
-    for (const Joint& joint : joints_)
-        for (const BodyId body : {joint.first, joint.second})
-            if (movable(body)) above.emplace(body, body);
-    for (const Joint& joint : joints_) {
-        if (!movable(joint.first) || !movable(joint.second)) continue;
-        const BodyId one = lowest(joint.first), other = lowest(joint.second);
+    for (const auto& [first, second] : ends)
+        for (const BodyId body : {first, second})
+            if (body != kMaxBodies) above.emplace(body, body);
+    for (const auto& [first, second] : ends) {
+        if (first == kMaxBodies || second == kMaxBodies) continue;
+        const BodyId one = lowest(first), other = lowest(second);
         above[std::max(one, other)] = std::min(one, other);
     }
     Groups groups;
-    for (std::uint32_t j = 0; j < joints_.size(); ++j)
-        groups[lowest(movable(joints_[j].first) ? joints_[j].first : joints_[j].second)].push_back(j);
+    for (std::uint32_t j = 0; j < joints_.size(); ++j) {
+        const BodyId moved = std::min(ends[j].first, ends[j].second);
+        groups[moved == kMaxBodies ? joints_[j].first : lowest(moved)].push_back(j);
+    }
     return groups;
 }
 
-Joints::Groups Joints::groups(const Bodies& bodies) const {
-    return groups([&](BodyId body) { return (bodies.properties[bodies.slot(body)].flags & kFixed) == 0; });
+Joints::Groups Joints::groups(const Movers& movers) const {
+    return groups([&](BodyId body) { return movers.of(body); });
 }
 
-bool Joints::lay_out(const Bodies& bodies) {
+bool Joints::lay_out(const Movers& movers) {
     assemblies_.clear();
     bool fine = true;
-    for (auto& [body, list] : groups(bodies)) fine = assemblies_.emplace_back().lay_out(list, joints_, bodies) && fine;
+    for (auto& [body, list] : groups(movers)) {
+        std::erase_if(list, [&](std::uint32_t j) {
+            Joint& joint = joints_[j];
+            if (movers.of(joint.first) != movers.of(joint.second)) return false;
+            joint.impulses = {}, joint.load = {};
+            joint.stand = JointStand::Free;
+            return true;
+        });
+        if (!list.empty()) fine = assemblies_.emplace_back().lay_out(list, joints_, movers) && fine;
+    }
     lone_.lay_out(assemblies_);
     return fine;
 }
@@ -156,11 +175,11 @@ void Joints::forget_step() {
     for (Joint& joint : joints_) joint.pushed = joint.twisted = {};
 }
 
-void Joints::end_step(const Bodies& bodies, double dt_s, Workers& workers) {
+void Joints::end_step(const Movers& movers, double dt_s, Workers& workers) {
     broken_.clear();
     if (joints_.empty()) return;
     breaks_.assign(assemblies_.size(), std::nullopt);
-    workers.run(assemblies_.size(), [&](int, std::size_t a) { breaks_[a] = assemblies_[a].end_step(joints_, bodies, dt_s); });
+    workers.run(assemblies_.size(), [&](int, std::size_t a) { breaks_[a] = assemblies_[a].end_step(joints_, movers, dt_s); });
     for (const auto& index : breaks_)
         if (index) broken_.push_back(key_of(joints_[*index]));
     std::ranges::sort(broken_);
@@ -176,16 +195,16 @@ void Joints::take_loads() {
     }
 }
 
-void Joints::warm_start(Bodies& bodies, const BodyShapes& shapes, Workers& workers) {
+void Joints::warm_start(const Movers& movers, Workers& workers) {
     for_assemblies(
-        workers, [&](std::size_t batch) { return lone_.warm_start(batch, joints_, bodies, shapes); },
-        [&](Assembly& assembly) { assembly.warm_start(joints_, bodies, shapes); });
+        workers, [&](std::size_t batch) { return lone_.warm_start(batch, joints_, movers.bodies, movers.shapes); },
+        [&](Assembly& assembly) { assembly.warm_start(joints_, movers); });
 }
 
-void Joints::run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes, double step_s, Workers& workers) {
+void Joints::run(Assembly::Phase phase, const Movers& movers, double step_s, Workers& workers) {
     for_assemblies(
-        workers, [&](std::size_t batch) { return lone_.run(batch, phase, joints_, bodies, shapes, step_s); },
-        [&](Assembly& assembly) { assembly.run(phase, joints_, bodies, shapes, step_s); });
+        workers, [&](std::size_t batch) { return lone_.run(batch, phase, joints_, movers.bodies, movers.shapes, step_s); },
+        [&](Assembly& assembly) { assembly.run(phase, joints_, movers, step_s); });
 }
 
 template <class OfBatch, class OfAssembly>

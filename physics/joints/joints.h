@@ -1,5 +1,6 @@
 // The joints of a scene, by assemblies in the order of their lowest bodies. Each assembly is solved by one worker, and no two share a body
-// that can be moved.
+// or composite that can be moved. A joint within a composite, or between two that nothing can move, is idle: it is in no assembly, carries
+// nothing, and acts again when its bodies move apart.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +17,7 @@
 #include "physics/joints/assembly.h"
 #include "physics/joints/joint.h"
 #include "physics/joints/lone_joints.h"
+#include "physics/joints/movers.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 #include "runtime/base/process/parallel_for.h"
@@ -38,14 +40,17 @@ class Joints {
     void add_all(std::span<const Joint> more);
     void keep(const std::vector<bool>& chosen);
 
-    // Which joints hang together: their places in all(), by the lowest of their bodies that can be moved. Bodies that nothing can move join
-    // nothing.
+    // Which joints hang together: their places in all(), by the lowest of what moves their bodies, as `mover` says (Movers::of). What
+    // nothing can move joins nothing; joints between two such bodies go by the first of them.
     using Groups = std::map<BodyId, std::vector<std::uint32_t>>;
-    Groups groups(const std::function<bool(BodyId)>& movable) const;
-    Groups groups(const Bodies& bodies) const;
+    Groups groups(const std::function<BodyId(BodyId)>& mover) const;
+    Groups groups(const Movers& movers) const;
 
-    // Bodies have other slots, or joints have changed. Errors: a body has too many joints, or an assembly too many loops.
-    Result<void> settle(const Bodies& bodies);
+    // Composites have been made or have ended: assemblies are laid out anew.
+    void recomposed() { changed_ = true; }
+    // Bodies have other slots, or joints or composites have changed. Errors: a body or composite has too many joints, or an assembly too
+    // many loops.
+    Result<void> settle(const Movers& movers);
     std::span<const Assembly> assemblies() const { return assemblies_; }
     // Places have changed, or which bodies can be moved.
     void places_changed();
@@ -55,14 +60,14 @@ class Joints {
 
     // After a step of this length: finds what joints have carried, and takes out those that break: of each assembly the one that carried
     // too much by the greatest factor.
-    void end_step(const Bodies& bodies, double dt_s, Workers& workers);
+    void end_step(const Movers& movers, double dt_s, Workers& workers);
     // Those that broke in the last step, the lower body first; sorted.
     std::span<const std::pair<BodyId, BodyId>> broken() const { return broken_; }
     // Takes the loads of the steps since the last call, as means. Joints that slept keep theirs.
     void take_loads();
 
-    void warm_start(Bodies& bodies, const BodyShapes& shapes, Workers& workers);
-    void run(Assembly::Phase phase, Bodies& bodies, const BodyShapes& shapes, double step_s, Workers& workers);
+    void warm_start(const Movers& movers, Workers& workers);
+    void run(Assembly::Phase phase, const Movers& movers, double step_s, Workers& workers);
 
     void write(ByteWriter& out) const;
     // Those that are chosen, by their places in all().
@@ -75,7 +80,7 @@ class Joints {
 
   private:
     std::vector<Joint>::iterator place_of_pair(BodyId one, BodyId other);
-    bool lay_out(const Bodies& bodies);
+    bool lay_out(const Movers& movers);
     // `of_batch` returns which joints of a batch are left to their assemblies.
     template <class OfBatch, class OfAssembly>
     void for_assemblies(Workers& workers, const OfBatch& of_batch, const OfAssembly& of_assembly);

@@ -1,5 +1,6 @@
 #include "physics/joints/lone_joints.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -200,7 +201,9 @@ std::size_t LoneJoints::bytes() const { return batches_.capacity() * sizeof(Batc
 void LoneJoints::lay_out(std::span<const Assembly> assemblies) {
     batches_.clear(), others_.clear();
     for (std::uint32_t a = 0; a < assemblies.size(); ++a) {
-        if (assemblies[a].joints().size() != 1 || !assemblies[a].members().back().movable) {
+        const bool bodies = std::ranges::all_of(assemblies[a].members(),
+                                                [](const Assembly::Member& m) { return m.movable && m.composite == kNoComposite; });
+        if (assemblies[a].joints().size() != 1 || !bodies) {
             others_.push_back(a);
             continue;
         }

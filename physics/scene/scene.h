@@ -133,6 +133,10 @@ class Scene {
     // The scene is, or will be, the share of a subdomain (subdomain.h). All subdomains make and break all connections alike, whether the
     // bodies are here or not.
     void share() { shared_ = true; }
+    // All subdomains have all bodies with joints or connections, wherever these are: a world needs that which has both. On all alike,
+    // before the first step or the step after loading.
+    void have_all_joined() { has_all_joined_ = true; }
+    bool has_all_joined() const { return has_all_joined_; }
     // Of a body that is removed elsewhere.
     void release_all(BodyId body);
     // Whether connections lead from one to the other.
@@ -150,10 +154,11 @@ class Scene {
     std::optional<CompositeState> composite(BodyId body) const;
 
     // Joints (scene_joints.cpp) let two bodies turn or slide against each other and hold them otherwise; the two do not collide. One may be
-    // fixed. Bodies have joints or connections, not both, and two bodies have one joint at most. It ends with one of its bodies, or breaks
-    // at the end of a step in which it carried more than it can: of those that hang together, the one that did so by the greatest factor.
-    // The engines Blocks and Ode have joints. They are added before the world is divided (subdomain.h). Cost of a step: in proportion to
-    // the joints, but for loops.
+    // fixed, and two bodies have one joint at most. A joint of a body that is part of a composite acts on the composite, at that body; it
+    // is idle while both of its bodies are parts of one, or nothing can move them. It ends with one of its bodies, or breaks at the end of
+    // a step in which it carried more than it can: of those that hang together, the one that did so by the greatest factor. The engines
+    // Blocks and Ode have joints. They are added before the world is divided (subdomain.h). Cost of a step: in proportion to the joints,
+    // but for loops.
     Result<void> add_joint(const JointSpec& joint);
     // The two have a joint that moves along an axis.
     Result<void> drive_joint(BodyId body, BodyId other, const JointDrive& drive);
@@ -292,7 +297,7 @@ class Scene {
     std::vector<ContactReport> contacts_;
     std::vector<std::uint32_t> contact_start_, contact_index_;
     bool contacts_known_ = false;
-    bool shared_ = false;
+    bool shared_ = false, has_all_joined_ = false;
 };
 
 }  // namespace meld::physics

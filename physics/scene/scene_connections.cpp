@@ -32,10 +32,6 @@ Result<void> Scene::connect(BodyId body, BodyId other) {
                     "Use the engine Blocks");
     if (engine_->divided() && !shared_)
         return fail(fmt::format("bodies {} and {} cannot be connected (the world is divided)", body, other), "Share the scene before");
-    for (const BodyId one : {body, other})
-        if (!joined_to(one).empty())
-            return fail(fmt::format("bodies {} and {} cannot be connected (body {} has a joint)", body, other, one),
-                        "Connect bodies without joints");
     if (connected(body, other)) return {};
     world_->composites.connect(body, other);
     for (const BodyId one : {body, other})
@@ -72,6 +68,7 @@ bool Scene::lasts(const Touch& touch) const {
             const Composite& composite = composites.all()[index];
             return composite.carried() && composite.motion.velocity_m_s == Vec3{} && composite.motion.spin_rad_s == Vec3{};
         }
+        if (!has(body)) return false;
         const std::uint32_t slot = world_->bodies.slot(body);
         return (world_->bodies.properties[slot].flags & kFixed) != 0 && velocity_of(world_->bodies.velocity[slot]) == Vec3{};
     };

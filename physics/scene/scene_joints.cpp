@@ -64,8 +64,6 @@ Result<void> Scene::add_joint(const JointSpec& joint) {
         if (auto fine = check_for_ode(joint); !fine) return fine;
     if (engine_->divided()) return cannot("the world is divided", "Join them before");
     if (joined(joint.first, joint.second)) return cannot("they are joined already", "Give two bodies one joint");
-    for (const BodyId one : {joint.first, joint.second})
-        if (!connected_to(one).empty()) return cannot(fmt::format("body {} is connected", one), "Join bodies that are not connected");
     if (auto fine = check(joint); !fine) return fine;
     const Bodies& bodies = world_->bodies;
     const std::uint32_t first = bodies.slot(joint.first), second = bodies.slot(joint.second);

@@ -93,6 +93,7 @@ const std::vector<int>& Subdomain::holders_of(BodyId body) const {
 
 Subdomain::Holding Subdomain::holding_joined(const Joints::Groups& groups, Pairs also,
                                              const std::function<BlockCoordinates(BodyId)>& block_of) const {
+    if (scene_.has_all_joined()) return held_by_all(also);
     std::unordered_map<std::uint64_t, std::vector<int>> of_block;
     Holding all;
     const auto hold_together = [&](std::vector<BodyId> bodies) {
@@ -122,6 +123,21 @@ Subdomain::Holding Subdomain::holding_joined(const Joints::Groups& groups, Pairs
     return all;
 }
 
+std::vector<int> Subdomain::everybody() const {
+    std::vector<int> parts(static_cast<std::size_t>(parts_));
+    std::iota(parts.begin(), parts.end(), 0);
+    return parts;
+}
+
+Subdomain::Holding Subdomain::held_by_all(Pairs also) const {
+    const std::vector<int> parts = everybody();
+    Holding all;
+    for (const Joint& joint : world_.joints.all()) all[joint.first] = all[joint.second] = parts;
+    for (const Composites::Member& member : world_.composites.members()) all[member.id] = parts;
+    for (const auto& [one, other] : also) all[one] = all[other] = parts;
+    return all;
+}
+
 void Subdomain::keep_joints(const std::vector<bool>& kept) {
     for (std::size_t j = 0; j < kept.size(); ++j)
         if (const Joint& joint = world_.joints.all()[j]; !kept[j]) world_.composites.joined().remove(joint.first, joint.second);
@@ -131,6 +147,7 @@ void Subdomain::keep_joints(const std::vector<bool>& kept) {
 // Who has the lowest body of a mechanism gives its joints to those that come near it; all others that have it have the same bits of it.
 std::map<int, std::vector<Joint>> Subdomain::hand_over_joints(const Joints::Groups& groups, const Holding& holding) {
     std::map<int, std::vector<Joint>> sent;
+    if (scene_.has_all_joined()) return sent;
     std::vector<bool> kept(world_.joints.all().size());
     for (const auto& [lowest, joints] : groups) {
         const std::vector<int>& parts = holding.at(lowest);
@@ -199,7 +216,7 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     std::map<int, std::vector<std::uint32_t>> composites;
     std::vector<bool> kept_composites;
     if (has_joined()) {
-        const Joints::Groups groups = world_.joints.groups(bodies);
+        const Joints::Groups groups = world_.joints.groups(world_.movers());
         holding = holding_joined(groups, {}, [&](BodyId body) { return block_of(bodies.place[bodies.slot(body)], block_m); });
         joints = hand_over_joints(groups, holding);
         composites = hand_over_composites(holding, kept_composites);
@@ -275,10 +292,14 @@ void Subdomain::unpacked() {
 }
 
 void Subdomain::loaded() {
-    loading_joined_.clear();
+    const Holding loaded = std::exchange(loading_joined_, {});
     if (engine_.last_dt_s_ == 0) return;
     times_ = {engine_.last_dt_s_, static_cast<int>(std::lround(engine_.last_dt_s_ / engine_.last_substep_s_))};
     plan_exchange();
+    if (!scene_.has_all_joined()) return;
+    // Until the next rebuild all have also those that came with these for other reasons.
+    for (const auto& [body, parts] : loaded)
+        if (const auto [at, is_new] = joined_holders_.try_emplace(body, parts); is_new) std::erase(at->second, self_);
 }
 
 bool Subdomain::has_joined() const { return !world_.joints.empty() || !world_.composites.all().empty(); }
@@ -323,14 +344,12 @@ void Subdomain::learn_joined(std::span<const JoinedBody> all, Pairs also) {
         if (known.contains(pair.first) && known.contains(pair.second)) pairs.push_back(pair);
     engine_.divided_joints_ = !world_.joints.empty();
     for (const Joint& joint : world_.joints.all()) world_.composites.joined().add(joint.first, joint.second);
-    if (engine_.last_dt_s_ == 0) {
-        std::vector<int> everybody(static_cast<std::size_t>(parts_));
-        std::iota(everybody.begin(), everybody.end(), 0);
-        for (const JoinedBody& body : all) loading_joined_[body.id] = everybody;
+    if (engine_.last_dt_s_ == 0 || scene_.has_all_joined()) {
+        for (const JoinedBody& body : all) loading_joined_[body.id] = everybody();
         return;
     }
     all_have_joints_ = false;
-    const Joints::Groups groups = world_.joints.groups([&](BodyId body) { return known.at(body)->fixed == 0; });
+    const Joints::Groups groups = world_.joints.groups([&](BodyId body) { return known.at(body)->fixed == 0 ? body : kMaxBodies; });
     loading_joined_ = holding_joined(groups, pairs, [&](BodyId body) { return physics::unpack(known.at(body)->home); });
     for (const auto& [lowest, joints] : groups)
         for (const std::uint32_t joint : joints) kept[joint] = contains(loading_joined_.at(lowest), self_);
@@ -380,6 +399,7 @@ Result<void> Subdomain::unpack_joined(Bytes bytes) {
 
 std::vector<Stage> Subdomain::stages(double dt_s, int substeps) {
     times_ = {dt_s, substeps};
+    if (scene_.has_all_joined()) engine_.divided_joints_ = !world_.joints.empty();
     return engine_.plan(times_);
 }
 
@@ -412,7 +432,7 @@ void Subdomain::plan_exchange() {
     joined_holders_.clear();
     std::vector<const std::vector<int>*> of_joined;
     if (has_joined()) {
-        joined_holders_ = holding_joined(world_.joints.groups(world_.bodies), {},
+        joined_holders_ = holding_joined(world_.joints.groups(world_.movers()), {},
                                          [&](BodyId body) { return physics::unpack(blocks[block_with(body)].key); });
         of_joined.resize(world_.bodies.count());
         for (auto& [body, parts] : joined_holders_) {

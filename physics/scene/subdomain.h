@@ -27,6 +27,8 @@
 // A subdomain that has a body of a mechanism, its own or a ghost, has all bodies that joints hold to it, as ghosts, wherever they are, and
 // the joints. It solves the mechanism as all others do that have it: from the same velocities, with the same bits.
 //
+// Where some have joints and others are parts of composites (Scene::have_all_joined), all subdomains have all of both.
+//
 // The same is true of composites. All subdomains know all connections; a scene that is shared (Scene::share) makes and breaks
 // connections of bodies that it has not. When that changes composites, those that have some of the bodies of a new one get the others
 // before the step. Each block that has contacts of a composite has its copy of it (composite_rows.h), and after each sweep, all who have
@@ -163,6 +165,9 @@ class Subdomain {
     Holding holding_joined(const Joints::Groups& groups, Pairs also, const std::function<BlockCoordinates(BodyId)>& block_of) const;
     // Takes out the joints that are not needed here any more; returns those that others need and do not have.
     std::map<int, std::vector<Joint>> hand_over_joints(const Joints::Groups& groups, const Holding& holding);
+    // Where all have all of them (Scene::have_all_joined).
+    Holding held_by_all(Pairs also) const;
+    std::vector<int> everybody() const;
     void keep_joints(const std::vector<bool>& kept);
     // The same of composites (subdomain_composites.cpp): by destination, their places among all; and which of them stay here.
     std::map<int, std::vector<std::uint32_t>> hand_over_composites(const Holding& holding, std::vector<bool>& kept) const;

@@ -33,12 +33,18 @@ bool is_in(const std::vector<int>& parts, int part) { return std::ranges::binary
 bool Subdomain::shares_composites() const { return engine_.shares_composites(); }
 
 bool Subdomain::recomposes() {
-    changes_here_ = world_.composites.find_changes([&](BodyId body) { return world_.bodies.has(body); });
+    changes_here_ = world_.composites.find_changes([&](BodyId body) { return scene_.has_all_joined() || world_.bodies.has(body); });
     return changes_here_;
 }
 
 std::vector<int> Subdomain::had(BodyId body) const {
     if (const auto joined = joined_holders_.find(body); joined != joined_holders_.end()) return joined->second;
+    // Before the first rebuild.
+    if (scene_.has_all_joined() && !scene_.joined_to(body).empty()) {
+        std::vector<int> others = everybody();
+        std::erase(others, self_);
+        return others;
+    }
     const std::uint32_t block = engine_.grid_.block_with(world_.bodies.slot(body));
     return block < holders_of_block_.size() ? holders_of_block_[block] : std::vector<int>();
 }
@@ -68,8 +74,8 @@ Subdomain::Messages Subdomain::pack_members(const OfParts& held) {
         }
     Messages messages;
     for (const std::vector<BodyId>& group : world_.composites.new_groups()) {
-        const std::set<int>& parts = parts_of_group.at(group.front());
-        std::vector<int> others(parts.begin(), parts.end());
+        const std::set<int>& some = parts_of_group.at(group.front());
+        std::vector<int> others = scene_.has_all_joined() ? everybody() : std::vector<int>(some.begin(), some.end());
         std::erase(others, self_);
         for (const BodyId body : group) {
             if (world_.bodies.has(body) && (world_.bodies.properties[world_.bodies.slot(body)].flags & kGhost) == 0) {
@@ -96,6 +102,7 @@ void Subdomain::recompose(Workers& workers) {
     counted_ = true;
     if (std::exchange(changes_here_, false)) world_.composites.make_changes(world_.bodies, world_.shapes);
     world_.composites.set_all_velocities(world_.bodies, workers);
+    world_.joints.recomposed();
     engine_.recomposed_before_ = true;
 }
 

@@ -74,6 +74,18 @@ void BlockEngine::collect_loads() {
     if (loads_wanted()) load_contacts_.end_substep(contacts_, shape_contacts_, world_.bodies, world_.composites, world_.loads);
 }
 
+// What joints have done in this step to bodies that are parts of composites, the joints in order.
+void BlockEngine::add_joint_loads() {
+    const Bodies& bodies = world_.bodies;
+    const auto add = [&](BodyId body, Vec3 anchor, double sign, const Joint& joint) {
+        if (world_.composites.composite_of(body) == kNoComposite) return;
+        const Vec3 arm = rotate(joint_pose(bodies, bodies.slot(body)).turn, anchor), impulse = sign * joint.pushed;
+        world_.loads.add_push(world_.composites, body, impulse, sign * joint.twisted + cross(arm, impulse));
+    };
+    for (const Joint& joint : world_.joints.all())
+        add(joint.first, joint.first_anchor, -1, joint), add(joint.second, joint.second_anchor, 1, joint);
+}
+
 namespace {
 
 void add_single(float (&to)[3], Vec3 v) {

@@ -115,9 +115,11 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             rows_.average(bodies, workers);
     };
     if (std::exchange(average_due_, false)) rows_.average(bodies, workers);
+    // Joints act on composites, not on their copies.
     const auto sweep_joints = [&](Assembly::Phase phase) {
         const StageClock clock(world_.times.solve);
-        world_.joints.run(phase, bodies, world_.shapes, times.substep_s(), workers);
+        rows_.collect(bodies, world_.composites, workers);
+        world_.joints.run(phase, world_.movers(), times.substep_s(), workers);
     };
     switch (stage.kind) {
         case Stage::Kind::Prepare:
@@ -129,7 +131,8 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             return settle(times, workers);
         case Stage::Kind::WarmStartJoints: {
             const StageClock clock(world_.times.solve);
-            world_.joints.warm_start(bodies, world_.shapes, workers);
+            rows_.collect(bodies, world_.composites, workers);
+            world_.joints.warm_start(world_.movers(), workers);
             return {};
         }
         case Stage::Kind::SolveJoints:
@@ -219,6 +222,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             if (loads_wanted()) {
                 collect_loads();
                 world_.loads.add_noted(world_.composites);
+                add_joint_loads();
                 world_.loads.end_step(world_.composites, wrenches, feature_wrenches, world_.settings.gravity_m_s2, times.dt_s);
             }
             find_events(workers);
@@ -232,7 +236,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
 
 // What they held begins to collide.
 void BlockEngine::break_joints(double dt_s, Workers& workers) {
-    world_.joints.end_step(world_.bodies, dt_s, workers);
+    world_.joints.end_step(world_.movers(), dt_s, workers);
     for (const auto& [one, other] : world_.joints.broken()) {
         world_.composites.joined().remove(one, other);
         structure_changed();
@@ -289,6 +293,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
         recomposed_in_step_ = std::exchange(recomposed_before_, false);
     else if ((recomposed_in_step_ = world_.composites.settle(world_.bodies, world_.shapes))) {
         world_.composites.set_all_velocities(world_.bodies, workers);
+        world_.joints.recomposed();
         rebuild_ = true;
     }
     if (rebuild_ || list_is_old(times))
@@ -376,7 +381,8 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
             return world_.wrong(built.error().problem, built.error().suggestion);
         release_memory(order);
         world_.composites.locate(bodies);
-        if (auto settled = world_.joints.settle(bodies); !settled) return world_.wrong(settled.error().problem, settled.error().suggestion);
+        if (auto settled = world_.joints.settle(world_.movers()); !settled)
+            return world_.wrong(settled.error().problem, settled.error().suggestion);
     }
     {
         const StageClock clock(world_.times.pairs);

@@ -194,6 +194,7 @@ class BlockEngine final : public Engine {
     bool loads_wanted() const { return world_.loads.wanted() && !world_.composites.all().empty(); }
     void begin_loads();
     void collect_loads();
+    void add_joint_loads();
     void break_joints(double dt_s, Workers& workers);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
     // Bodies with shapes (block_shapes.cpp).

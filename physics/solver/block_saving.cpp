@@ -128,7 +128,7 @@ void BlockEngine::save_rest(ByteWriter& out) const {
     if (world_.joints.empty()) return;
     std::vector<bool> ours(world_.joints.all().size(), !divided());
     if (divided())
-        for (const auto& [lowest, joints] : world_.joints.groups(world_.bodies))
+        for (const auto& [lowest, joints] : world_.joints.groups(world_.movers()))
             for (const std::uint32_t joint : joints)
                 ours[joint] = (world_.bodies.properties[world_.bodies.slot(lowest)].flags & kGhost) == 0;
     world_.joints.write(out, ours);
@@ -174,7 +174,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     grid_.restore(loading_.shape, blocks, workers);
     Contacts::add_motionless(bodies, blocks.size());
     if (!composites_loaded()) return damaged_snapshot("has invalid connections");
-    if (auto settled = world_.joints.settle(bodies); !settled) return settled;
+    if (auto settled = world_.joints.settle(world_.movers()); !settled) return settled;
     states_.clear(), cages_.clear();
     std::vector<std::span<const std::byte>> contacts, shape_contacts;
     for (LoadedBlock& block : loading_.blocks) {

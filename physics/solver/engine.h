@@ -57,6 +57,8 @@ struct World {
     StageTimes times;
     LastGood last_good;
 
+    Movers movers() { return {bodies, shapes, composites}; }
+
     // The error for a problem found in the present tick.
     tl::unexpected<Error> wrong(const std::string& problem, std::string suggestion) const;
     // The error for the body with the lowest number that is faster than the settings allow, or whose velocity is not a number.

@@ -85,17 +85,21 @@ void Loads::push(const Composites& composites, std::uint32_t index, std::uint32_
     sum.torque = sum.torque + pull.torque;
 }
 
+void Loads::add(const Composites& composites, BodyId body, const Pull& pull) {
+    MELD_CHECK(composites.composite_of(body) != kNoComposite, "body {} is pushed here, and has no composite", body);
+    Pull& sum = acted_[static_cast<std::size_t>(&composites.member_of(body) - composites.members().data())];
+    sum.force = sum.force + pull.force;
+    sum.torque = sum.torque + pull.torque;
+}
+
+void Loads::add_push(const Composites& composites, BodyId body, Vec3 impulse_ns, Vec3 turning_nms) {
+    const Quat back = conjugate(composites.all()[composites.composite_of(body)].motion.turn);
+    add(composites, body, {rotate(back, impulse_ns), rotate(back, turning_nms)});
+}
+
 void Loads::add_noted(const Composites& composites) {
     std::ranges::stable_sort(noted_, {}, [](const Noted& push) { return std::pair{push.turn, push.block}; });
-    for (const Noted& push : noted_) {
-        const std::uint32_t composite = composites.composite_of(push.member);
-        MELD_CHECK(composite != kNoComposite, "body {} is pushed here, and has no composite", push.member);
-        const auto members = composites.members(composites.all()[composite]);
-        const auto at = std::ranges::lower_bound(members, push.member, {}, &Composites::Member::id) - members.begin();
-        Pull& sum = acted_[composites.all()[composite].first + static_cast<std::size_t>(at)];
-        sum.force = sum.force + push.pull.force;
-        sum.torque = sum.torque + push.pull.torque;
-    }
+    for (const Noted& push : noted_) add(composites, push.member, push.pull);
     noted_.clear();
 }
 

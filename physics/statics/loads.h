@@ -51,6 +51,8 @@ class Loads {
         std::uint32_t turn = 0, block = 0;
     };
     void push(const Composites& composites, std::uint32_t composite, std::uint32_t member, Vec3 impulse_ns, Vec3 turning_nms, Order order);
+    // The same of what all that have the composite know, on a body that is a member: added up at once.
+    void add_push(const Composites& composites, BodyId body, Vec3 impulse_ns, Vec3 turning_nms);
     // After a step: what the wrenches (null: none) and gravity did in it.
     void end_step(const Composites& composites, const Wrench* first, const Wrench* second, Vec3 gravity_m_s2, double step_s);
     // A step has failed, or nobody wants loads any more.
@@ -102,6 +104,7 @@ class Loads {
     // The lattice of a composite, and where its connections sit, kept while it is the same.
     struct Kept;
     struct Solved;
+    void add(const Composites& composites, BodyId body, const Pull& pull);
     Solved solve_one(const Composites& composites, const Composite& composite, const Sums& sums, const Bodies& bodies,
                      const BodyShapes& shapes, Kept& kept) const;
 

@@ -79,6 +79,7 @@ meld_seeds_test(motion_storm storm_test.py 0 2 2)
 meld_seeds_test(motion_tumble tumble_test.py 0 1 13)
 meld_seeds_test(motion_mechanisms mechanisms_test.py 0 3 21)
 meld_seeds_test(motion_composites composites_test.py 0 3 37)
+meld_seeds_test(motion_arms arms_test.py 0 2 10)
 meld_seeds_test(motion_grips grips_test.py 0 2 26)
 add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py

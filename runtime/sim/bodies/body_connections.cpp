@@ -29,6 +29,15 @@ bool is_lost(std::span<const physics::BodyId> lost, physics::BodyId id) { return
 
 }  // namespace
 
+bool BodyConnections::by_world() const {
+    return std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
+}
+
+bool BodyConnections::are_beside_joints(const Subdomain& subdomain, const physics::Scene& scene) const {
+    const bool connects = by_world() || subdomain.program_actions.uses(ActionKind::Connect) || scene.connection_count() > 0;
+    return connects && !world_.physics.joints.empty();
+}
+
 Result<void> BodyConnections::check(const Subdomain& subdomain) const {
     const std::vector<world::CatomGroup>& groups = world_.physics.groups;
     const auto group = std::ranges::find_if(groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
@@ -91,7 +100,8 @@ bool BodyConnections::touch(const Subdomain& subdomain, const PhysicsScene& phys
     const physics::Scene& scene = *physics.scene;
     if (body == other || !scene.has(other)) return false;
     if (scene.nearer(body, other, physics.touch_m)) return true;
-    if (subdomain.world.links) return false;
+    // Those whom a joint holds are neighbours wherever they are.
+    if (subdomain.world.links || scene.joined(body, other)) return false;
     bool linked = false;
     subdomain.each_neighbour(catom, [&](Catom beside) { linked = linked || subdomain.ensemble.id(beside) == other; });
     return linked;
@@ -129,7 +139,8 @@ std::vector<RefusedConnection> BodyConnections::carry_out(Subdomain& subdomain, 
         const bool holds = body != other && scene.connected(body, other);
         if (ask.action == ActionKind::Connect) {
             const bool fine = holds || touch(subdomain, physics, ask.catom, body, other);
-            const Refusal why = subdomain.world.links ? Refusal::NotTouching : Refusal::NotANeighbour;
+            const bool linked_apart = subdomain.world.links || (exists && scene.joined(body, other));
+            const Refusal why = linked_apart ? Refusal::NotTouching : Refusal::NotANeighbour;
             wishes.push_back({ask.catom, pair, fine ? std::nullopt : std::optional(why)});
             if (fine && !holds) connected.push_back(pair);
         } else if (holds) {
@@ -235,8 +246,9 @@ std::span<const physics::TouchEvent> BodyConnections::follow_joints(Subdomain& s
 std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain& subdomain, const physics::Scene& scene,
                                                                       std::span<const physics::TouchEvent> events, bool recomposed) {
     parted_.clear();
-    if (!world_.physics.joints.empty()) return follow_joints(subdomain, events);
-    if (!recomposed) return events;
+    const bool broke = std::exchange(joints_broke_, false) && !lasting_.empty();
+    if (!world_.physics.joints.empty() && !scene.has_all_joined()) return follow_joints(subdomain, events);
+    if (!recomposed && !(broke && scene.has_all_joined())) return events;
     followed_.clear();
     using Touches = std::vector<physics::Touch>;
     const auto gather = [&](const Touches& mine) {
@@ -292,13 +304,20 @@ std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain&
 void BodyConnections::part(std::span<const physics::ConnectionPair> joints) {
     for (const auto& [one, other] : joints) lasting_.emplace_back(one, other, false);
     std::ranges::sort(lasting_);
+    joints_broke_ = true;
 }
 
 void BodyConnections::adopt(Subdomain& subdomain, const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) {
-    std::erase_if(touches, [&](const physics::TouchEvent& e) { return !scene.lasts(e.touch); });
+    // Also by joints that broke in this step: part() follows.
+    const auto joined = [&](const physics::Touch& t) {
+        if (t.other_is_obstacle) return false;
+        return scene.joined(t.body, t.other) || std::ranges::binary_search(scene.broken_joints(), Pair(t.body, t.other));
+    };
+    std::erase_if(touches, [&](const physics::TouchEvent& e) { return !scene.lasts(e.touch) && !joined(e.touch); });
     ByteWriter mine;
     for (const physics::TouchEvent& e : touches)
-        if (!scene.connected_to(e.touch.body).empty() || !scene.connected_to(e.touch.other).empty()) mine.write(e.touch.key());
+        if (!joined(e.touch) && (!scene.connected_to(e.touch.body).empty() || !scene.connected_to(e.touch.other).empty()))
+            mine.write(e.touch.key());
     for (const auto& from : gather_bytes(subdomain, mine))
         for (ByteReader in(from, "touches of connected catoms"); !in.done();) lasting_.push_back(touch_with(in.read<std::uint64_t>()));
     std::ranges::sort(lasting_);

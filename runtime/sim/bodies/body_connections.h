@@ -35,6 +35,8 @@ class BodyConnections {
 
     // Errors: the world or the program connects catoms, and this run cannot: it has another engine.
     Result<void> check(const Subdomain& subdomain) const;
+    // In a world with joints, where catoms are connected or may be: the same on all processes.
+    bool are_beside_joints(const Subdomain& subdomain, const physics::Scene& scene) const;
     // At the start, on every process: connects the catoms of each group of the world that is connected, where they touch. `touches`: of all
     // processes.
     Result<void> connect_groups(Subdomain& subdomain, physics::Scene& scene, const BodyMaker& bodies,
@@ -78,11 +80,14 @@ class BodyConnections {
     static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);
 
     std::span<const physics::TouchEvent> follow_joints(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    bool by_world() const;
 
     const world::World& world_;
     // Touches that last although the physics has ended them, or, in a world with joints, has not begun them yet; sorted. On
     // several processes those of all.
     std::vector<physics::Touch> lasting_;
+    // Joints have broken since touches were followed last, or a run has just gone on.
+    bool joints_broke_ = true;
     std::vector<physics::TouchEvent> followed_, parted_;
 };
 

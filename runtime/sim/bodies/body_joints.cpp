@@ -46,19 +46,6 @@ std::string name_of(const world::JointOptions& joint) {
 
 }  // namespace
 
-Result<void> BodyJoints::check(const Subdomain& subdomain) const {
-    const std::vector<world::JointOptions>& joints = world_.physics.joints;
-    if (joints.empty()) return {};
-    const bool connected =
-        std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
-    if (connected || subdomain.program_actions.uses(ActionKind::Connect))
-        return fail(
-            fmt::format("{}: the world has joints, and {} (a catom has joints or connections, not both)", joints[0].place,
-                        connected ? "some of its catoms are connected" : "the program asks for `connect`"),
-            connected ? "Take `connected` out, or the joints" : "Take `connect` out of the program, or the joints out of the world");
-    return {};
-}
-
 void BodyJoints::start(const Subdomain& subdomain) {
     const auto sense = std::ranges::find(body_senses(), BodyQuantity::Joint, &BodySense::quantity);
     MELD_CHECK(sense != body_senses().end(), "the table has no joints");

@@ -33,8 +33,6 @@ class BodyJoints {
   public:
     explicit BodyJoints(const world::World& world) : world_(world) {}
 
-    // Errors: the world has joints, and connected catoms.
-    Result<void> check(const Subdomain& subdomain) const;
     // Finds what the program reads.
     void start(const Subdomain& subdomain);
     // At the start, on every process: makes all joints of the world, and of catoms of other processes that they hold ghosts. Errors name

@@ -37,7 +37,6 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
-    if (auto fine = joints_.check(subdomain); !fine) return fine;
     return connections_.check(subdomain);
 }
 
@@ -125,6 +124,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     }
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
+    if (connections_.are_beside_joints(subdomain, *physics_.scene)) physics_.scene->have_all_joined();
     tell_looks(subdomain);
     return {};
 }
@@ -216,7 +216,7 @@ void FreeMotion::part_broken(Subdomain& subdomain) {
     if (broken.empty()) return;
     load_senses_.note_broken(subdomain, broken);
     connections_.part(broken);
-    broken_count_ += broken.size();
+    broken_joints_ += broken.size();
 }
 
 Result<void> FreeMotion::load_connections(Subdomain& subdomain) {
@@ -438,9 +438,10 @@ std::string FreeMotion::outcome() const {
     std::string text = fmt::format("{} bodies, {} of them awake, with {:.4g} J of kinetic energy", bodies_, awake_, energy_j_);
     if (connected_ > 0) text += fmt::format("; {} connection{}", connected_, connected_ == 1 ? "" : "s");
     if (joined_ > 0) text += fmt::format("; {} joint{}", joined_, joined_ == 1 ? "" : "s");
-    // A world has joints or connections.
-    const std::string_view what = world_.physics.joints.empty() ? "connection" : "joint";
-    if (broken_count_ > 0) text += fmt::format("; {} {}{} broke", broken_count_, what, broken_count_ == 1 ? "" : "s");
+    const auto tell_broken = [&](std::uint64_t count, std::string_view what) {
+        if (count > 0) text += fmt::format("; {} {}{} broke", count, what, count == 1 ? "" : "s");
+    };
+    tell_broken(broken_joints_, "joint"), tell_broken(broken_count_, "connection");
     if (lost_count_ > 0) text += fmt::format("; {} below the lowest height removed", lost_count_);
     if (crossed_ > 0) text += fmt::format("; {} migrations of catoms between processes", crossed_);
     if (divided_ && divided_->divisions() > 0)

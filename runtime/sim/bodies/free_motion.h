@@ -124,7 +124,7 @@ class FreeMotion : public SimModule {
     std::uint64_t crossed_ = 0;                // Catoms that have migrated, not counting those that did before anything moved.
     std::vector<physics::BodyId> lost_;        // In the last tick, on all processes; sorted.
     std::vector<physics::TouchEvent> events_;  // If some catoms are lost.
-    std::uint64_t lost_count_ = 0, broken_count_ = 0;
+    std::uint64_t lost_count_ = 0, broken_count_ = 0, broken_joints_ = 0;  // Of catoms, connections and joints.
     Loading loading_;
     bool moved_ = false;
     double energy_j_ = 0;

@@ -136,8 +136,10 @@ bool LoadSenses::sense_catom(Subdomain& subdomain, const physics::Scene& scene, 
     };
     for (const physics::BodyId other : scene.connected_to(body))
         if (const auto load = scene.load(body, other)) note(other, load->tension_n, load->shear_n, load->torque_nm());
+    // What is connected, too, carries all by its connection.
     for (const physics::BodyId other : scene.joined_to(body))
-        if (const auto load = scene.joint_load(body, other)) note(other, load->tension_n, load->shear_n, load->torque_nm);
+        if (const auto load = scene.joint_load(body, other); load && !scene.connected(body, other))
+            note(other, load->tension_n, load->shear_n, load->torque_nm);
     bool changed = false;
     const auto change_those_not_in = [&](const std::vector<Reading>& these, const std::vector<Reading>& others, bool holds) {
         for (const Reading& each : these) {

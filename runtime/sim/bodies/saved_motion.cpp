@@ -101,6 +101,7 @@ void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
     out.write(crossed_);
     out.write(lost_count_);
     out.write(broken_count_);
+    out.write(broken_joints_);
 }
 
 Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
@@ -123,6 +124,7 @@ Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
     if (subdomain.comm.process() == 0) crossed_ += crossed;
     lost_count_ = in.read<std::uint64_t>();
     broken_count_ = in.read<std::uint64_t>();
+    broken_joints_ = in.read<std::uint64_t>();
     return {};
 }
 
@@ -166,6 +168,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
         physics_.scene->load_rest(in);
         if (in.failed() || !in.done()) return damaged("has an invalid scene");
     }
+    if (connections_.are_beside_joints(subdomain, *physics_.scene)) physics_.scene->have_all_joined();
     // In the order in which the engine wants them.
     std::ranges::sort(loading_.homes, {}, &physics::SavedHome::home);
     for (const physics::SavedHome& home : loading_.homes)

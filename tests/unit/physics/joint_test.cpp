@@ -424,7 +424,6 @@ TEST(Joints, EndWithABodyAndAreRefusedWhereTheyCannotBe) {
     EXPECT_FALSE(scene->add_joint({.first = 0, .second = 0}));
     EXPECT_FALSE(scene->add_joint({.first = 0, .second = 2, .axis = {}}));
     EXPECT_FALSE(scene->add_joint({.first = 0, .second = 2, .lower = 0.1}));
-    EXPECT_FALSE(scene->connect(0, 2));
     Workers workers(1);
     run(*scene, 3, 2, workers);
     need(scene->remove_body(4));
