@@ -9,7 +9,7 @@ import random
 import sys
 
 from mechanisms_test import PROGRAM as OF_JOINTS
-from mechanisms_test import joint
+from mechanisms_test import chains_and_loose, joint, joints_between, motion_of
 from tumble_test import held_and_thrown, main, other_shapes, range_and_kills
 
 PROGRAM = OF_JOINTS + """
@@ -31,26 +31,8 @@ torque(A, 1, 0, 2) :- degree(A, 3), id(A, I), I % 2 = 0.
 
 def case(seed):
     rng = random.Random(seed)
-    places = []
-    for arm in range(rng.randint(2, 4)):
-        along = rng.randrange(2)
-        for i in range(rng.randint(4, 22)):
-            places.append([i - 9, 2.5 * arm, 2 + 0.6 * arm] if along else [3 * arm - 12, i - 5, 5 + 0.6 * arm])
-    armed = len(places)
-    far = rng.randint(0, 3)
-    for i in range(far):
-        places.append([rng.randint(-45, 45), -20 - 3 * i, rng.randint(2, 12)])
-    for _ in range(rng.randint(0, 50)):
-        places.append([rng.randint(-9, 9) + 0.1 * rng.randint(0, 3), rng.randint(-6, 12), 12 + 1.2 * len(places) % 6])
-    unique = []
-    for i, place in enumerate(places):
-        if i < armed or all(abs(place[0] - x) + abs(place[1] - y) + abs(place[2] - z) > 2 for x, y, z in unique):
-            unique.append(place)
-    world = (f"seed = {seed}\n[[body]]\npositions = {unique}\n"
-             f'[motion]\nkind = "bodies"\nground = 0\nsteps = {rng.choice([3, 6])}\n'
-             f"friction = {rng.choice([0.2, 0.6])}\nrestitution = {rng.choice([0, 0, 0.4])}\nsleep_ticks = {rng.choice([0, 4, 12])}\n"
-             f"deepest_overlap = 0.9\n")
-    world += rng.choice(['lowest = 0.2\nlost = "remove"\n', "", "", ""])
+    places, armed, known = chains_and_loose(rng, 4, 22, 2)
+    world = motion_of(rng, seed, places)
     if rng.random() < 0.4:
         world += f"breaking_force = {rng.uniform(40, 400):.1f}\n"
     if rng.random() < 0.3:
@@ -67,9 +49,7 @@ def case(seed):
             world += joint(rng, f'where = "id >= {first - 1} && id <= {first}"')
     if rng.random() < 0.4:
         world += joint(rng, f'where = "id < {rng.randint(4, armed)} && y >= {rng.randint(0, 6)}"')
-    for _ in range(rng.randint(1, 3)):
-        one, other = rng.sample(range(min(armed + far, len(unique))), 2)
-        world += joint(rng, f"between = [{one}, {other}]")
+    world += joints_between(rng, 3, known)
     world += range_and_kills(rng, 3.0, 2)
     return PROGRAM, world
 

@@ -61,37 +61,52 @@ def joint(rng, where):
     return text
 
 
-def case(seed):
-    rng = random.Random(seed)
+def chains_and_loose(rng, shortest, longest, height):
+    """Rows of catoms that touch, one or two diameters apart; some far away; and some that fall on them. Returns the places, how many are
+    in rows, and how many of these and of those far away there are."""
     places = []
     for chain in range(rng.randint(2, 4)):
         along = rng.randrange(2)
-        for i in range(rng.randint(3, 26)):
-            places.append([i - 9, 2.5 * chain, 3 + 0.6 * chain] if along else [3 * chain - 12, i - 5, 6 + 0.6 * chain])
+        for i in range(rng.randint(shortest, longest)):
+            low = height + 0.6 * chain
+            places.append([i - 9, 2.5 * chain, low] if along else [3 * chain - 12, i - 5, low + 3])
     chained = len(places)
-    far = rng.randint(0, 4)
-    for i in range(far):
+    for i in range(rng.randint(0, 4)):
         places.append([rng.randint(-45, 45), -20 - 3 * i, rng.randint(2, 12)])
+    known = len(places)
     for _ in range(rng.randint(0, 60)):
         places.append([rng.randint(-9, 9) + 0.1 * rng.randint(0, 3), rng.randint(-6, 12), 12 + 1.2 * len(places) % 6])
     unique = []
     for i, place in enumerate(places):
         if i < chained or all(abs(place[0] - x) + abs(place[1] - y) + abs(place[2] - z) > 2 for x, y, z in unique):
             unique.append(place)
-    shaped = rng.random() < 0.4
-    world = (f"seed = {seed}\n[[body]]\npositions = {unique}\n"
+    return unique, chained, min(known, len(unique))
+
+
+def motion_of(rng, seed, places):
+    """The beginning of a world of bodies at these places; keys of [motion] may follow."""
+    world = (f"seed = {seed}\n[[body]]\npositions = {places}\n"
              f'[motion]\nkind = "bodies"\nground = 0\nsteps = {rng.choice([3, 6])}\n'
              f"friction = {rng.choice([0.2, 0.6])}\nrestitution = {rng.choice([0, 0, 0.4])}\nsleep_ticks = {rng.choice([0, 4, 12])}\n"
              f"deepest_overlap = 0.9\n")
-    world += rng.choice(['solver = "pgs20"\n', "", "", ""]) + rng.choice(['lowest = 0.2\nlost = "remove"\n', "", "", ""])
+    return world + rng.choice(['solver = "pgs20"\n', "", "", ""]) + rng.choice(['lowest = 0.2\nlost = "remove"\n', "", "", ""])
+
+
+def joints_between(rng, most, catoms):
+    """At most so many joints, each between two of the first catoms, wherever they are."""
+    return "".join(joint(rng, f"between = {rng.sample(range(catoms), 2)}") for _ in range(rng.randint(0, most)))
+
+
+def case(seed):
+    rng = random.Random(seed)
+    places, chained, known = chains_and_loose(rng, 3, 26, 3)
+    world = motion_of(rng, seed, places)
     world += f"[motion.sense]\njoint = {rng.choice([0, 0.02])}\nload = {rng.choice([0, 0.02])}\n"
-    world += other_shapes(rng) if shaped else ""
+    world += other_shapes(rng) if rng.random() < 0.4 else ""
     world += held_and_thrown(rng, chained)
     world += joint(rng, f'where = "id < {chained} && y {rng.choice(["<", ">="])} {rng.randint(0, 6)}"')
     world += joint(rng, f'where = "id < {rng.randint(4, chained)}"')
-    for _ in range(rng.randint(0, 3)):
-        one, other = rng.sample(range(min(chained + far, len(unique))), 2)
-        world += joint(rng, f"between = [{one}, {other}]")
+    world += joints_between(rng, 3, known)
     world += range_and_kills(rng, 3.0, 2)
     return PROGRAM, world
 
