@@ -3,7 +3,7 @@ meld_test(test_state SOURCES ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp ${CMAKE
                               ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp ${CMAKE_CURRENT_LIST_DIR}/places_test.cpp
                               ${CMAKE_CURRENT_LIST_DIR}/fact_store_test.cpp
                               ${CMAKE_CURRENT_LIST_DIR}/liveness_test.cpp ${CMAKE_CURRENT_LIST_DIR}/inspect_test.cpp
-                              ${CMAKE_CURRENT_LIST_DIR}/digest_test.cpp
+                              ${CMAKE_CURRENT_LIST_DIR}/digest_test.cpp ${CMAKE_CURRENT_LIST_DIR}/kept_frame_test.cpp
           DEPENDS runtime/driver)
 target_compile_definitions(test_state PRIVATE CLAYMELD_EXAMPLES="${CMAKE_SOURCE_DIR}/examples/meld"
                                               CLAYMELD_STATE_TESTS="${CMAKE_CURRENT_LIST_DIR}")

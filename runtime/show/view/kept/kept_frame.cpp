@@ -64,7 +64,8 @@ Result<KeptFrame::Updated> KeptFrame::update(sim::Subdomain& subdomain, record::
     drawing.catch_up(subdomain);
     if (auto done = exchange(subdomain, touched); !done) return tl::unexpected<Error>(done.error());
     if (subdomain.comm.process() != 0) return Updated::Same;
-    bool other = catoms_ != before || std::exchange(other_values_, false);
+    const bool other_values = std::exchange(other_values_, false);
+    bool other = other_values || catoms_ != before;
     const bool moved = std::exchange(moved_, false);
     if (moved) choose();
     if (look_.colour.empty() && (moved || colours_ != drawing.changes())) {
