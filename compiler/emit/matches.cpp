@@ -25,9 +25,13 @@ void RuleEmitter::match_here(const Match& s) {
     const std::string rows = frozen ? "seen_" + name : fmt::format("s.{}.rows", name),
                       count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
     if (!frozen) w_.line("load_{}(s);", name);
-    if (stored.storage == Storage::Rows && whole_key(s) && !grows(s.predicate)) {
+    const bool grown = grows(s.predicate);
+    if (stored.storage == Storage::Rows && whole_key(s) && !(grown && s.lookup.found())) {
         const std::string group = group_row(s);
-        w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
+        if (grown)
+            w_.line("const u32 {0} = s.{1}_rounds.find(s.{1}, {2});", i, name, group);
+        else
+            w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
         w_.open(fmt::format("if ({} < {}{}) {{", i, count, fits_));
     } else {
         each_row(s, i, rows, count);

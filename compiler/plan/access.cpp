@@ -1,6 +1,8 @@
 // The costs of the join order.
 #include "compiler/plan/access.h"
 
+#include <algorithm>
+
 #include "runtime/module/abi/senses.h"
 
 namespace meld::plan {
@@ -25,6 +27,9 @@ struct SiteCosts {
 constexpr SiteCosts kAtSite{.one = 10, .lookup = 20, .rows = 40};
 constexpr SiteCosts kAtFoundNeighbour{.one = 15, .lookup = 25, .rows = 50};
 constexpr int kAtNamedNeighbour = 35;
+// Of rows at the site of which some arguments are known, those that are there from the start are read before those that are still being
+// derived, even if they have one more new variable: these become more, and are looked up where all of them is known by then.
+constexpr int kStaysAsItIs = 2;
 // Walking along a list takes no further memory; it multiplies the later steps like the rows of a predicate.
 constexpr int kElements = 42;
 // Links: the port of a neighbour that has been found is known; a neighbour whose id is known is searched at each port; and visiting each
@@ -98,7 +103,8 @@ std::optional<Access> AccessPlanner::of_atom(const Atom& atom, const Known& know
     };
     const VariableId place = atom.arguments[0].variable;
     if (place == rule_.site) {
-        out.cost = at(kAtSite);
+        const bool stays = !growing_.empty() && std::ranges::find(growing_, atom.predicate) == growing_.end();
+        out.cost = at(kAtSite) - (stays && out.reason == Reason::Rows && out.known > 0 ? kStaysAsItIs : 0);
     } else if (known.places.contains(place)) {
         out.cost = at(kAtFoundNeighbour);
     } else if (known.values.contains(place)) {

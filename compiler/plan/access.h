@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "compiler/plan/plan.h"
@@ -33,7 +34,9 @@ struct Access {
 
 class AccessPlanner {
   public:
-    AccessPlanner(const Plan& plan, const check::Rule& rule) : plan_(plan), rule_(rule) {}
+    // `growing`: the predicates that get rows while the rule is evaluated, round by round, if any do.
+    AccessPlanner(const Plan& plan, const check::Rule& rule, std::vector<PredicateId> growing = {})
+        : plan_(plan), rule_(rule), growing_(std::move(growing)) {}
 
     // How the clause is read when `known` is known; nothing: it cannot be read yet, or it does not read.
     std::optional<Access> access(const check::Clause& clause, const Known& known) const;
@@ -48,6 +51,7 @@ class AccessPlanner {
 
     const Plan& plan_;
     const check::Rule& rule_;
+    std::vector<PredicateId> growing_;
 };
 
 }  // namespace meld::plan

@@ -10,9 +10,9 @@ namespace meld::plan {
 
 class BodyOrder {
   public:
-    // `ranked`: the predicates whose facts have ranks that count for the head's rank.
-    BodyOrder(const Plan& plan, const check::Rule& rule, std::vector<PredicateId> ranked = {})
-        : plan_(plan), program_(plan.program), rule_(rule), ranked_(std::move(ranked)), accesses_(plan, rule) {}
+    // `ranked`: the predicates whose facts have ranks that count for the head's rank; `growing`: as of AccessPlanner.
+    BodyOrder(const Plan& plan, const check::Rule& rule, std::vector<PredicateId> ranked = {}, std::vector<PredicateId> growing = {})
+        : plan_(plan), program_(plan.program), rule_(rule), ranked_(std::move(ranked)), accesses_(plan, rule, std::move(growing)) {}
 
     // What is known before anything has been read.
     Known start() const;

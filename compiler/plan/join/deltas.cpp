@@ -149,7 +149,7 @@ class DeltaPlanner {
             for (std::size_t i = 0; i < rule.body.size(); ++i)
                 if (rule.body[i].kind == Clause::Kind::Atom && rule.body[i].atom.arguments[0].variable == rule.site &&
                     in_stratum(rule.body[i].atom.predicate))
-                    stratum_.semi_naive.push_back(order_semi_naive(plan_, r.rule, compared_later(r.rule, i), i));
+                    stratum_.semi_naive.push_back(order_semi_naive(plan_, r.rule, compared_later(r.rule, i), i, stratum_.predicates));
         }
     }
 

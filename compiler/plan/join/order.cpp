@@ -137,9 +137,10 @@ std::vector<Step> order_changed(const Plan& plan, const Rule& rule, std::vector<
     return steps;
 }
 
-RulePlan order_semi_naive(const Plan& plan, RuleId id, std::vector<Clause> body, std::size_t first) {
+RulePlan order_semi_naive(const Plan& plan, RuleId id, std::vector<Clause> body, std::size_t first,
+                          const std::vector<PredicateId>& growing) {
     const Rule& rule = plan.program.rules[id];
-    const BodyOrder orderer(plan, rule);
+    const BodyOrder orderer(plan, rule, {}, growing);
     Known known = orderer.start();
     const Variables used = head_variables(rule.heads);
     RulePlan out;

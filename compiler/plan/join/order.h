@@ -9,8 +9,10 @@ namespace meld::plan {
 // the rule, rewritten so that no argument of the atom is a computed term.
 std::vector<Step> order_changed(const Plan& plan, const check::Rule& rule, std::vector<check::Clause> body, std::size_t first,
                                 const std::vector<VariableId>& needed);
-// A semi-naive rule: all steps of such a body with changed rows of the clause `first` read before anything else.
-RulePlan order_semi_naive(const Plan& plan, RuleId rule, std::vector<check::Clause> body, std::size_t first);
+// A semi-naive rule: all steps of such a body with changed rows of the clause `first` read before anything else. `growing`: the predicates
+// of its stratum.
+RulePlan order_semi_naive(const Plan& plan, RuleId rule, std::vector<check::Clause> body, std::size_t first,
+                          const std::vector<PredicateId>& growing);
 // The rewritten rule, where the variables of the head's group are known from the start.
 RulePlan order_group(const Plan& plan, RuleId rule, const StratumPlan& stratum, const std::vector<check::Clause>& body,
                      const std::vector<VariableId>& given);

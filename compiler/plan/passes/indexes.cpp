@@ -5,8 +5,8 @@
 // its value is known before any row is read, for certain: a computation that may fail is done for each row, as it is without an index.
 // A whole group is looked up in any case (emit/lookups.cpp).
 //     changed field(A, O, F, P)  those alike once
-//       points(A, W, =O)  index
-//         load(A, V, =W, =F)  index
+//       load(A, V, W, =F)  index
+//         points(A, =W, =O)
 //           -> points(A, V, P)
 // A semi-naive rule that joins changed rows with several other facts does so once for all rows that differ only in what the head reads:
 // here in P. Runs when all rules have their steps.
@@ -86,7 +86,9 @@ class IndexChooser {
         }
         if (in_comprehension_ && p.linear() && !m.read_only) return {.obstacle = known.empty() ? "" : "the comprehension consumes it"};
         if (known.empty()) return {.obstacle = obstacle};
-        if (stratum_ != nullptr && stratum_->grows(m.predicate) && m.at_site) return {.kind = Lookup::Kind::Rounds, .by = known};
+        // A whole row is in the table that drops those that are there already.
+        if (stratum_ != nullptr && stratum_->grows(m.predicate) && m.at_site)
+            return known.size() == m.arguments.size() ? Lookup{} : Lookup{.kind = Lookup::Kind::Rounds, .by = known};
         // What lies behind the group does not order the rows. A group that is known as a whole has one row at most.
         const std::size_t sorted = p.linear() ? p.arguments.size() - 1 : group_arguments(p);
         std::size_t first = 0;

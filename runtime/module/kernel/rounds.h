@@ -117,6 +117,17 @@ struct Rounds {
         if (come - put > kAhead / 2)
             if (const u32 there = slots[ahead[(come - kAhead / 2) % kAhead].hash & mask]) __builtin_prefetch(&all.rows[there - 1]);
     }
+    // Where a row is among those that rules see; their count: it is not.
+    u32 find(const Relation<T>& r, const Row& row) const {
+        if (slots == nullptr) {
+            u32 at = 0;
+            while (at < r.count && T::key(all.rows[at], row) != 0) ++at;
+            return at;
+        }
+        for (u32 at = hash_of(row) & mask; slots[at] != 0; at = (at + 1) & mask)
+            if (T::key(all.rows[slots[at] - 1], row) == 0) return slots[at] <= r.count ? slots[at] - 1 : r.count;
+        return r.count;
+    }
     // Whether this round has added anything so far.
     bool grew(Eval& e, const Relation<T>& r) {
         while (put != come) add_waiting(e);

@@ -99,6 +99,31 @@ TEST_F(GrowingSets, AreThoseOfASimpleSet) {
     }
 }
 
+// With few rows, and with a table of them.
+TEST_F(GrowingSets, FindTheRowsOfTheRoundsBefore) {
+    for (const i64 rows : {1, 7, 8, 9, 100, 20000}) {
+        Relation<Pair> relation{};
+        relation.open(nullptr, 0, 0);
+        Rounds<Pair> rounds;
+        rounds.start(relation);
+        EXPECT_EQ(rounds.find(relation, {0, 1}), relation.count);
+        for (i64 i = 0; i < rows; ++i) rounds.propose(e, {i, i * i});
+        rounds.end_round(e, relation);
+        for (i64 i = 0; i < rows; ++i) rounds.propose(e, {i, -i - 1});
+        for (i64 i = 0; i < rows; ++i) {
+            const u32 at = rounds.find(relation, {i, i * i});
+            ASSERT_LT(at, relation.count);
+            EXPECT_EQ(Pair::key(relation.rows[at], {i, i * i}), 0);
+            // Of this round, and of none.
+            EXPECT_EQ(rounds.find(relation, {i, -i - 1}), relation.count);
+            EXPECT_EQ(rounds.find(relation, {i, rows * rows}), relation.count);
+        }
+        rounds.end_round(e, relation);
+        for (i64 i = 0; i < rows; ++i) EXPECT_LT(rounds.find(relation, {i, -i - 1}), relation.count);
+        rounds.finish(e, relation, nullptr, 0);
+    }
+}
+
 // Rows are there once while the set grows, and twice while it is sorted.
 TEST_F(GrowingSets, TakeMemoryForTheirRowsAndATableOfThem) {
     constexpr u64 kSmall = 1'000;
