@@ -9,5 +9,7 @@ add_test(NAME docs_more COMMAND ${docs_test} ${long_pages})
 # Its pages run beside each other, two at a time, and some examples are long: beside four other tests they would not end in time.
 set_tests_properties(docs docs_more PROPERTIES TIMEOUT 600 PROCESSORS 2)
 set_tests_properties(docs_more PROPERTIES LABELS long)
+# Options that commands name, also commands that are not run.
+add_test(NAME docs_options COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/options_test.py --bin $<TARGET_FILE_DIR:meldc>)
 # The numbers of formats and versions that pages and recipes say.
 add_test(NAME docs_formats COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/formats_test.py)
