@@ -321,6 +321,21 @@ two_wheeler.larger = tuple(range(4))
 two_wheeler.sizes = [(1, 1), (1, 2)]
 
 
+def phototaxis(outcome, recorded, in_other_world):
+    """All four lamps go out, each while the robot is beneath it, which stays level."""
+    expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
+    expect(sorted(a for a, in outcome.facts["found"]) == [4, 5, 6, 7], f"it has found {outcome.facts['found']}")
+    path = numpy.array(recorded.positions)
+    for lamp in range(4, 8):
+        near = numpy.min(numpy.linalg.norm(path[:, 0, :2] - path[0, lamp, :2], axis=1))
+        expect(near < 0.7, f"it has come no nearer than {near:.2f} to @{lamp}")
+    expect(numpy.max(numpy.abs(path[:, 0, 2] - path[0, 0, 2])) < 0.05, "its hull does not stay level")
+
+
+phototaxis.larger = tuple(range(8))
+phototaxis.sizes = [(1, 1), (1, 2)]
+
+
 def ring(outcome, recorded, in_other_world):
     """Twelve catoms in a line are in the end the corners of a regular twelve-sided polygon with sides of one diameter: its radius,
     angles of 150 degrees, and everybody with two neighbours, those in the line and at the ends each other."""

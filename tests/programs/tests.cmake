@@ -50,7 +50,7 @@ set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
 meld_sizes_test(program_shape_change ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 # Examples whose catoms are bodies.
 foreach(program swarm rolling planar_catoms row bridge ring climber cantilever launched_bridge cube_bridge m_blocks snake
-        two_wheeler walker)
+        two_wheeler walker phototaxis)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
            ${program})
@@ -110,6 +110,9 @@ set_tests_properties(motion_loads PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_sensors COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/sensors_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_sensors PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_lights COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/lights_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(motion_lights PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_joints COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/joints_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_joints PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)

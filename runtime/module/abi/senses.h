@@ -63,6 +63,7 @@ enum class BodyQuantity {
     Gyro,
     Accelerometer,
     Range,
+    Light,
     Pressure,
     Energy
 };

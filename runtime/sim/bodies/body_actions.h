@@ -1,5 +1,5 @@
-// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them or drive their joints, which
-// body_connections.h and body_joints.h carry out.
+// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them, drive their joints or dim their
+// lamps, which body_connections.h, body_joints.h and lamps.h carry out.
 #pragma once
 
 #include <optional>
@@ -10,6 +10,7 @@
 #include "runtime/sim/bodies/body_connections.h"
 #include "runtime/sim/bodies/body_joints.h"
 #include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/bodies/lamps.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -25,6 +26,8 @@ class BodyActions {
     std::span<const AskedConnection> asked() const { return asked_; }
     // And those about joints.
     std::span<const AskedDrive> asked_drives() const { return asked_drives_; }
+    // And those about lamps.
+    std::span<const AskedLamp> asked_lamps() const { return asked_lamps_; }
     // Counts an action that was not carried out, and tells the catom if its program wants to know.
     void report_failed(Subdomain& subdomain, Catom catom, ActionKind action, Refusal why);
     // Call it after bodies have migrated within the tick: wrenches follow them. Every process calls it.
@@ -62,6 +65,7 @@ class BodyActions {
     std::vector<Switched> switched_;
     std::vector<AskedConnection> asked_;
     std::vector<AskedDrive> asked_drives_;
+    std::vector<AskedLamp> asked_lamps_;
 };
 
 }  // namespace meld::sim

@@ -45,6 +45,7 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
         case BodyQuantity::Broke:
         case BodyQuantity::Joint:
         case BodyQuantity::Range:
+        case BodyQuantity::Light:
             break;
     }
     MELD_CHECK(false, "touches have no threshold");
@@ -106,7 +107,8 @@ void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense)
         touches_at_ = base;
     else if (sense.quantity == BodyQuantity::Connected)
         connected_ = base;
-    else if (sense.quantity != BodyQuantity::Load && sense.quantity != BodyQuantity::Joint && sense.quantity != BodyQuantity::Range)
+    else if (sense.quantity != BodyQuantity::Load && sense.quantity != BodyQuantity::Joint && sense.quantity != BodyQuantity::Range &&
+             sense.quantity != BodyQuantity::Light)
         sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
                             threshold_of(sense.quantity, world_->physics.sense)});
 }
@@ -245,6 +247,7 @@ tuple::Numbers BodySenses::measure(const Subdomain& subdomain, const physics::Sc
         case BodyQuantity::Broke:
         case BodyQuantity::Joint:
         case BodyQuantity::Range:
+        case BodyQuantity::Light:
             break;
     }
     MELD_CHECK(false, "touches are not measured");

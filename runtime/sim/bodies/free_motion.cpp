@@ -52,6 +52,7 @@ Result<void> FreeMotion::look_up(Subdomain& subdomain) {
     });
     if (in_range_) in_range_->senses.start(subdomain);
     if (auto found = range_finders_.start(subdomain); !found) return found;
+    if (auto found = light_sensors_.start(subdomain); !found) return found;
     return senses_.start(subdomain, world_);
 }
 
@@ -122,6 +123,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         if (auto joined = joints_.join(subdomain, physics_, bodies, radii.max); !joined) return joined;
         joints_.add_touches(*physics_.scene, fixed_touches_);
     }
+    lamps_.find(subdomain);
     subdomain.forget_start_cells();
     if (!done) return fail(fmt::format("{}: [motion] {}", world_.path, about_catoms(done.error()).problem), done.error().suggestion);
     if (connections_.are_beside_joints(subdomain, *physics_.scene)) physics_.scene->have_all_joined();
@@ -153,6 +155,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     connect_bodies(subdomain);
     drive_joints(subdomain);
+    dim_lamps(subdomain);
     // Of several processes, perhaps not all have a catom with limits.
     if (load_senses_.reads_loads() || (divided_ && connections_.may_break())) physics_.scene->want_loads();
     for (int i = 0; i < world_.physics.steps; ++i)
@@ -169,6 +172,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     joints_.sense(subdomain, *physics_.scene);
     if (in_range_) in_range_->senses.sense(subdomain);
     if (range_finders_.active()) range_finders_.sense(subdomain, *physics_.scene, *surroundings_);
+    if (light_sensors_.active()) light_sensors_.sense(subdomain, *physics_.scene, *surroundings_, lamps_.shining());
     bodies_ = subdomain.ensemble.owned_count();
     subdomain.set_moving(awake_ > 0);
     subdomain.set_motion_bytes(physics_.scene->bytes());
@@ -187,6 +191,12 @@ void FreeMotion::drive_joints(Subdomain& subdomain) {
     if (!together && actions_.asked_drives().empty()) return;
     for (const RefusedDrive& each : joints_.carry_out(subdomain, *physics_.scene, actions_.asked_drives(), together ? &*divided_ : nullptr))
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
+}
+
+void FreeMotion::dim_lamps(Subdomain& subdomain) {
+    if (!actions_.any_wrenches() || !subdomain.program_actions.uses(ActionKind::Lamp)) return;
+    for (const Catom catom : lamps_.carry_out(subdomain, actions_.asked_lamps()))
+        actions_.report_failed(subdomain, catom, ActionKind::Lamp, Refusal::NoSuchFeature);
 }
 
 namespace {
@@ -244,12 +254,17 @@ Result<void> FreeMotion::load_connections(Subdomain& subdomain) {
 
 void FreeMotion::look_around(Subdomain& subdomain) {
     const bool sight = in_range_ && in_range_->sight;
-    if (!sight && !range_finders_.active()) return;
+    if (!sight && !range_finders_.active() && !light_sensors_.active()) return;
     const StageClock clock(sensing_s_);
     if (!surroundings_) surroundings_.emplace(kinds_.radii.min, kinds_.radii.max);
     const double sight_m = sight ? world_.links->range * 2 * world_.radius : 0;
     const double range_m = range_finders_.active() ? range_finders_.greatest_reach_m() + kinds_.radii.max : 0;
-    surroundings_->gather(subdomain, *physics_.scene, std::max(sight_m, range_m));
+    std::vector<BodySurroundings::FarPlace> lamps;
+    if (light_sensors_.active()) {
+        lamps_.place(subdomain, *physics_.scene);
+        for (const Shining& lamp : lamps_.shining()) lamps.push_back({lamp.place_m, lamp.reach_m});
+    }
+    surroundings_->gather(subdomain, *physics_.scene, std::max(sight_m, range_m), lamps);
 }
 
 void FreeMotion::find_in_range(Subdomain& subdomain) {
@@ -360,6 +375,7 @@ Result<void> FreeMotion::take_out_all(Subdomain& subdomain, std::vector<physics:
     connections_.lose(subdomain, scene, senses_, ids);
     load_senses_.lose(subdomain, scene, ids);
     joints_.lose(subdomain, scene, ids);
+    lamps_.lose(ids);
     for (const physics::BodyId id : ids) {
         // The next step drops the body on all processes that hold it.
         if (scene.has(id)) {

@@ -18,6 +18,8 @@
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/fixed_touches.h"
+#include "runtime/sim/bodies/lamps.h"
+#include "runtime/sim/bodies/light_sensors.h"
 #include "runtime/sim/bodies/load_senses.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/bodies/range_finders.h"
@@ -31,7 +33,8 @@ namespace meld::sim {
 
 class FreeMotion : public SimModule {
   public:
-    explicit FreeMotion(const world::World& world) : world_(world), connections_(world), joints_(world), range_finders_(world) {
+    explicit FreeMotion(const world::World& world)
+        : world_(world), connections_(world), joints_(world), range_finders_(world), lamps_(world), light_sensors_(world) {
         if (world.links) in_range_.emplace(*world.links);
     }
     Result<void> start(Subdomain& subdomain) override;
@@ -83,6 +86,7 @@ class FreeMotion : public SimModule {
     void note_fixed_touches(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     void connect_bodies(Subdomain& subdomain);
     void drive_joints(Subdomain& subdomain);
+    void dim_lamps(Subdomain& subdomain);
     // After a step, on every process: tells of the joints that broke in it.
     void part_broken(Subdomain& subdomain);
     // After the last step of a tick: what connections carry, and those that break.
@@ -106,7 +110,9 @@ class FreeMotion : public SimModule {
     BodyJoints joints_;
     LoadSenses load_senses_;
     RangeFinders range_finders_;
-    // For line of sight and range finders.
+    Lamps lamps_;
+    LightSensors light_sensors_;
+    // For line of sight, range finders and light.
     std::optional<BodySurroundings> surroundings_;
     ContactLinks links_;
     // If neighbours are those within a range, instead of those that touch.

@@ -3,41 +3,29 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
 #include "runtime/base/hash.h"
-#include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/bodies/body_senses.h"
-#include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/sensor_noise.h"
 
 namespace meld::sim {
 
-namespace {
-
-// Catoms that a worker takes at once: whole groups of the agenda.
-constexpr Catom kCatomsOfRangeJob = 256;
-
-}  // namespace
-
 RangeFinders::RangeFinders(const world::World& world) : threshold_m_(world.physics.sense.range * 2 * world.radius) {
     const double diameter_m = 2 * world.radius;
-    for (const world::SensorOptions& sensor : world.physics.sensors)
+    for (const world::SensorOptions& sensor : world.physics.sensors) {
+        if (sensor.kind != "range") continue;
         for (const world::Vec3& d : sensor.directions)
             beams_.push_back({{d[0], d[1], d[2]}, diameter_m * sensor.reach, diameter_m * sensor.noise});
+    }
 }
 
 Result<void> RangeFinders::start(const Subdomain& subdomain) {
-    for (const BodySense& sense : body_senses())
-        if (sense.quantity == BodyQuantity::Range) predicate_ = stored(subdomain, sense);
-    if (!predicate_) return {};
-    if (beams_.empty())
-        return fail(fmt::format("{}: the program reads range(A, Sensor, Metres), and the world has no sensors", subdomain.world.path),
-                    "Write [[motion.sensor]] with directions = [[1, 0, 0]]");
-    dirty_ = subdomain.module.columns[subdomain.module.predicates[*predicate_].column].own_dirty;
-    return {};
+    facts_.start(subdomain, BodyQuantity::Range);
+    if (!facts_.active() || !beams_.empty()) return {};
+    return fail(fmt::format("{}: the program reads range(A, Sensor, Metres), and the world has no sensors", subdomain.world.path),
+                "Write [[motion.sensor]] with directions = [[1, 0, 0]]");
 }
 
 double RangeFinders::greatest_reach_m() const {
@@ -47,12 +35,10 @@ double RangeFinders::greatest_reach_m() const {
 }
 
 void RangeFinders::sense(Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings) const {
-    const auto count = static_cast<Catom>(subdomain.ensemble.index_count());
-    subdomain.workers.run((count + kCatomsOfRangeJob - 1) / kCatomsOfRangeJob, [&](int worker, std::size_t job) {
-        const auto first = static_cast<Catom>(job) * kCatomsOfRangeJob;
-        for (Catom c = first; c < std::min(count, first + kCatomsOfRangeJob); ++c)
-            if (subdomain.owned(c) && sense_catom(subdomain, scene, surroundings, c, worker)) subdomain.mark_shared(c, dirty_);
-    });
+    facts_.sense(
+        subdomain, beams_.size(),
+        [&](Catom c, std::size_t sensor) { return measure(subdomain, scene, surroundings, subdomain.ensemble.id(c), sensor); },
+        [&](double last, double now) { return std::abs(now - last) > threshold_m_; });
 }
 
 std::optional<double> RangeFinders::measure(const Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings,
@@ -70,33 +56,6 @@ std::optional<double> RangeFinders::measure(const Subdomain& subdomain, const ph
         when_measured(scene, static_cast<physics::BodyId>(id), subdomain.tick(), std::bit_cast<std::uint64_t>(metres));
     return std::max(0.0,
                     metres + beam.noise_m * errors(subdomain.world.seed, NoiseStream::RangeFinders, hash_combine(id, number), when)[0]);
-}
-
-bool RangeFinders::sense_catom(Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings, Catom catom,
-                               int worker) const {
-    std::vector<std::optional<double>> last(beams_.size());
-    tuple::each_fact(subdomain.module, subdomain.columns, subdomain.geometry(), *predicate_, catom, [&](const Value* v) {
-        const auto sensor = static_cast<std::size_t>(v[0].integer);
-        if (sensor < last.size()) last[sensor] = v[1].real;
-    });
-    bool news = false;
-    for (std::size_t i = 0; i < beams_.size(); ++i) {
-        const std::optional<double> now = measure(subdomain, scene, surroundings, subdomain.ensemble.id(catom), i);
-        if (now && last[i] && !(std::abs(*now - *last[i]) > threshold_m_)) continue;
-        if (!now && !last[i]) continue;
-        std::array<Value, 2> arguments{};
-        arguments[0].integer = static_cast<i64>(i);
-        if (last[i]) {
-            arguments[1].real = *last[i];
-            subdomain.take_shared(*predicate_, catom, arguments.data(), worker);
-        }
-        if (now) {
-            arguments[1].real = *now;
-            subdomain.give_shared(*predicate_, catom, arguments.data(), worker);
-        }
-        news = true;
-    }
-    return news;
 }
 
 }  // namespace meld::sim

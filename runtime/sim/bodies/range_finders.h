@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/scene/scene.h"
+#include "runtime/sim/bodies/sensor_facts.h"
 #include "runtime/sim/bodies/surroundings.h"
 #include "runtime/sim/core/subdomain.h"
 
@@ -17,7 +18,7 @@ class RangeFinders {
     // Finds what the program reads. Errors: it reads ranges, and the world has no sensors.
     Result<void> start(const Subdomain& subdomain);
     // Whether somebody senses anything.
-    bool active() const { return predicate_.has_value(); }
+    bool active() const { return facts_.active(); }
     // From the surface of a body, m.
     double greatest_reach_m() const;
     // The catoms of this process sense what is ahead. A range that is known is written again once it has changed by more than the
@@ -30,16 +31,12 @@ class RangeFinders {
         physics::Vec3 direction;
         double reach_m = 0, noise_m = 0;
     };
-    // Returns whether a fact has changed.
-    bool sense_catom(Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings, Catom catom,
-                     int worker) const;
     std::optional<double> measure(const Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings,
                                   std::uint64_t id, std::size_t beam) const;
 
     std::vector<Beam> beams_;
     double threshold_m_ = 0;
-    std::optional<u32> predicate_;
-    u64 dirty_ = 0;
+    SensorFacts facts_;
 };
 
 }  // namespace meld::sim

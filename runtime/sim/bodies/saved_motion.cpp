@@ -98,6 +98,7 @@ void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
     out.write_count(fixed_touches_.size());
     for (const physics::TouchEvent& e : fixed_touches_) out.write(ContactLinks::Pair{e.touch.body, e.touch.other});
     connections_.save(out);
+    lamps_.save(out);
     out.write(crossed_);
     out.write(lost_count_);
     out.write(broken_count_);
@@ -119,6 +120,7 @@ Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
         fixed_touches_.push_back({{pair.first, pair.second, false}, true});
     }
     connections_.load(in);
+    lamps_.load(in);
     // Of the whole run, which process 0 remembers.
     const auto crossed = in.read<std::uint64_t>();
     if (subdomain.comm.process() == 0) crossed_ += crossed;

@@ -39,7 +39,7 @@ void BodySurroundings::add(std::uint64_t id, const RayGrid::Thing& thing) {
     bodies_->set(index, thing);
 }
 
-void BodySurroundings::gather(Subdomain& subdomain, const physics::Scene& scene, double reach_m) {
+void BodySurroundings::gather(Subdomain& subdomain, const physics::Scene& scene, double reach_m, std::span<const FarPlace> lamps) {
     index_.clear();
     bodies_.emplace(least_radius_m_, greatest_radius_m_);
     BoxAround box;
@@ -52,8 +52,12 @@ void BodySurroundings::gather(Subdomain& subdomain, const physics::Scene& scene,
         box.add(state.position_m);
     }
     if (subdomain.alone()) return;
+    // What is on the way to a lamp is in a box around both.
+    BoxAround lit = box;
+    for (const FarPlace& lamp : lamps)
+        if (box.within(lamp.place_m, (lamp.reach_m + greatest_radius_m_) * kBoxShare)) lit.add(lamp.place_m);
     ByteWriter mine;
-    mine.write(box);
+    mine.write(lit);
     const std::vector<std::byte> boxes = subdomain.comm.allgather(mine.view());
     ByteReader in(boxes, "the boxes of processes");
     std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
@@ -84,6 +88,13 @@ std::optional<double> BodySurroundings::first_on(const physics::Scene& scene, st
     const std::optional<double> wall = physics::first_on(scene.obstacles(), ray), body = bodies_->first_on(ray, index_.at(own));
     if (wall && body) return std::min(*wall, *body);
     return wall ? wall : body;
+}
+
+bool BodySurroundings::is_free(const physics::Scene& scene, std::uint64_t own, std::optional<std::uint64_t> other,
+                               const physics::Ray& ray) const {
+    if (physics::first_on(scene.obstacles(), ray)) return false;
+    const auto found = other ? index_.find(*other) : index_.end();
+    return !bodies_->blocks(ray, index_.at(own), found == index_.end() ? RayGrid::kNone : found->second);
 }
 
 }  // namespace meld::sim

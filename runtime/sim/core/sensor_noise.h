@@ -13,6 +13,7 @@ enum class NoiseStream : std::uint64_t {
     Gyros = ~std::uint64_t{0} - 10,
     Accelerometers = ~std::uint64_t{0} - 11,
     RangeFinders = ~std::uint64_t{0} - 12,
+    LightSensors = ~std::uint64_t{0} - 13,
 };
 
 // Two numbers with the standard normal distribution (Box and Muller), by the seed, who measures, and what it measures or when. `what`

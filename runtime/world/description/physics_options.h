@@ -110,6 +110,7 @@ struct SenseOptions {
     double gyro = 0.05;          // rad/s
     double accelerometer = 0.1;  // m/s^2
     double range = 0.01;         // Diameters
+    double light = 0.02;         // Relative to the former value.
 };
 
 // The standard deviations of what instruments show, for each axis.
@@ -118,11 +119,22 @@ struct NoiseOptions {
     double accelerometer = 0;  // m/s^2
 };
 
-// Range finders of every body, numbered through all tables. Lengths in diameters.
+// Range finders or light sensors of every body, each kind numbered through all tables. Lengths in diameters.
 struct SensorOptions {
+    std::string kind = "range";    // "range" or "light".
     std::vector<Vec3> directions;  // Unit vectors along the body's axes.
-    double reach = 10;             // From the body's surface.
-    double noise = 0;              // Standard deviation.
+    double reach = 10;             // Of a range finder, from the body's surface.
+    double noise = 0;              // Standard deviation: of ranges, or W/m^2.
+    std::string place;
+};
+
+// A lamp that shines alike in all directions, or one on each catom of a region. Lengths in diameters.
+struct LampOptions {
+    std::optional<Vec3> position;
+    Region where;                 // If it has no position: in the middle of each of these catoms.
+    double power = 1;             // W
+    double share = 1;             // Of the power, at the start.
+    std::optional<double> reach;  // Nothing is lit that is farther away; nothing: anything is.
     std::string place;
 };
 
@@ -152,6 +164,7 @@ struct PhysicsOptions {
     SenseOptions sense;
     NoiseOptions noise;
     std::vector<SensorOptions> sensors;
+    std::vector<LampOptions> lamps;
     std::vector<FeatureOptions> features;
     std::vector<ObstacleOptions> obstacles;
     std::vector<CatomGroup> groups;

@@ -146,7 +146,7 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
     const Section section(reader, *node->as_table(), "[motion.sense]",
                           {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load", "joint", "joint_speed",
-                           "gyro", "accelerometer", "range"});
+                           "gyro", "accelerometer", "range", "light"});
     const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position},
                                                           {"orientation", &sense.orientation},
                                                           {"velocity", &sense.velocity},
@@ -158,7 +158,8 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
                                                           {"joint_speed", &sense.joint_speed},
                                                           {"gyro", &sense.gyro},
                                                           {"accelerometer", &sense.accelerometer},
-                                                          {"range", &sense.range}};
+                                                          {"range", &sense.range},
+                                                          {"light", &sense.light}};
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
@@ -171,8 +172,10 @@ void read_noise(TomlReader& reader, const toml::node* node, NoiseOptions& noise)
 }
 
 void read_sensor(TomlReader& reader, const toml::table& table, SensorOptions& sensor) {
-    const Section section(reader, table, "[[motion.sensor]]", {"directions", "reach", "noise"});
+    const Section section(reader, table, "[[motion.sensor]]", {"kind", "directions", "reach", "noise"});
     sensor.place = reader.place(table.source());
+    section.read_choice("kind", sensor.kind, {"range", "light"});
+    refuse_keys_of_others(section, sensor.kind, {{"range", {"reach"}}, {"light", {}}});
     section.read("directions", sensor.directions);
     if (sensor.directions.empty())
         section.wrong("directions", "a [[motion.sensor]] has no directions", "write directions = [[1, 0, 0]]: along the body's own x axis");
@@ -184,6 +187,23 @@ void read_sensor(TomlReader& reader, const toml::table& table, SensorOptions& se
     }
     section.read_positive("reach", sensor.reach);
     section.read_number("noise", sensor.noise, 0, kMost);
+}
+
+void read_lamp(TomlReader& reader, const toml::table& table, LampOptions& lamp) {
+    const Section section(reader, table, "[[motion.lamp]]", {"position", "where", "power", "share", "reach"});
+    lamp.place = reader.place(table.source());
+    const bool stands = section.has("position");
+    if (stands == section.has("where"))
+        section.wrong(stands ? "where" : "position",
+                      stands ? "a [[motion.lamp]] has a position and a region" : "a [[motion.lamp]] is nowhere",
+                      "write position = [0, 0, 5] for a lamp that stays there, or where = \"id == 0\" for one on each of these catoms");
+    Vec3 position{};
+    if (stands) section.read("position", position), lamp.position = position;
+    if (auto where = section.read_region("where")) lamp.where = *where;
+    section.read_positive("power", lamp.power);
+    section.read_number("share", lamp.share, 0, 1);
+    double reach = 1;
+    if (section.has("reach")) section.read_positive("reach", reach), lamp.reach = reach;
 }
 
 // What only spheres can do or have is an error where it is written.
@@ -219,12 +239,43 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
     const Section section(reader, table, "[motion]",
-                          {"kind",           "engine",          "solver",          "step",        "substeps",       "steps",
-                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",        "friction",
-                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks",    "sleep_speed",
-                           "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",          "noise",
-                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "breaking_torque",
-                           "shape",          "edges",           "length",          "height",      "rounding",       "joint"});
+                          {"kind",
+                           "engine",
+                           "solver",
+                           "step",
+                           "substeps",
+                           "steps",
+                           "gravity",
+                           "linear_damping",
+                           "angular_damping",
+                           "mass",
+                           "inertia",
+                           "friction",
+                           "restitution",
+                           "spacing",
+                           "ground",
+                           "roll_torque",
+                           "sleep_ticks",
+                           "sleep_speed",
+                           "greatest_speed",
+                           "deepest_overlap",
+                           "lowest",
+                           "lost",
+                           "sense",
+                           "noise",
+                           "sensor",
+                           "feature",
+                           "obstacle",
+                           "catoms",
+                           "breaking_force",
+                           "breaking_torque",
+                           "shape",
+                           "edges",
+                           "length",
+                           "height",
+                           "rounding",
+                           "joint",
+                           "lamp"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -264,6 +315,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
                [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
     read_obstacles(reader, table, "motion", Touched::Yes, p.obstacles);
     each_table(reader, table, "sensor", [&](const toml::table& t) { read_sensor(reader, t, p.sensors.emplace_back()); });
+    each_table(reader, table, "lamp", [&](const toml::table& t) { read_lamp(reader, t, p.lamps.emplace_back()); });
     each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
     each_table(reader, table, "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
     if (!p.joints.empty() && p.engine == "hash")
