@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <string>
+
+#include "physics/bodies/compound_shape.h"
 
 namespace meld::physics {
 
@@ -43,11 +47,26 @@ Profile profile_of(double R, double h, double r) {
 
 }  // namespace
 
+double BodyShape::radius_m() const {
+    if (!is_compound()) return length(core_m) + rounding_m;
+    double radius = 0;
+    for (const ShapePart& part : parts) radius = std::max(radius, reach_m(part));
+    return radius;
+}
+
 double BodyShape::least_m() const {
+    if (is_compound()) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const ShapePart& part : parts) least = std::min(least, solid_of(part).least_m());
+        return least;
+    }
     return (is_cylinder() ? std::min(core_m.x, core_m.z) : std::min({core_m.x, core_m.y, core_m.z})) + rounding_m;
 }
 
 double BodyShape::volume_m3() const {
+    double sum = 0;
+    for (const ShapePart& part : parts) sum += solid_of(part).volume_m3();
+    if (is_compound()) return sum;
     if (is_cylinder()) return 2 * kPi * profile_of(core_m.x, core_m.z, rounding_m).square;
     const auto [a, b, c] = core_m;
     const double r = rounding_m;
@@ -55,6 +74,9 @@ double BodyShape::volume_m3() const {
 }
 
 double BodyShape::surface_m2() const {
+    double sum = 0;
+    for (const ShapePart& part : parts) sum += solid_of(part).surface_m2();
+    if (is_compound()) return sum;
     const auto [a, b, c] = core_m;
     const double r = rounding_m;
     if (is_cylinder()) return 2 * kPi * a * a + 4 * kPi * c * (a + r) + 2 * kPi * r * (kPi * a + 2 * r);
@@ -63,6 +85,7 @@ double BodyShape::surface_m2() const {
 
 // Along the ray, the distance from the core is convex: Newton's method from outside comes nearer from one side.
 double BodyShape::way_out_m(Vec3 direction) const {
+    if (is_compound()) return way_out_of_parts(*this, direction);
     if (is_sphere()) return rounding_m;
     constexpr int kMaxSteps = 60;
     const bool box = core_m.y > 0;
@@ -82,15 +105,24 @@ double BodyShape::way_out_m(Vec3 direction) const {
     return way;
 }
 
-Vec3 BodyShape::inertia_per_kg_m2() const {
+Vec3 BodyShape::from_core(Vec3 p) const {
+    const auto beyond = [](double at, double half) { return at - std::clamp(at, -half, half); };
+    const Vec3 half = core_m;
+    if (!is_cylinder()) return {beyond(p.x, half.x), beyond(p.y, half.y), beyond(p.z, half.z)};
+    const double radius = std::sqrt(p.x * p.x + p.y * p.y), outside = radius > half.x ? 1 - half.x / radius : 0;
+    return {outside * p.x, outside * p.y, beyond(p.z, half.z)};
+}
+
+BodyShape::Inertia BodyShape::inertia() const {
+    if (is_compound()) return inertia_of_parts(*this);
     const auto [a, b, c] = core_m;
     if (is_cylinder()) {
         const Profile half = profile_of(a, c, rounding_m);
         const double along = half.fourth / (2 * half.square), across = along / 2 + half.high / half.square;
-        return {across, across, along};
+        return {{across, across, along}};
     }
     const double x = second_moment(a, b, c, rounding_m), y = second_moment(b, c, a, rounding_m), z = second_moment(c, a, b, rounding_m);
-    return (1 / volume_m3()) * Vec3{y + z, x + z, x + y};
+    return {(1 / volume_m3()) * Vec3{y + z, x + z, x + y}};
 }
 
 BodyShape box_shape(Vec3 edges_m, double rounding_m) { return {0.5 * edges_m - Vec3{rounding_m, rounding_m, rounding_m}, rounding_m}; }
@@ -100,6 +132,7 @@ BodyShape cylinder_shape(double radius_m, double height_m, double rounding_m) {
 BodyShape capsule_shape(double radius_m, double length_m) { return {{0, 0, length_m / 2 - radius_m}, radius_m}; }
 
 Result<void> check(const BodyShape& shape) {
+    if (shape.is_compound()) return check_compound(shape);
     const auto [x, y, z] = shape.core_m;
     const double r = shape.rounding_m;
     const bool box = x > 0 && y > 0 && z > 0, cylinder = x > 0 && y == 0 && z > 0, line = x == 0 && y == 0 && z >= 0;
@@ -108,24 +141,36 @@ Result<void> check(const BodyShape& shape) {
             fmt::format("a shape has a core of half edges {}, {} and {} m and is rounded by {} m (which is no solid)", x, y, z, r),
             "Give a box three positive half edges, a cylinder (its radius, 0, half its height), both without the rounding, and a capsule "
             "(0, 0, half its length without its ends) and a positive rounding");
-    constexpr double kMostSlender = 1e3;
-    if (shape.radius_m() > kMostSlender * shape.least_m())
-        return fail(fmt::format("a shape is {:.3g} m thick and {:.3g} m long", 2 * shape.least_m(), 2 * shape.radius_m()),
-                    fmt::format("Make it at most {:.0f} times as long as thick", kMostSlender));
-    return {};
+    return check_thickness(shape);
 }
 
 Result<BodyShapes::Index> BodyShapes::index_of(const BodyShape& shape) {
-    const std::array<double, 4> key{shape.core_m.x, shape.core_m.y, shape.core_m.z, shape.rounding_m};
-    if (const auto found = known_.find(key); found != known_.end()) return found->second;
+    if (shape.is_compound()) {
+        ByteWriter bytes;
+        write_shape(shape, bytes);
+        const std::string key(reinterpret_cast<const char*>(bytes.view().data()), bytes.size());
+        return index_in(known_compounds_, key, shape);
+    }
+    return index_in(known_, std::array<double, 4>{shape.core_m.x, shape.core_m.y, shape.core_m.z, shape.rounding_m}, shape);
+}
+
+template <class Key>
+Result<BodyShapes::Index> BodyShapes::index_in(std::map<Key, Index>& known, const Key& key, const BodyShape& shape) {
+    if (const auto found = known.find(key); found != known.end()) return found->second;
     if (kinds_.size() == kMaxKinds) return fail(fmt::format("there are already {} different shapes", kMaxKinds), "Let bodies share shapes");
-    Kind kind{.shape = shape, .radius_m = shape.radius_m(), .least_m = shape.least_m(), .inertia_per_kg_m2 = shape.inertia_per_kg_m2()};
+    const BodyShape::Inertia inertia = shape.inertia();
+    Kind kind{.shape = shape,
+              .radius_m = shape.radius_m(),
+              .least_m = shape.least_m(),
+              .inertia_per_kg_m2 = inertia.per_kg_m2,
+              .has_other_axes = inertia.axes != Quat{},
+              .axes = inertia.axes};
     const double square = kind.radius_m * kind.radius_m;
     const auto [x, y, z] = kind.inertia_per_kg_m2;
     kind.turning = {square / x, square / y, square / z};
     kind.turns_alike = x == y && y == z;
     kinds_.push_back(kind);
-    return known_[key] = static_cast<Index>(kinds_.size());
+    return known[key] = static_cast<Index>(kinds_.size());
 }
 
 Result<void> BodyShapes::set(BodyId body, const BodyShape& shape) {

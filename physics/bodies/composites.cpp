@@ -135,7 +135,7 @@ Symmetric Composites::own_inertia(const Member& member, const Bodies& bodies, co
     const Symmetric own{about.x, 0, 0, about.y, 0, about.z};
     if (kind.turns_alike) return own;
     // Orientations have single precision.
-    return turned(own, unit(member.turn));
+    return turned(own, kind.principal(unit(member.turn)));
 }
 
 void Composites::make(const Bodies& bodies, const BodyShapes& shapes, const std::vector<BodyId>& group, Composite& made,

@@ -501,12 +501,34 @@ void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double o
     }
 }
 
+Pose pose_of_part(const ShapePart& part, const Pose& body) {
+    Pose pose{centre_of(part, body), body.axes};
+    if (part.turn == Quat{}) return pose;
+    const auto seen = [&](Vec3 axis) {
+        const Vec3 own = rotate(part.turn, axis);
+        return own.x * body.axes[0] + (own.y * body.axes[1] + own.z * body.axes[2]);
+    };
+    pose.axes = {seen({1, 0, 0}), seen({0, 1, 0}), seen({0, 0, 1})};
+    return pose;
+}
+
+PlacedSolid solid_of(const BodyShape& shape, const Pose& body, std::size_t part) {
+    if (!shape.is_compound()) return {{shape.core_m, shape.rounding_m}, body};
+    const ShapePart& solid = shape.parts[part];
+    return {{solid.core_m, solid.rounding_m}, pose_of_part(solid, body)};
+}
+
 bool nearer(const BodyShape& a, const Attitude& a_place, const BodyShape& b, const Attitude& b_place, double within_m) {
-    Manifold found;
-    AxisHint hint = kNoAxis;
-    collide({a.core_m, a.rounding_m}, pose_of(a_place.centre, a_place.turn), {b.core_m, b.rounding_m},
-            pose_of(b_place.centre, b_place.turn), within_m, hint, found);
-    return found.count > 0;
+    const Pose a_pose = pose_of(a_place.centre, a_place.turn), b_pose = pose_of(b_place.centre, b_place.turn);
+    for (std::size_t i = 0; i < a.solids(); ++i)
+        for (std::size_t j = 0; j < b.solids(); ++j) {
+            const PlacedSolid one = solid_of(a, a_pose, i), other = solid_of(b, b_pose, j);
+            Manifold found;
+            AxisHint hint = kNoAxis;
+            collide(one.core, one.pose, other.core, other.pose, within_m, hint, found);
+            if (found.count > 0) return true;
+        }
+    return false;
 }
 
 }  // namespace meld::physics

@@ -25,6 +25,17 @@ struct Pose {
 };
 Pose pose_of(Vec3 centre, Quat turn);
 
+// One of the solids of a shape, and where it is; of a shape that is no compound, the body itself.
+struct PlacedSolid {
+    Core core;
+    Pose pose;
+};
+PlacedSolid solid_of(const BodyShape& shape, const Pose& body, std::size_t part);
+Pose pose_of_part(const ShapePart& part, const Pose& body);
+inline Vec3 centre_of(const ShapePart& part, const Pose& body) {
+    return body.centre + (part.at_m.x * body.axes[0] + part.at_m.y * body.axes[1] + part.at_m.z * body.axes[2]);
+}
+
 inline constexpr int kMaxManifoldPoints = 4;
 
 struct ManifoldPoint {

@@ -19,13 +19,14 @@ std::optional<double> first_on_sphere(Vec3 centre, double radius_m, const Ray& r
     return share <= 1 ? std::optional(share) : std::nullopt;
 }
 
-// From the nearest point of a core to `p`, in the frame of the body.
-Vec3 from_core(const BodyShape& shape, Vec3 p) {
-    const auto beyond = [](double at, double half) { return at - std::clamp(at, -half, half); };
-    const Vec3 half = shape.core_m;
-    if (!shape.is_cylinder()) return {beyond(p.x, half.x), beyond(p.y, half.y), beyond(p.z, half.z)};
-    const double radius = std::sqrt(p.x * p.x + p.y * p.y), outside = radius > half.x ? 1 - half.x / radius : 0;
-    return {outside * p.x, outside * p.y, beyond(p.z, half.z)};
+std::optional<double> first_on_parts(const BodyShape& shape, Vec3 centre, Quat turn, const Ray& ray) {
+    std::optional<double> first;
+    if (!first_on_sphere(centre, shape.radius_m(), ray)) return first;
+    for (const ShapePart& part : shape.parts) {
+        const std::optional<double> met = first_on(solid_of(part), centre + rotate(turn, part.at_m), product(turn, part.turn), ray);
+        if (met && (!first || *met < *first)) first = met;
+    }
+    return first;
 }
 
 }  // namespace
@@ -48,6 +49,7 @@ std::optional<RayPart> part_within(const Ray& ray, Vec3 low, Vec3 high) {
 // The distance from a convex core is a convex function of the share, so Newton's method comes from outside without ever passing the
 // surface.
 std::optional<double> first_on(const BodyShape& shape, Vec3 centre, Quat turn, const Ray& ray) {
+    if (shape.is_compound()) return first_on_parts(shape, centre, turn, ray);
     if (shape.is_sphere()) return first_on_sphere(centre, shape.rounding_m, ray);
     const std::optional<double> around = first_on_sphere(centre, shape.radius_m(), ray);
     if (!around) return std::nullopt;
@@ -59,7 +61,7 @@ std::optional<double> first_on(const BodyShape& shape, Vec3 centre, Quat turn, c
     const Vec3 from = rotate(into, ray.from - centre), way = rotate(into, ray.way);
     double share = *around;
     for (int i = 0; i < kMaxSteps; ++i) {
-        const Vec3 away = from_core(shape, from + share * way);
+        const Vec3 away = shape.from_core(from + share * way);
         const double distance = length(away), gap = distance - shape.rounding_m;
         if (gap <= near) return share;
         const double closing = -dot(away, way) / distance;

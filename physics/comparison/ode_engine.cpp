@@ -36,7 +36,10 @@ struct Mirror {
     dJointGroupID joints = dJointGroupCreate(0);
     std::vector<dBodyID> bodies;
     // The shapes of the bodies.
+    // Of each body, one behind another; those of a compound are its parts.
     std::vector<dGeomID> forms;
+    // By body: its first form.
+    std::vector<std::uint32_t> first_form;
     // In the order of the world's joints; ODE keeps pointers to the forces.
     std::vector<dJointID> held;
     std::vector<dJointFeedback> held_forces;
@@ -157,10 +160,17 @@ class OdeEngine final : public Engine {
     void load_rest(ByteReader& in) override { joints_fine_ = world_.joints.read(in); }
 
   private:
-    // Bodies by their slots, then obstacles.
+    // What a geom of a body knows: its slot, and which part of it the geom is. Of an obstacle, its number.
+    static void set_data(dGeomID geom, std::size_t index, std::size_t part = 0) {
+        dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::uintptr_t>(std::uint64_t{part} << 32 | index)));
+    }
+    static std::uint32_t index_of(dGeomID geom) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom))); }
+    static std::size_t part_of(dGeomID geom) { return std::uint64_t{reinterpret_cast<std::uintptr_t>(dGeomGetData(geom))} >> 32; }
+    // Forms of bodies, then obstacles.
     std::uint32_t number_of(dGeomID geom) const {
-        const auto index = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom)));
-        return dGeomGetBody(geom) ? index : static_cast<std::uint32_t>(mirror_->bodies.size()) + index;
+        const std::uint32_t index = index_of(geom);
+        return dGeomGetBody(geom) ? mirror_->first_form[index] + static_cast<std::uint32_t>(part_of(geom))
+                                  : static_cast<std::uint32_t>(mirror_->forms.size()) + index;
     }
 
     // Setting a rotation would normalize it again, and change its last bits.
@@ -214,29 +224,50 @@ class OdeEngine final : public Engine {
             const double radius = bodies.place[slot].radius, mass = static_cast<double>(properties.mass),
                          alike = static_cast<double>(properties.inertia_factor) * radius * radius;
             const Vec3 per_kg = shape == 0 ? Vec3{alike, alike, alike} : world_.shapes.kind(shape).inertia_per_kg_m2;
+            Symmetric inertia{mass * per_kg.x, 0, 0, mass * per_kg.y, 0, mass * per_kg.z};
+            if (shape != 0 && world_.shapes.kind(shape).has_other_axes) inertia = turned(inertia, world_.shapes.kind(shape).axes);
             const dBodyID body = dBodyCreate(mirror_->world);
             dMass inertial;
-            dMassSetParameters(&inertial, mass, 0, 0, 0, mass * per_kg.x, mass * per_kg.y, mass * per_kg.z, 0, 0, 0);
+            dMassSetParameters(&inertial, mass, 0, 0, 0, inertia.xx, inertia.yy, inertia.zz, inertia.xy, inertia.xz, inertia.yz);
             dBodySetMass(body, &inertial);
             if (properties.flags & kFixed) dBodySetKinematic(body);
+            mirror_->bodies.push_back(body);
+            mirror_->first_form.push_back(static_cast<std::uint32_t>(mirror_->forms.size()));
+            if (shape != 0 && world_.shapes.kind(shape).shape.is_compound()) {
+                add_parts(body, slot, world_.shapes.kind(shape).shape);
+                continue;
+            }
             const dGeomID form = shape == 0 ? dCreateSphere(mirror_->space, radius) : form_of(world_.shapes.kind(shape).shape);
             dGeomSetBody(form, body);
-            dGeomSetData(form, reinterpret_cast<void*>(static_cast<std::uintptr_t>(slot)));
-            mirror_->bodies.push_back(body);
+            set_data(form, slot);
             mirror_->forms.push_back(form);
         }
         mirror_->held_forces.resize(world_.joints.all().size());
         for (const Joint& joint : world_.joints.all()) hold(joint);
         for (std::size_t i = 0; i < world_.obstacles.count(); ++i) {
             const dGeomID geom = mirror_->obstacles.add(world_.obstacles.shape(i));
-            dGeomSetData(geom, reinterpret_cast<void*>(i));
+            set_data(geom, i);
             dSpaceAdd(mirror_->space, geom);
         }
         stale_ = true;
     }
 
+    void add_parts(dBodyID body, std::uint32_t slot, const BodyShape& shape) {
+        for (std::size_t i = 0; i < shape.parts.size(); ++i) {
+            const ShapePart& part = shape.parts[i];
+            const dGeomID form = form_of(solid_of(part));
+            const dQuaternion turn = {part.turn.w, part.turn.x, part.turn.y, part.turn.z};
+            dGeomSetBody(form, body);
+            dGeomSetOffsetPosition(form, part.at_m.x, part.at_m.y, part.at_m.z);
+            dGeomSetOffsetQuaternion(form, turn);
+            set_data(form, slot, i);
+            mirror_->forms.push_back(form);
+        }
+    }
+
     // ODE's boxes and cylinders have sharp edges.
     dGeomID form_of(const BodyShape& shape) const {
+        if (shape.is_sphere()) return dCreateSphere(mirror_->space, shape.rounding_m);
         if (shape.is_cylinder())
             return dCreateCylinder(mirror_->space, shape.core_m.x + shape.rounding_m, 2 * (shape.core_m.z + shape.rounding_m));
         if (shape.core_m.x == 0) return dCreateCapsule(mirror_->space, shape.rounding_m, 2 * shape.core_m.z);
@@ -444,10 +475,12 @@ class OdeEngine final : public Engine {
 
     int collide_shape_with(std::uint32_t obstacle, std::uint32_t slot, const BodyShape& shape, dGeomID form, dGeomID other,
                            std::array<dContact, kMaxContactsOfShapes>& contacts) {
-        const Pose pose = physics::pose_of(centre_of(world_.bodies.place[slot]), widened(world_.bodies.orientation[slot]));
+        const PlacedSolid solid = physics::solid_of(
+            shape, physics::pose_of(centre_of(world_.bodies.place[slot]), widened(world_.bodies.orientation[slot])), part_of(form));
+        const Pose& pose = solid.pose;
         std::array<Manifold, kMaxSurfaceContacts> found;
         AxisHint hint = kNoAxis;
-        const int parts = world_.obstacles.collide_shape(obstacle, {shape.core_m, shape.rounding_m}, pose, 0, hint, found);
+        const int parts = world_.obstacles.collide_shape(obstacle, solid.core, pose, 0, hint, found);
         int count = 0;
         for (int part = 0; part < parts; ++part) {
             const Manifold& points = found[static_cast<std::size_t>(part)];
@@ -469,15 +502,14 @@ class OdeEngine final : public Engine {
         const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
         if (!body_a && !body_b) return;
         if (!body_a) return near(b, a);
-        const auto index = [](dGeomID geom) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom))); };
-        const BodyProperties& first = world_.bodies.properties[index(a)];
-        const std::uint8_t other = body_b ? world_.bodies.properties[index(b)].material : world_.obstacles.material(index(b));
-        if ((first.flags & kFixed) && (!body_b || (world_.bodies.properties[index(b)].flags & kFixed))) return;
-        if (body_b && world_.composites.joined().has(first.id, world_.bodies.properties[index(b)].id)) return;
+        const BodyProperties& first = world_.bodies.properties[index_of(a)];
+        const std::uint8_t other = body_b ? world_.bodies.properties[index_of(b)].material : world_.obstacles.material(index_of(b));
+        if ((first.flags & kFixed) && (!body_b || (world_.bodies.properties[index_of(b)].flags & kFixed))) return;
+        if (body_b && world_.composites.joined().has(first.id, world_.bodies.properties[index_of(b)].id)) return;
         std::array<dContact, kMaxContactsOfShapes> contacts{};
         const int most = static_cast<int>(world_.shapes.empty() ? kMaxContactsOfPair : kMaxContactsOfShapes);
-        const int count = !body_b && is_computed_here(index(b)) ? collide_with(index(b), index(a), a, b, contacts)
-                                                                : dCollide(a, b, most, &contacts[0].geom, sizeof(dContact));
+        const int count = !body_b && is_computed_here(index_of(b)) ? collide_with(index_of(b), index_of(a), a, b, contacts)
+                                                                   : dCollide(a, b, most, &contacts[0].geom, sizeof(dContact));
         for (int i = 0; i < count; ++i) {
             dContact& contact = contacts[static_cast<std::size_t>(i)];
             contact.surface.mode = dContactApprox1;
@@ -493,7 +525,7 @@ class OdeEngine final : public Engine {
             const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
             dJointAttach(joint, body_a, body_b);
             if (!keep_reports_) continue;
-            const Touch touch = body_b ? touch_of(first.id, world_.bodies.properties[index(b)].id) : Touch{first.id, index(b), true};
+            const Touch touch = body_b ? touch_of(first.id, world_.bodies.properties[index_of(b)].id) : Touch{first.id, index_of(b), true};
             const double sign = touch.body == first.id ? 1 : -1;
             // ODE's normal leads from b to a.
             reports_.push_back(

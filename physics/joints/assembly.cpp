@@ -136,9 +136,9 @@ void Assembly::read_body(const Member& member, const Movers& movers, Body& body)
     }
     const BodyShapes::Kind& kind = movers.shapes.kind(movers.shapes.of(what.id));
     const Vec3 moments = kind.inertia_per_kg_m2;
-    if (!kind.turns_alike) body.moments = moments;
-    body.inverse_inertia =
-        turned({body.inverse_mass / moments.x, 0, 0, body.inverse_mass / moments.y, 0, body.inverse_mass / moments.z}, body.pose.turn);
+    if (!kind.turns_alike) body.moments = moments, body.axes = kind.axes, body.has_other_axes = kind.has_other_axes;
+    body.inverse_inertia = turned({body.inverse_mass / moments.x, 0, 0, body.inverse_mass / moments.y, 0, body.inverse_mass / moments.z},
+                                  kind.principal(body.pose.turn));
 }
 
 void Assembly::place(std::span<Joint> all, const Movers& movers) {
@@ -275,8 +275,8 @@ void Assembly::predict(const Movers& movers, double step_s) {
         }
         Vec3 spin = body.spin;
         if (body.moments != Vec3{} && spin != Vec3{}) {
-            const Vec3 momentum = heavy(body.moments, body.pose.turn, spin);
-            spin = light(body.moments, turned_by(body.pose.turn, (0.5 * step_s) * spin), momentum);
+            const Vec3 momentum = heavy(body.moments, body.principal(body.pose.turn), spin);
+            spin = light(body.moments, body.principal(turned_by(body.pose.turn, (0.5 * step_s) * spin)), momentum);
         }
         predicted_[b] = {body.pose.centre_m + step_s * body.velocity, turned_in_step(body.pose.turn, spin, step_s)};
     }

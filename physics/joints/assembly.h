@@ -74,6 +74,10 @@ class Assembly {
         Symmetric inverse_inertia = {};
         // Moments of inertia in its own frame per kg, if they differ; otherwise zeros.
         Vec3 moments = {};
+        // How the axes of these moments are turned in the frame of its pose.
+        Quat axes = {};
+        bool has_other_axes = false;
+        Quat principal(Quat turn) const { return has_other_axes ? product(turn, axes) : turn; }
     };
     // A joint as the members see it.
     struct Link {

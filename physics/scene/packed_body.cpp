@@ -28,7 +28,7 @@ void pack_body(const World& world, std::uint32_t slot, ByteWriter& out) {
                          bodies.wrenches.empty() ? Wrench{} : bodies.wrenches[slot],
                          bodies.features.empty() ? Bodies::FeatureState{} : bodies.features[slot],
                          bodies.energy.empty() ? 0 : bodies.energy[slot]});
-    if ((bodies.properties[slot].flags & kShaped) != 0) out.write(world.shapes.shape(id));
+    if ((bodies.properties[slot].flags & kShaped) != 0) write_shape(world.shapes.shape(id), out);
     if (world.loads.wanted()) out.write(world.loads.limits_of(id));
 }
 
@@ -40,7 +40,7 @@ Result<void> unpack_body(World& world, ByteReader& in, const std::function<bool(
     const bool ours = is_ours(body.place);
     world.shapes.forget(id);
     if ((body.properties.flags & kShaped) != 0)
-        if (auto set = world.shapes.set(id, in.read<BodyShape>()); !set) return set;
+        if (auto set = world.shapes.set(id, read_shape(in)); !set) return set;
     body.properties.flags = static_cast<std::uint8_t>((body.properties.flags & (kFixed | kShaped)) | (ours ? 0 : kGhost));
     bodies.add(body.place, body.orientation, body.velocity, body.properties);
     if (world.has_features()) bodies.need_features();

@@ -174,8 +174,16 @@ Result<void> Scene::check_shape(const BodySpec& spec) const {
 // How deep a body is in an obstacle where it starts.
 double Scene::depth_in(std::uint32_t obstacle, const BodySpec& spec) const {
     if (!spec.shape) return world_->obstacles.depth(obstacle, spec.position_m, spec.radius_m);
-    const Core core{spec.shape->core_m, spec.shape->rounding_m};
-    const Pose pose = pose_of(spec.position_m, spec.orientation);
+    double deepest = 0;
+    const Pose body = pose_of(spec.position_m, spec.orientation);
+    for (std::size_t i = 0; i < spec.shape->solids(); ++i)
+        deepest = std::max(deepest, depth_in(obstacle, physics::solid_of(*spec.shape, body, i)));
+    return deepest;
+}
+
+double Scene::depth_in(std::uint32_t obstacle, const PlacedSolid& solid) const {
+    const Core& core = solid.core;
+    const Pose& pose = solid.pose;
     Manifold found;
     AxisHint hint = kNoAxis;
     found.count = 0;
@@ -291,6 +299,14 @@ Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     const auto latches = [](const Feature& feature) { return feature.kind == FeatureKind::Latch; };
     if (world_->shapes.of(body) != 0 && std::ranges::any_of(world_->tables[table], latches))
         return fail(fmt::format("body {} has a shape, and latches are on spheres", body), "Use magnets or plates, or spheres");
+    if (const BodyShapes::Index index = world_->shapes.of(body); index != 0)
+        for (const Feature& feature : world_->tables[table])
+            if (const Vec3 d = feature.direction; world_->shapes.kind(index).shape.way_out_m(d) == 0)
+                return fail(
+                    fmt::format("a magnet or plate of body {} is in the direction ({:.3g}, {:.3g}, {:.3g}), where its compound has no "
+                                "part (seen from its centre of mass)",
+                                body, d.x, d.y, d.z),
+                    "Choose directions that lead through parts");
     Bodies& bodies = world_->bodies;
     bodies.need_features();
     const std::uint32_t slot = bodies.slot(body);

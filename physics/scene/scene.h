@@ -236,7 +236,8 @@ class Scene {
     std::span<const TouchEvent> events() const;
     // Frees the memory of the events if there are many, as in the first step of a pile.
     void forget_events();
-    // All present touches, sorted, each once; computed when first asked for after a step.
+    // All present touches, sorted; computed when first asked for after a step. Surfaces of triangles and compounds have one for each two
+    // parts that touch, all others one.
     std::span<const ContactReport> contacts();
     // The same, unordered and not stored, at a fraction of the cost.
     void each_contact(const ContactVisitor& visit) const;
@@ -291,6 +292,7 @@ class Scene {
     Vec3 spin_momentum(std::uint32_t slot) const;
     Result<void> check_shape(const BodySpec& spec) const;
     double depth_in(std::uint32_t obstacle, const BodySpec& spec) const;
+    double depth_in(std::uint32_t obstacle, const PlacedSolid& solid) const;
 
     std::unique_ptr<World> world_;
     std::unique_ptr<Engine> engine_;

@@ -155,8 +155,9 @@ Vec3 Scene::spin_momentum(std::uint32_t slot) const {
     const Vec3 spin = spin_of(slot);
     const BodyShapes::Index index = world_->shapes.of(what.id);
     if (index == 0) return (static_cast<double>(what.inertia_factor) * radius * radius) * spin;
-    const Quat turn = widened(world_->bodies.orientation[slot]);
-    const Vec3 own = rotate(conjugate(turn), spin), inertia = world_->shapes.kind(index).inertia_per_kg_m2;
+    const BodyShapes::Kind& kind = world_->shapes.kind(index);
+    const Quat turn = kind.principal(widened(world_->bodies.orientation[slot]));
+    const Vec3 own = rotate(conjugate(turn), spin), inertia = kind.inertia_per_kg_m2;
     return rotate(turn, {inertia.x * own.x, inertia.y * own.y, inertia.z * own.z});
 }
 

@@ -34,7 +34,7 @@ void BlockEngine::actuate_block(std::uint32_t block) {
     }
     const std::span<const ShapeLane> lanes_of_shapes = std::as_const(shape_contacts_).lanes(block);
     for (std::size_t n = 0; n < lanes_of_shapes.size(); ++n) {
-        if (lanes_of_shapes[n].obstacle != kNoSlot) continue;
+        if (lanes_of_shapes[n].obstacle != kNoSlot || !lanes_of_shapes[n].is_first()) continue;
         const ShapeBatch& batch = std::as_const(shape_contacts_).batches(block)[n / kLanes];
         const std::uint32_t a = batch.a[n % kLanes], b = batch.b[n % kLanes];
         if (a >= world_.bodies.count() || features[a].on == 0 || features[b].on == 0) continue;

@@ -58,8 +58,8 @@ void BlockEngine::turn_shapes_by_torques(std::uint32_t block, const Wrench* firs
         if (torque == Vec3{}) continue;
         BodyVelocity& velocity = bodies.velocity[slot];
         const double share = step_s * static_cast<double>(velocity.inverse_mass) / kind.radius_m;
-        set_single(velocity.surface,
-                   widened(velocity.surface) + share * scaled_in_frame(widened(bodies.orientation[slot]), kind.turning, torque));
+        set_single(velocity.surface, widened(velocity.surface) +
+                                         share * scaled_in_frame(kind.principal(widened(bodies.orientation[slot])), kind.turning, torque));
     }
 }
 
@@ -83,14 +83,14 @@ Moved BlockEngine::move_shaped(std::uint32_t index, float step_s) {
         const Vec3 t = kind.turning, heavy{1 / t.x, 1 / t.y, 1 / t.z}, surface = widened(bodies.velocity[slot].surface);
         if (surface == Vec3{}) continue;
         const Quat turn = widened(bodies.orientation[slot]);
-        turned.push_back({slot, &kind, scaled_in_frame(turn, heavy, surface)});
+        turned.push_back({slot, &kind, scaled_in_frame(kind.principal(turn), heavy, surface)});
         const Quat middle = turned_by(turn, (0.5 * static_cast<double>(step_s) / kind.radius_m) * surface);
-        set_single(bodies.velocity[slot].surface, scaled_in_frame(middle, t, turned.back().momentum));
+        set_single(bodies.velocity[slot].surface, scaled_in_frame(kind.principal(middle), t, turned.back().momentum));
     }
     const Moved moved = move_bodies(bodies, block.first, block.count, step_s);
     for (const Turned& one : turned)
         set_single(bodies.velocity[one.slot].surface,
-                   scaled_in_frame(widened(bodies.orientation[one.slot]), one.kind->turning, one.momentum));
+                   scaled_in_frame(one.kind->principal(widened(bodies.orientation[one.slot])), one.kind->turning, one.momentum));
     // Members of composites are not in their places yet.
     if (world_.composites.all().empty()) shape_contacts_.turn(shape_setup(), block.first, block.count);
     return moved;
@@ -131,7 +131,7 @@ void BlockEngine::find_shape_events(std::uint32_t block, float near_m, float far
         const ShapeBatch& batch = batches[n / kLanes];
         const int i = static_cast<int>(n % kLanes);
         ShapeLane& lane = lanes[n];
-        if ((lane.points == 0 && lane.touching == 0) || lane.is_part()) continue;
+        if ((lane.points == 0 && lane.touching == 0) || lane.shares_touch()) continue;
         const Nearby points = nearby(batch, i, lane, near_m, far_m);
         const bool now = points.near || (!points.far && lane.touching != 0);
         if (now == (lane.touching != 0)) continue;
@@ -139,19 +139,21 @@ void BlockEngine::find_shape_events(std::uint32_t block, float near_m, float far
         events.push_back({touch_of_lane(batch, i, lane), now});
     }
     if (!shape_contacts_.has_parts()) return;
-    // All parts of a surface are one touch.
+    // All parts of a surface, and all solids of two bodies, are one touch.
     thread_local std::vector<ShapeContacts::Part> parts;
     shape_contacts_.list_parts(block, world_.bodies.count(), parts);
     for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
         Nearby points;
+        bool before = false;
         for (; end < parts.size() && parts[end].is_of(parts[begin]); ++end) {
             const Nearby some = nearby(*parts[end].batch, parts[end].lane, *parts[end].what, near_m, far_m);
             points = {points.near || some.near, points.far && some.far};
+            before = before || parts[end].what->touching != 0;
         }
         const ShapeLane& first = *parts[begin].what;
-        const bool before = first.touching != 0, now = points.near || (!points.far && before);
-        if (now == before) continue;
+        const bool now = points.near || (!points.far && before);
         for (std::size_t n = begin; n < end; ++n) parts[n].what->touching = now ? 1 : 0;
+        if (now == before) continue;
         events.push_back({touch_of_lane(*parts[begin].batch, parts[begin].lane, first), now});
     }
 }
@@ -160,7 +162,7 @@ void BlockEngine::each_shape_touch(std::size_t block,
                                    const std::function<void(const ShapeBatch&, int, const ShapeLane&, double)>& visit) const {
     const double per_substep = last_substep_s_ > 0 ? 1 / last_substep_s_ : 0, per_step = last_dt_s_ > 0 ? 1 / last_dt_s_ : 0;
     each_shape_lane(block, [&](const ShapeBatch& batch, int i, const ShapeLane& lane) {
-        if (lane.touching == 0 || (lane.is_part() && lane.points == 0)) return;
+        if (lane.touching == 0 || (lane.shares_touch() && lane.points == 0)) return;
         double force_n = 0;
         for (std::size_t p = 0; p < lane.points; ++p)
             force_n += per_substep * static_cast<double>(batch.points[p].normal_impulse[i]) +

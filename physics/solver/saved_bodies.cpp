@@ -85,7 +85,7 @@ void save_bodies(const World& world, std::span<const std::uint32_t> slots, ByteW
     out.write_count(slots.size());
     for (const std::uint32_t slot : slots) out.write(saved(bodies, slot));
     for (const std::uint32_t slot : slots)
-        if ((bodies.properties[slot].flags & kShaped) != 0) out.write(world.shapes.shape(bodies.properties[slot].id));
+        if ((bodies.properties[slot].flags & kShaped) != 0) write_shape(world.shapes.shape(bodies.properties[slot].id), out);
     out.write(!bodies.features.empty());
     for (std::size_t i = 0; !bodies.features.empty() && i < slots.size(); ++i) {
         const Bodies::FeatureState& f = bodies.features[slots[i]];
@@ -109,7 +109,7 @@ Result<void> load_bodies(World& world, Holds holds, ByteReader& in) {
         if (auto added = add(world, holds, in.read<SavedBody>()); !added) return added;
     for (std::uint32_t slot = first; slot < first + count; ++slot) {
         if ((bodies.properties[slot].flags & kShaped) == 0) continue;
-        const auto shape = in.read<BodyShape>();
+        const BodyShape shape = read_shape(in);
         if (in.failed()) return {};
         if (shape.is_sphere() || !check(shape)) return damaged_snapshot("has an invalid shape");
         if (auto set = world.shapes.set(bodies.properties[slot].id, shape); !set) return set;

@@ -1,7 +1,9 @@
-// Restitution of bodies with shapes. The points of two bodies collide together: each is to part with the speed that its own approach
+// Restitution of bodies with shapes. All points of two bodies collide together: each is to part with the speed that its own approach
 // implies, and a few rounds over the points find impulses that do so, none of which pulls. So a face that lands flat leaves flat.
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "physics/bodies/symmetric.h"
 #include "physics/solver/shape_contacts.h"
@@ -76,7 +78,7 @@ struct FaceCollision {
     PointCollider a, b;
     Vec3 normal;
     double restitution, friction;
-    const ShapeBatch& batch;
+    const ShapeBatch* batch;
     int lane, points;
 
     FaceCollision(const ShapeContacts& contacts, const Bodies& bodies, const ShapeBatch& of, int i, int count, const BounceRule& rule,
@@ -86,11 +88,11 @@ struct FaceCollision {
           normal(vector_of_lane(of.nx, of.ny, of.nz, i)),
           restitution(static_cast<double>(of.restitution[i])),
           friction(static_cast<double>(of.friction[i])),
-          batch(of),
+          batch(&of),
           lane(i),
           points(count) {}
 
-    const ShapePoint& point(int p) const { return batch.points[static_cast<std::size_t>(p)]; }
+    const ShapePoint& point(int p) const { return batch->points[static_cast<std::size_t>(p)]; }
     Vec3 a_arm(int p) const { return a.arm_of(vector_of_lane(point(p).ax, point(p).ay, point(p).az, lane)); }
     Vec3 b_arm(int p) const { return b.arm_of(vector_of_lane(point(p).bx, point(p).by, point(p).bz, lane)); }
     Vec3 apart(int p) const { return b.velocity_at(b_arm(p)) - a.velocity_at(a_arm(p)); }
@@ -110,6 +112,49 @@ struct FaceCollision {
         return std::min(std::sqrt(std::max(restitution * restitution * impact_squared - gained, 0.0)), approach) - half;
     }
     void push(int p, Vec3 impulse) { a.push(a_arm(p), -impulse), b.push(b_arm(p), impulse); }
+};
+
+// The points of a lane that collide now: how fast each is to part, and its impulse along the normal.
+struct BouncingFace {
+    FaceCollision collision;
+    ShapeBatch* batch;
+    std::array<bool, kMaxManifoldPoints> bouncing = {};
+    std::array<double, kMaxManifoldPoints> after = {}, along = {};
+
+    // Whether there are any.
+    bool begin(const BounceRule& rule) {
+        for (std::size_t p = 0; p < static_cast<std::size_t>(collision.points); ++p)
+            if ((bouncing[p] = collision.bounces(static_cast<int>(p), rule))) after[p] = collision.speed_after(static_cast<int>(p), rule);
+        return std::ranges::any_of(bouncing, [](bool does) { return does; });
+    }
+    void push() {
+        for (int p = 0; p < collision.points; ++p) {
+            const auto n = static_cast<std::size_t>(p);
+            if (!bouncing[n]) continue;
+            const double missing = after[n] - dot(collision.apart(p), collision.normal);
+            const double change = std::max(missing / collision.lightness(p, collision.normal), -along[n]);
+            along[n] += change;
+            collision.push(p, change * collision.normal);
+        }
+    }
+    // Friction, and what is kept of the impulses.
+    void end() {
+        for (int p = 0; p < collision.points; ++p) {
+            const auto n = static_cast<std::size_t>(p);
+            if (!bouncing[n]) continue;
+            const Vec3 apart = collision.apart(p), slip = apart - dot(apart, collision.normal) * collision.normal;
+            if (const double speed = length(slip); speed > 0) {
+                const Vec3 direction = (1 / speed) * slip;
+                const double stops = speed / collision.lightness(p, direction);
+                collision.push(p, -std::min(stops, collision.friction * along[n]) * direction);
+            }
+            const int i = collision.lane;
+            ShapePoint& point = batch->points[n];
+            point.bounced[i] += static_cast<float>(along[n]);
+            // The impulse from before no longer presses.
+            point.normal_impulse[i] = point.tx[i] = point.ty[i] = point.tz[i] = 0;
+        }
+    }
 };
 
 void set_velocity(BodyVelocity& velocity, const PointCollider& body) {
@@ -141,45 +186,48 @@ bool ShapeContacts::any_bounces(const Bodies& bodies, std::uint32_t block, const
     return false;
 }
 
+// All that collides of two bodies, each of whose solids may have a face of its own.
 void ShapeContacts::bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule, Composites* composites) {
-    const ShapeLane* lane = lanes(block).data();
+    ShapeLane* lane = lanes(block).data();
     for (ShapeBatch& batch : batches(block))
         for (int i = 0; i < kLanes; ++i, ++lane) {
-            if (lane->points == 0 || is_moved(batch, i) != (composites != nullptr)) continue;
-            FaceCollision collision(*this, bodies, batch, i, lane->points, rule, composites);
-            if (!collision.can_bounce()) continue;
-            std::array<bool, kMaxManifoldPoints> bouncing{};
-            std::array<double, kMaxManifoldPoints> after{}, along{};
-            for (std::size_t p = 0; p < lane->points; ++p)
-                if ((bouncing[p] = collision.bounces(static_cast<int>(p), rule)))
-                    after[p] = collision.speed_after(static_cast<int>(p), rule);
-            if (std::ranges::none_of(bouncing, [](bool does) { return does; })) continue;
-            for (int round = 0; round < kBounceRounds; ++round)
-                for (int p = 0; p < collision.points; ++p) {
-                    const auto n = static_cast<std::size_t>(p);
-                    if (!bouncing[n]) continue;
-                    const double missing = after[n] - dot(collision.apart(p), collision.normal);
-                    const double change = std::max(missing / collision.lightness(p, collision.normal), -along[n]);
-                    along[n] += change;
-                    collision.push(p, change * collision.normal);
-                }
-            for (int p = 0; p < collision.points; ++p) {
-                const auto n = static_cast<std::size_t>(p);
-                if (!bouncing[n]) continue;
-                const Vec3 apart = collision.apart(p), slip = apart - dot(apart, collision.normal) * collision.normal;
-                if (const double speed = length(slip); speed > 0) {
-                    const Vec3 direction = (1 / speed) * slip;
-                    const double stops = speed / collision.lightness(p, direction);
-                    collision.push(p, -std::min(stops, collision.friction * along[n]) * direction);
-                }
-                ShapePoint& point = batch.points[n];
-                point.bounced[i] += static_cast<float>(along[n]);
-                // The impulse from before no longer presses.
-                point.normal_impulse[i] = point.tx[i] = point.ty[i] = point.tz[i] = 0;
-            }
-            set_velocity(bodies.velocity[batch.a[i]], collision.a);
-            if (lane->obstacle == kNoSlot) set_velocity(bodies.velocity[batch.b[i]], collision.b);
+            if (lane->points == 0 || lane->of_compound || is_moved(batch, i) != (composites != nullptr)) continue;
+            const Part face{&batch, i, lane};
+            bounce(bodies, std::span(&face, 1), rule, composites);
         }
+    if (!has_parts_) return;
+    thread_local std::vector<Part> parts;
+    list_parts(block, bodies.count(), parts);
+    for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
+        const Part& first = parts[begin];
+        while (end < parts.size() && parts[end].is_of(first)) ++end;
+        if (first.what->of_compound && is_moved(*first.batch, first.lane) == (composites != nullptr))
+            bounce(bodies, std::span(parts).subspan(begin, end - begin), rule, composites);
+    }
+}
+
+void ShapeContacts::bounce(Bodies& bodies, std::span<const Part> lanes, const BounceRule& rule, Composites* composites) {
+    thread_local std::vector<BouncingFace> faces;
+    faces.clear();
+    for (const Part& part : lanes) {
+        if (part.what->points == 0) continue;
+        BouncingFace face{FaceCollision(*this, bodies, *part.batch, part.lane, part.what->points, rule, composites), part.batch};
+        if (face.collision.can_bounce() && face.begin(rule)) faces.push_back(face);
+    }
+    if (faces.empty()) return;
+    PointCollider a = faces[0].collision.a, b = faces[0].collision.b;
+    const auto each_face = [&](const auto& f) {
+        for (BouncingFace& face : faces) {
+            face.collision.a = a, face.collision.b = b;
+            f(face);
+            a = face.collision.a, b = face.collision.b;
+        }
+    };
+    for (int round = 0; round < kBounceRounds; ++round) each_face([](BouncingFace& face) { face.push(); });
+    each_face([](BouncingFace& face) { face.end(); });
+    const ShapeBatch& batch = *faces[0].batch;
+    set_velocity(bodies.velocity[batch.a[faces[0].collision.lane]], a);
+    if (lanes[0].what->obstacle == kNoSlot) set_velocity(bodies.velocity[batch.b[faces[0].collision.lane]], b);
 }
 
 }  // namespace meld::physics

@@ -21,6 +21,7 @@ constexpr std::size_t kShapeBlocksPerJob = 2, kTurnedPerJob = 4096;
 constexpr std::size_t kShapeSegment = 384;
 constexpr int kShapeColours = 64;
 
+// Of a body that is no compound.
 Core core_of(const ShapeContacts::Setup& setup, std::uint32_t slot) {
     const BodyShapes::Index index = setup.shapes.of(setup.bodies.properties[slot].id);
     if (index == 0) return {{}, setup.bodies.place[slot].radius};
@@ -28,9 +29,34 @@ Core core_of(const ShapeContacts::Setup& setup, std::uint32_t slot) {
     return {shape.core_m, shape.rounding_m};
 }
 
-double least_of(const ShapeContacts::Setup& setup, std::uint32_t slot) {
+std::span<const ShapePart> parts_of(const ShapeContacts::Setup& setup, std::uint32_t slot) {
     const BodyShapes::Index index = setup.shapes.of(setup.bodies.properties[slot].id);
-    return index == 0 ? setup.bodies.place[slot].radius : setup.shapes.kind(index).least_m;
+    return index == 0 ? std::span<const ShapePart>() : setup.shapes.kind(index).shape.parts;
+}
+
+double least_of(const ShapeContacts::Setup& setup, std::uint32_t slot, std::uint8_t solid) {
+    const BodyShapes::Index index = setup.shapes.of(setup.bodies.properties[slot].id);
+    if (index == 0) return setup.bodies.place[slot].radius;
+    const BodyShapes::Kind& kind = setup.shapes.kind(index);
+    return kind.shape.is_compound() ? physics::solid_of(kind.shape.parts[solid]).least_m() : kind.least_m;
+}
+
+PlacedSolid solid_of(const ShapeContacts::Setup& setup, std::uint32_t slot, const Pose& pose, std::uint8_t solid) {
+    const std::span<const ShapePart> parts = parts_of(setup, slot);
+    if (parts.empty()) return {core_of(setup, slot), pose};
+    const ShapePart& part = parts[solid];
+    return {{part.core_m, part.rounding_m}, pose_of_part(part, pose)};
+}
+
+// The radius of the sphere around the middle of a solid that holds it.
+double around(const Core& core) { return length(core.half_m) + core.radius_m; }
+
+// The points of a solid are seen from the middle of the body.
+void shift_points(Manifold& found, Vec3 shift) {
+    for (int p = 0; p < found.count; ++p) {
+        ManifoldPoint& point = found.points[static_cast<std::size_t>(p)];
+        point.at = point.at + shift;
+    }
 }
 
 void set_lane(Lanes& x, Lanes& y, Lanes& z, int i, Vec3 v) {
@@ -93,47 +119,6 @@ void ShapeContacts::Arena::colour_lanes(std::span<const Chosen> some, std::size_
     }
 }
 
-std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies, const Composites& composites) {
-    std::vector<Ended> ended;
-    kept_.clear();
-    const auto gone = [&](std::uint32_t slot) { return (bodies.properties[slot].flags & kRemoved) != 0; };
-    const auto indifferent = [&](std::uint32_t a, std::uint32_t b, bool obstacle) {
-        if (composites.empty() && composites.joined().empty()) return false;
-        return obstacle ? composites.immovable(bodies.properties[a]) : composites.indifferent(bodies.properties[a], bodies.properties[b]);
-    };
-    for (std::size_t n = 0; n < batches_.size(); ++n)
-        for (int i = 0; i < kLanes; ++i) {
-            const ShapeBatch& batch = batches_[n];
-            const ShapeLane& lane = lanes_[kLanes * n + static_cast<std::size_t>(i)];
-            if (batch.a[i] >= bodies.count() || (lane.points == 0 && lane.touching == 0)) continue;
-            const bool obstacle = lane.obstacle != kNoSlot;
-            const BodyId a = bodies.properties[batch.a[i]].id, b = obstacle ? lane.obstacle : bodies.properties[batch.b[i]].id;
-            if (gone(batch.a[i]) || (!obstacle && gone(batch.b[i])) || indifferent(batch.a[i], batch.b[i], obstacle)) {
-                if (lane.touching != 0 && (!lane.is_part() || lane.part == 0)) ended.push_back({a, b, obstacle});
-                continue;
-            }
-            const bool swapped = !obstacle && b < a;
-            Kept& kept = kept_.emplace_back();
-            kept.key = swapped ? key_of(b, a, false) : key_of(a, obstacle ? code_of(lane) : b, obstacle);
-            kept.axis = swapped ? kNoAxis : lane.axis;
-            kept.points = lane.points, kept.touching = lane.touching;
-            const float sign = swapped ? -1.0f : 1.0f;
-            for (std::size_t p = 0; p < lane.points; ++p) {
-                const ShapePoint& point = batch.points[p];
-                const float on_a[3] = {point.ax[i], point.ay[i], point.az[i]};
-                const float on_b[3] = {lane.is_part() ? batch.nx[i] : point.bx[i], lane.is_part() ? batch.ny[i] : point.by[i],
-                                       lane.is_part() ? batch.nz[i] : point.bz[i]};
-                std::copy_n(swapped ? on_b : on_a, 3, kept.of[p].first);
-                std::copy_n(swapped ? on_a : on_b, 3, kept.of[p].second);
-                kept.of[p].normal_impulse = point.normal_impulse[i];
-                const float tangent[3] = {sign * point.tx[i], sign * point.ty[i], sign * point.tz[i]};
-                std::copy_n(tangent, 3, kept.of[p].tangent);
-            }
-        }
-    batches_.clear(), moved_.clear(), lanes_.clear(), first_.clear();
-    return ended;
-}
-
 // Body a comes first in the result where both are in the block's order; obstacles follow the pairs.
 void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t block, Arena& arena) const {
     const Bodies& bodies = setup.bodies;
@@ -150,7 +135,8 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         std::array<Manifold, kMaxSurfaceContacts> found;
         AxisHint hint = kNoAxis;
         const std::uint32_t slot = chosen.slots.first;
-        const int count = setup.obstacles.collide_shape(chosen.obstacle, core_of(setup, slot), poses_[slot], reach.near_m, hint, found);
+        const PlacedSolid solid = solid_of(setup, slot, poses_[slot], chosen.a_solid);
+        const int count = setup.obstacles.collide_shape(chosen.obstacle, solid.core, solid.pose, reach.near_m, hint, found);
         for (int part = 0; part < kMaxSurfaceContacts; ++part) {
             chosen.part = static_cast<std::uint8_t>(part);
             place(chosen, part < count ? found[static_cast<std::size_t>(part)].count : 0);
@@ -160,10 +146,33 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         if (chosen.obstacle != kNoSlot && setup.obstacles.is_surface(chosen.obstacle)) return sort_parts(chosen);
         ShapeBatch pair;
         pair.a[0] = chosen.slots.first, pair.b[0] = chosen.slots.second;
-        ShapeLane lane{.obstacle = chosen.obstacle};
+        ShapeLane lane{
+            .obstacle = chosen.obstacle, .of_compound = chosen.of_compound, .a_solid = chosen.a_solid, .b_solid = chosen.b_solid};
         Manifold found;
         collide_lane(setup, pair, 0, lane, reach.near_m, found);
         place(chosen, found.count);
+    };
+    // Those of the solids of two bodies that may meet however the bodies turn, and the first ones.
+    const auto sort_solids = [&](Chosen chosen, double reach_m) {
+        const std::uint32_t a = chosen.slots.first, b = chosen.slots.second;
+        const bool obstacle = chosen.obstacle != kNoSlot;
+        const std::span<const ShapePart> ones = parts_of(setup, a), others = obstacle ? std::span<const ShapePart>() : parts_of(setup, b);
+        if (ones.empty() && others.empty()) return sort(chosen);
+        chosen.of_compound = true;
+        const Vec3 centre = centre_of(bodies.place[a]);
+        const double apart = obstacle ? 0 : length(centre_of(bodies.place[b]) - centre);
+        const auto radius = [&](std::span<const ShapePart> parts, std::uint32_t slot, std::size_t solid) {
+            return parts.empty() ? bodies.place[slot].radius : physics::reach_m(parts[solid]);
+        };
+        for (std::size_t i = 0; i < std::max<std::size_t>(ones.size(), 1); ++i)
+            for (std::size_t j = 0; j < std::max<std::size_t>(others.size(), 1); ++j) {
+                const double own = radius(ones, a, i);
+                const bool may_meet = obstacle ? setup.obstacles.may_reach(chosen.obstacle, centre, own, reach_m)
+                                               : apart < own + radius(others, b, j) + reach_m;
+                if (!may_meet && i + j > 0) continue;
+                chosen.a_solid = static_cast<std::uint8_t>(i), chosen.b_solid = static_cast<std::uint8_t>(j);
+                sort(chosen);
+            }
     };
     const auto lay = [&] {
         for (std::vector<Chosen>& some : arena.near) {
@@ -176,12 +185,14 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const BodyProperties &first = bodies.properties[a], &second = bodies.properties[b];
         if (((first.flags | second.flags) & kShaped) == 0) continue;
         if (selective && setup.composites.indifferent(first, second)) continue;
+        const double reach_m =
+            reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[b]) - velocity_of(bodies.velocity[a]));
         if (!composed)
-            sort({{a, b}, pair, kNoSlot});
+            sort_solids({{a, b}, pair, kNoSlot}, reach_m);
         else
-            sort({{a, b},
-                  {arena.key(setup.composites, first.id, pair.first), arena.key(setup.composites, second.id, pair.second)},
-                  kNoSlot});
+            sort_solids(
+                {{a, b}, {arena.key(setup.composites, first.id, pair.first), arena.key(setup.composites, second.id, pair.second)}, kNoSlot},
+                reach_m);
     }
     lay();
     const Block& own = setup.grid.blocks()[block];
@@ -193,7 +204,8 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const double reach_m = reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle)
             if (setup.obstacles.may_reach(obstacle, centre_of(where), where.radius, reach_m))
-                sort({{slot, nobody}, {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot}, obstacle});
+                sort_solids({{slot, nobody}, {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot}, obstacle},
+                            reach_m);
     }
     lay();
 }
@@ -211,35 +223,11 @@ void ShapeContacts::set_materials(const Setup& setup, ShapeBatch& batch, int i, 
     batch.restitution[i] = std::max(own.restitution, other.restitution);
 }
 
-void ShapeContacts::recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& lane, int i) const {
-    const bool obstacle = lane.obstacle != kNoSlot;
-    const BodyId a = bodies.properties[batch.a[i]].id, b = obstacle ? lane.obstacle : bodies.properties[batch.b[i]].id;
-    const bool swapped = !obstacle && b < a;
-    const std::uint64_t key = swapped ? key_of(b, a, false) : key_of(a, obstacle ? code_of(lane) : b, obstacle);
-    const auto found = std::ranges::lower_bound(kept_, key, {}, &Kept::key);
-    if (found == kept_.end() || found->key != key) return;
-    lane.touching = found->touching, lane.points = found->points;
-    if (!swapped) lane.axis = found->axis;
-    const float sign = swapped ? -1.0f : 1.0f;
-    for (std::size_t p = 0; p < found->points; ++p) {
-        ShapePoint& point = batch.points[p];
-        const Kept::Point& was = found->of[p];
-        const float(&on_a)[3] = swapped ? was.second : was.first, (&on_b)[3] = swapped ? was.first : was.second;
-        point.ax[i] = on_a[0], point.ay[i] = on_a[1], point.az[i] = on_a[2];
-        if (lane.is_part())
-            batch.nx[i] = on_b[0], batch.ny[i] = on_b[1], batch.nz[i] = on_b[2];
-        else
-            point.bx[i] = on_b[0], point.by[i] = on_b[1], point.bz[i] = on_b[2];
-        point.normal_impulse[i] = was.normal_impulse;
-        point.tx[i] = sign * was.tangent[0], point.ty[i] = sign * was.tangent[1], point.tz[i] = sign * was.tangent[2];
-    }
-}
-
 void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::vector<bool>* wanted, Workers& workers) {
     const std::size_t blocks = setup.grid.blocks().size();
     const Bodies& bodies = setup.bodies;
     turn_all(setup, workers);
-    std::ranges::sort(kept_, {}, &Kept::key);
+    std::ranges::sort(kept_, {}, &Kept::place);
     std::vector<std::vector<Chosen>> of_block(blocks);
     std::vector<Arena> arenas(static_cast<std::size_t>(workers.threads()));
     workers.run((blocks + kShapeBlocksPerJob - 1) / kShapeBlocksPerJob, [&](int worker, std::size_t job) {
@@ -266,6 +254,7 @@ void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::v
                     if (chosen->slots.first >= bodies.count()) continue;
                     ++counts[b];
                     lane->obstacle = chosen->obstacle, lane->part = chosen->part;
+                    lane->of_compound = chosen->of_compound, lane->a_solid = chosen->a_solid, lane->b_solid = chosen->b_solid;
                     set_materials(setup, batch, i, *lane);
                     recall(bodies, batch, *lane, i);
                 }
@@ -274,7 +263,7 @@ void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::v
     });
     candidates_ = 0;
     for (const std::size_t count : counts) candidates_ += count;
-    has_parts_ = std::ranges::any_of(lanes_, &ShapeLane::is_part);
+    has_parts_ = std::ranges::any_of(lanes_, &ShapeLane::shares_touch);
     kept_.clear();
     kept_.shrink_to_fit();
     prepared_ = false;
@@ -289,15 +278,18 @@ void ShapeContacts::turn(const Setup& setup, std::uint32_t first, std::uint32_t 
         poses_[slot] = pose_of(centre_of(bodies.place[slot]), turn);
         const BodyShapes::Index index = (what.flags & kShaped) == 0 ? BodyShapes::Index{0} : setup.shapes.of(what.id);
         Vec3 t{1, 1, 1};
-        if (index == 0)
+        std::array<Vec3, 3> axes = poses_[slot].axes;
+        if (index == 0) {
             t = (1 / static_cast<double>(what.inertia_factor)) * t;
-        else
-            t = setup.shapes.kind(index).turning;
-        const Pose& pose = poses_[slot];
+        } else {
+            const BodyShapes::Kind& kind = setup.shapes.kind(index);
+            t = kind.turning;
+            if (kind.has_other_axes) axes = pose_of({}, kind.principal(turn)).axes;
+        }
         Symmetric sum;
         const double weights[3] = {t.x, t.y, t.z};
         for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 axis = pose.axes[k];
+            const Vec3 axis = axes[k];
             const Vec3 weighted = weights[k] * axis;
             sum += {weighted.x * axis.x, weighted.x * axis.y, weighted.x * axis.z,
                     weighted.y * axis.y, weighted.y * axis.z, weighted.z * axis.z};
@@ -321,6 +313,7 @@ void ShapeContacts::turn_all(const Setup& setup, Workers& workers) {
 
 void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m,
                                  Manifold& found) const {
+    if (lane.of_compound) return collide_solids(setup, batch, i, lane, reach_m, found);
     const Core a = core_of(setup, batch.a[i]);
     const Pose& a_pose = poses_[batch.a[i]];
     if (lane.obstacle == kNoSlot) return collide(a, a_pose, core_of(setup, batch.b[i]), poses_[batch.b[i]], reach_m, lane.axis, found);
@@ -330,6 +323,26 @@ void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, in
     const Box* box = std::get_if<Box>(&shape);
     MELD_CHECK(box != nullptr, "obstacle {} has no parts here", lane.obstacle);
     collide(a, a_pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), reach_m, lane.axis, found);
+}
+
+void ShapeContacts::collide_solids(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m,
+                                   Manifold& found) const {
+    found.count = 0, found.on_rim = false;
+    const Pose& body = poses_[batch.a[i]];
+    const PlacedSolid a = solid_of(setup, batch.a[i], body, lane.a_solid);
+    if (lane.obstacle == kNoSlot) {
+        const PlacedSolid b = solid_of(setup, batch.b[i], poses_[batch.b[i]], lane.b_solid);
+        if (length(b.pose.centre - a.pose.centre) >= around(a.core) + around(b.core) + reach_m) return;
+        collide(a.core, a.pose, b.core, b.pose, reach_m, lane.axis, found);
+    } else {
+        if (!setup.obstacles.may_reach(lane.obstacle, a.pose.centre, around(a.core), reach_m)) return;
+        const Shape& shape = setup.obstacles.shape(lane.obstacle);
+        if (const Plane* plane = std::get_if<Plane>(&shape))
+            collide_with_plane(a.core, a.pose, plane->normal, plane->offset_m, reach_m, lane.axis, found);
+        else if (const Box* box = std::get_if<Box>(&shape))
+            collide(a.core, a.pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), reach_m, lane.axis, found);
+    }
+    shift_points(found, a.pose.centre - body.centre);
 }
 
 void ShapeContacts::empty_lane(ShapeBatch& batch, int i, int from) const {
@@ -447,7 +460,7 @@ void ShapeContacts::note_depth(const Setup& setup, const ShapeBatch& batch, int 
     const bool obstacle = lane.obstacle != kNoSlot;
     double deepest = 0;
     for (int p = 0; p < found.count; ++p) deepest = std::max(deepest, -found.points[static_cast<std::size_t>(p)].gap_m);
-    const double own = least_of(setup, batch.a[i]), other = obstacle ? own : least_of(setup, batch.b[i]);
+    const double own = least_of(setup, batch.a[i], lane.a_solid), other = obstacle ? own : least_of(setup, batch.b[i], lane.b_solid);
     if (deepest <= contact.max_overlap_share * (own + other)) return;
     const BodyId id = bodies.properties[batch.a[i]].id, second = obstacle ? id : bodies.properties[batch.b[i]].id;
     if (!worst || std::min(id, second) < std::min(worst->body, worst->other)) worst = {id, second, lane.obstacle, deepest, own};
@@ -458,8 +471,11 @@ void ShapeContacts::list_parts(std::size_t block, std::size_t bodies, std::vecto
     ShapeLane* lane = lanes(block).data();
     for (ShapeBatch& batch : batches(block))
         for (int i = 0; i < kLanes; ++i, ++lane)
-            if (batch.a[i] < bodies && lane->is_part()) parts.push_back({&batch, i, lane});
-    std::ranges::sort(parts, {}, [](const Part& part) { return std::tuple(part.body(), part.what->obstacle, part.what->part); });
+            if (batch.a[i] < bodies && lane->shares_touch()) parts.push_back({&batch, i, lane});
+    std::ranges::sort(parts, {}, [](const Part& part) {
+        const ShapeLane& what = *part.what;
+        return std::tuple(part.body(), what.obstacle, part.batch->b[part.lane], what.a_solid, what.b_solid, what.part);
+    });
 }
 
 void ShapeContacts::refresh_parts(const Setup& setup, std::uint32_t block, const Contact& contact, std::optional<TooDeep>& worst) {
@@ -468,10 +484,17 @@ void ShapeContacts::refresh_parts(const Setup& setup, std::uint32_t block, const
     std::array<Manifold, kMaxSurfaceContacts> found;
     for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
         const Part& first = parts[begin];
-        while (end < parts.size() && parts[end].is_of(first)) ++end;
+        if (!first.what->is_part()) {
+            ++end;
+            continue;
+        }
+        while (end < parts.size() && parts[end].is_of_solid(first)) ++end;
         const double reach_m = reach_of(setup, *first.batch, first.lane, contact);
-        const int count = setup.obstacles.collide_shape(first.what->obstacle, core_of(setup, first.body()), poses_[first.body()], reach_m,
-                                                        first.what->axis, found);
+        const PlacedSolid solid = solid_of(setup, first.body(), poses_[first.body()], first.what->a_solid);
+        const int count = setup.obstacles.collide_shape(first.what->obstacle, solid.core, solid.pose, reach_m, first.what->axis, found);
+        if (first.what->of_compound)
+            for (int m = 0; m < count; ++m)
+                shift_points(found[static_cast<std::size_t>(m)], solid.pose.centre - poses_[first.body()].centre);
         Former former;
         for (std::size_t n = begin; n < end; ++n) former.add(*parts[n].batch, parts[n].lane, *parts[n].what);
         std::array<bool, kMaxSurfaceContacts> taken{};

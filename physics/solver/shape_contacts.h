@@ -8,7 +8,8 @@
 // bodies, and its arms count from the composite's centre. Only batches with such members have MovedLanes beside them.
 //
 // A body and a surface of triangles have four lanes, which are its parts: a manifold each, of those that its directions make. They share
-// the body, so they lie in different batches.
+// the body, so they lie in different batches. Compounds have a lane for each two of their solids that may meet in any attitude of the
+// bodies, and one for the first ones, which speaks for all.
 //
 // As with spheres, batches of eight lanes are laid out with the candidate list, and impulses stay in place. A lane is two bodies. Lanes
 // that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing. Points are
@@ -83,8 +84,14 @@ struct ShapeLane {
     // The same in all parts.
     std::uint8_t touching = 0;
     std::uint8_t part = kNoPart;
+    // Whether a or b is a compound, and which of their solids these are.
+    bool of_compound = false;
+    std::uint8_t a_solid = 0, b_solid = 0;
 
     bool is_part() const { return part != kNoPart; }
+    // Whether other lanes belong to the same touch, and whether this is the first of them.
+    bool shares_touch() const { return is_part() || of_compound; }
+    bool is_first() const { return (!is_part() || part == 0) && a_solid == 0 && b_solid == 0; }
 };
 
 // How easily a body is turned, T as seen from the world: xx, xy, xz, yy, yz, zz and two entries without meaning.
@@ -161,6 +168,9 @@ class ShapeContacts {
     void begin_bounces();
     bool any_bounces(const Bodies& bodies, std::uint32_t block, const BounceRule& rule, const Composites* composites = nullptr) const;
     void bounce(Bodies& bodies, std::uint32_t block, const BounceRule& rule, Composites* composites = nullptr);
+    // The same of the lanes of one touch.
+    struct Part;
+    void bounce(Bodies& bodies, std::span<const Part> lanes, const BounceRule& rule, Composites* composites);
     void forget_impulses();
 
     std::span<ShapeBatch> batches(std::size_t block) {
@@ -173,14 +183,18 @@ class ShapeContacts {
         return block + 1 < first_.size() ? std::span(lanes_).subspan(kLanes * first_[block], kLanes * (first_[block + 1] - first_[block]))
                                          : std::span<ShapeLane>();
     }
-    // The parts of contacts with surfaces in a block, those of one contact behind each other.
+    // The lanes of a block that share their touch with others, those of one touch behind each other.
     struct Part {
         ShapeBatch* batch;
         int lane;
         ShapeLane* what;
 
         std::uint32_t body() const { return batch->a[lane]; }
-        bool is_of(const Part& other) const { return body() == other.body() && what->obstacle == other.what->obstacle; }
+        bool is_of(const Part& other) const {
+            return body() == other.body() && what->obstacle == other.what->obstacle && batch->b[lane] == other.batch->b[other.lane];
+        }
+        // Whether both are of one solid and a surface of triangles.
+        bool is_of_solid(const Part& other) const { return is_of(other) && what->a_solid == other.what->a_solid; }
     };
     bool has_parts() const { return has_parts_; }
     void list_parts(std::size_t block, std::size_t bodies, std::vector<Part>& parts);
@@ -205,6 +219,8 @@ class ShapeContacts {
     // What is kept while batches are laid out again: by the body with the lower number, then the other, or an obstacle.
     struct Kept {
         std::uint64_t key;
+        // The solids of compounds, of the first and of the second.
+        std::uint16_t solids;
         AxisHint axis;
         std::uint8_t points, touching;
         // Of each point its arms on the first and the second of them, and the impulses on the second. Of a part, whose second has no arms,
@@ -213,12 +229,20 @@ class ShapeContacts {
             float first[3], second[3], normal_impulse, tangent[3];
         };
         std::array<Point, kMaxManifoldPoints> of;
+
+        std::pair<std::uint64_t, std::uint16_t> place() const { return {key, solids}; }
     };
+    static std::uint16_t solids_of(const ShapeLane& lane, bool swapped) {
+        const int first = swapped ? lane.b_solid : lane.a_solid, second = swapped ? lane.a_solid : lane.b_solid;
+        return static_cast<std::uint16_t>(first << 8 | second);
+    }
     struct Chosen {
         BodyPair slots;
         BodyPair keys;
         std::uint32_t obstacle;
         std::uint8_t part = kNoPart;
+        bool of_compound = false;
+        std::uint8_t a_solid = 0, b_solid = 0;
     };
     struct Arena;
     static std::uint64_t key_of(BodyId body, std::uint32_t partner, bool obstacle) {
@@ -233,6 +257,7 @@ class ShapeContacts {
     static void set_materials(const Setup& setup, ShapeBatch& batch, int i, const ShapeLane& lane);
     void recall(const Bodies& bodies, ShapeBatch& batch, ShapeLane& lane, int i) const;
     void collide_lane(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m, Manifold& found) const;
+    void collide_solids(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m, Manifold& found) const;
     // Of all parts of a contact, each takes the manifold whose normal is most like its last one.
     void refresh_parts(const Setup& setup, std::uint32_t block, const Contact& contact, std::optional<TooDeep>& worst);
     double reach_of(const Setup& setup, const ShapeBatch& batch, int i, const Contact& contact) const;

@@ -103,13 +103,15 @@ def plot(recording: Plotted, tick: Optional[int] = None, colour: Any = None, *, 
 
 
 def _thickness(frame: pandas.DataFrame) -> NDArray[numpy.float64]:
-    """The diameters of catoms; of bodies that are no spheres, those of the balls that fit into them. (catoms,)"""
+    """The diameters of catoms; of bodies that are no spheres, those of the balls that fit into them, and of compounds around them."""
     if "rounding" in frame:
         cores = frame[["core_x", "core_y", "core_z"]].to_numpy("float64")
         # A cylinder has its radius as x, and no y.
         cylinders = (cores[:, 0] > 0) & (cores[:, 1] == 0)
         cores[cylinders, 1] = cores[cylinders, 0]
-        return numpy.asarray(2 * (cores.min(axis=1) + frame["rounding"].to_numpy("float64")))
+        roundings = frame["rounding"].to_numpy("float64")
+        # Of a compound, x is the radius of the ball around it, and the rounding no length.
+        return numpy.asarray(2 * numpy.where(roundings < 0, cores[:, 0], cores.min(axis=1) + roundings))
     return numpy.asarray(frame["diameter"].to_numpy("float64") if "diameter" in frame else numpy.ones(len(frame)))
 
 

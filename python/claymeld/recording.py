@@ -199,7 +199,8 @@ class Recording:
             "diameter" if they are recorded; of amoebots "tail_x", "tail_y", "tail_z", where the other cell is, or the only one; of bodies
             that are not all spheres "core_x", "core_y", "core_z", "rounding", half the edges of each one's core (of a cylinder its
             radius, 0 and half its height) and the radius around it, in diameters, and "orientation_w", "orientation_x",
-            "orientation_y", "orientation_z", how it is turned (float64), which is also there where joints hold spheres;
+            "orientation_y", "orientation_z", how it is turned (float64), which is also there where joints hold spheres; of a compound
+            "core_x" is the radius of the ball around it, and "rounding" minus its place among those of the world, from 1;
             "load.evaluations" and "load.messages" if the run was counted. Then for each recorded
             predicate: of one without arguments whether it holds (bool); of one with one argument its value, in a column of its name,
             and of several in NAME.ARGUMENT (Int64, float64, boolean or objects; missing where there is no fact); of one with several

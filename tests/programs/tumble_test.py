@@ -79,9 +79,24 @@ def shape(rng, world_radius):
     return text
 
 
+def compound(rng):
+    """Two or three solids that are held together, and catoms that are such bodies."""
+    text = '[[motion.compound]]\nname = "thing"\n'
+    with_shares = rng.random() < 0.5
+    for _ in range(rng.randint(2, 3)):
+        part = "\n".join(line for line in shape(rng, 0.5).splitlines() if not line.startswith("radius"))
+        at, turned = ([round(rng.uniform(-most, most), 2) for _ in range(3)] for most in (0.35, 180))
+        text += f"[[motion.compound.part]]\n{part}\nat = {at}\nturned = {turned}\n"
+        if 'shape = "box"' not in part:
+            text += f"diameter = {rng.uniform(0.3, 0.6):.2f}\n"
+        if with_shares:
+            text += f"share = {rng.uniform(0.2, 3):.2f}\n"
+    return text + f'[[motion.catoms]]\nwhere = "id % {rng.randint(2, 4)} == 0"\nshape = "thing"\n'
+
+
 def other_shapes(rng):
-    """Of some catoms, for two groups."""
-    text = ""
+    """Of some catoms, for two groups; some are compounds."""
+    text = compound(rng) if rng.random() < 0.5 else ""
     for _ in range(2):
         form = shape(rng, 0.5)
         if "sphere" not in form:
@@ -139,6 +154,8 @@ def case(seed):
     world += f'[[motion.catoms]]\nwhere = "x == 35"\nvelocity = [{-8 * speed:.1f}, 0, -1]\n'
     if rng.random() < 0.6:
         world += f'[[motion.obstacle]]\nkind = "box"\ncentre = [2, 0, 0]\nsize = [7, 4, 0.8]\ndegrees = {rng.randint(0, 90)}\n'
+    if seed % 2 == 1:
+        world += compound(rng)
     world += '[facts]\nsource = ["id % 9 == 0"]\ntoken = [{ where = "id % 20 == 0", args = [40] }]\n'
     if rng.random() < 0.5:
         world += f'[[event]]\ntick = {rng.randint(3, 12)}\nkill = "id % 7 == 3"\n'

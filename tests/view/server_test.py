@@ -465,6 +465,17 @@ turned = [0, 90, 0]
 where = "id == 83"
 shape = "capsule"
 length = 3
+[[motion.catoms]]
+where = "id == 82"
+shape = "dumbbell"
+[[motion.compound]]
+name = "dumbbell"
+[[motion.compound.part]]
+shape = "sphere"
+at = [-1, 0, 0]
+[[motion.compound.part]]
+shape = "sphere"
+at = [1, 0, 0]
 """
         self.write("w.meld", "type seen(node).\nseen(A) :- id(A, 0).\n")
         for toml, flags in ((plain, 0), (shapes, 16)):
@@ -475,7 +486,10 @@ length = 3
             self.assertEqual(preview, frame)
             if flags:
                 bodies = np.frombuffer(preview, "<f4", 8 * 84, len(preview) - 32 * 84).reshape(-1, 8)
-                self.assertEqual(len(set(map(tuple, bodies.tolist()))), 4)
+                self.assertEqual(len(set(map(tuple, bodies.tolist()))), 5)
+                # The radius around it, and that it is the first compound of the list.
+                self.assertEqual(bodies[82].tolist(), [1.5, 0, 0, -1, 0, 0, 0, 1])
+                self.assertEqual(page.ask("frame")[0]["compounds"], [[[0, 0, 0, 0.5, at, 0, 0, 0, 0, 0, 1] for at in (-1, 1)]])
                 self.assertEqual(bodies[83].tolist(), [0, 0, 1, 0.5, 0, 0, 0, 1])
             self.interrupt()
 

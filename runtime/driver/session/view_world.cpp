@@ -44,6 +44,7 @@ picture::Frame preview(const world::World& world, const world::Lattice& lattice,
     std::vector<std::uint32_t> numbers;
     // Catoms have the numbers of a run.
     const sim::BodyMaker bodies(world, catoms);
+    out.scene.compounds = picture::compounds_of(world);
     const auto put = [&](world::Cell cell, const world::Vec3& at) {
         const std::uint64_t id = out.ids.size();
         out.ids.push_back(id);

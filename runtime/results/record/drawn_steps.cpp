@@ -149,7 +149,10 @@ Result<void> DrawnSteps::read_rounded(std::size_t step, Drawn& drawn) {
     std::size_t at = 0;
     const auto cores = [&](std::span<const Row> rows) -> Result<void> {
         for (const Row& row : rows) {
-            if (!std::ranges::all_of(row, [](double x) { return x >= 0 && x < kFarthest; }))
+            // Of a compound, the last number is minus its place in the world, from 1.
+            const bool compound = row[3] < 0 && row[3] == std::trunc(row[3]);
+            if (!std::ranges::all_of(std::span(row).first(3), [](double x) { return x >= 0 && x < kFarthest; }) ||
+                !((row[3] >= 0 || compound) && std::abs(row[3]) < kFarthest))
                 return damaged(step, "a catom has a shape that cannot be");
             world::RoundedBody& body = drawn.rounded[at++];
             body.core = {row[0], row[1], row[2]}, body.rounding = row[3];

@@ -65,10 +65,6 @@ void add_ball(const Vec& centre, float radius, std::vector<Triangle>& out) {
             for (const float z : {-1.0F, 1.0F}) add_eighth(centre, radius, {x * Vec::UnitX(), y * Vec::UnitY(), z * Vec::UnitZ()}, 2, out);
 }
 
-float reach(const render::Scene& scene, std::size_t place, const Vec& way) {
-    return scene.rounded.empty() ? scene.diameter(place) / 2 : scene.rounded[place].reach(way);
-}
-
 // A way in a catom's own frame, as it is in the world.
 Vec turned(const std::array<double, 4>& turn, const world::Vec3& way) {
     const auto [w, x, y, z] = turn;
@@ -85,7 +81,7 @@ void add_joint(const world::JointLook& joint, const record::Drawn& drawn, const 
     const Vec a = scene.places[first] + turned(drawn.turn(one.drawn), joint.first_anchor);
     const Vec b = scene.places[second] + turned(drawn.turn(other.drawn), joint.second_anchor);
     const Vec axis = turned(drawn.turn(one.drawn), joint.axis).normalized();
-    const float size = std::min(reach(scene, first, axis), reach(scene, second, axis));
+    const float size = std::min(scene.reach(first, axis), scene.reach(second, axis));
     std::vector<Triangle>& out = scene.obstacles;
     switch (joint.kind) {
         case world::JointLook::Kind::Hinge:
@@ -103,7 +99,7 @@ void add_joint(const world::JointLook& joint, const record::Drawn& drawn, const 
     }
     for (const auto& [place, anchor] : {std::pair(first, a), std::pair(second, b)}) {
         const Vec centre = scene.places[place], way = anchor - centre;
-        if (way.norm() > kNear * reach(scene, place, way.normalized())) add_bar(centre, anchor, kArm * size, 8, out);
+        if (way.norm() > kNear * scene.reach(place, way.normalized())) add_bar(centre, anchor, kArm * size, 8, out);
     }
 }
 

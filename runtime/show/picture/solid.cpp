@@ -212,7 +212,9 @@ Solid solid_of(const render::Scene& scene) {
     if (!scene.rounded.empty()) {
         Solid out;
         for (std::size_t i = 0; i < scene.places.size(); ++i)
-            add(out, skin_of(scene.rounded[i], scene.places.size()), scene.places[i], 1, scene.colours[i]);
+            scene.each_solid(i, [&](const Vec& middle, const render::RoundedBody& body) {
+                add(out, skin_of(body, scene.places.size()), middle, 1, scene.colours[i]);
+            });
         return out;
     }
     if (scene.form == Form::Cube) return cubes(scene);

@@ -5,6 +5,7 @@
 
 #include "runtime/show/picture/joints.h"
 #include "runtime/show/picture/obstacles.h"
+#include "runtime/world/description/compounds.h"
 
 namespace meld::picture {
 
@@ -35,7 +36,20 @@ Vec vec_of(const world::Vec3& at) { return {static_cast<float>(at[0]), static_ca
 
 render::RoundedBody rounded_of(const world::RoundedBody& body) {
     const auto [w, x, y, z] = body.turn;
-    return {vec_of(body.core), static_cast<float>(body.rounding), Eigen::Quaterniond(w, x, y, z).normalized().cast<float>()};
+    const Eigen::Quaternionf turn = Eigen::Quaterniond(w, x, y, z).normalized().cast<float>();
+    if (const auto compound = body.compound()) return {Vec::Zero(), static_cast<float>(body.core[0]), turn, compound};
+    return {vec_of(body.core), static_cast<float>(body.rounding), turn};
+}
+
+std::vector<std::vector<render::CompoundSolid>> compounds_of(const world::World& world) {
+    std::vector<std::vector<render::CompoundSolid>> out;
+    for (const physics::BodyShape& shape : world::compounds_of(world.physics, 1)) {
+        std::vector<render::CompoundSolid>& solids = out.emplace_back();
+        for (const physics::ShapePart& part : shape.parts)
+            solids.push_back(
+                {vec_of({part.at_m.x, part.at_m.y, part.at_m.z}), rounded_of(world::look_of(physics::solid_of(part), part.turn, 1))});
+    }
+    return out;
 }
 
 Stage::Stage(const record::Drawn& drawn, const world::World& world, bool free, std::int64_t tick, const Look& look)
@@ -43,6 +57,7 @@ Stage::Stage(const record::Drawn& drawn, const world::World& world, bool free, s
     frame.tick = tick;
     frame.catoms = drawn.ids.size();
     frame.scene.form = look.form.value_or(free ? render::Form::Sphere : form_of(world.lattice));
+    frame.scene.compounds = compounds_of(world);
     if (!free) frame.scene.ways = ways_of(world::Lattice(world.lattice));
 }
 
@@ -57,7 +72,9 @@ void Stage::show(const std::vector<bool>& shown) {
         scene.colours.push_back(rgb(drawn_.colours[i]));
         if (!drawn_.diameters.empty()) scene.diameters.push_back(static_cast<float>(drawn_.diameters[i]));
         if (drawn_.rounded.empty()) continue;
-        const render::RoundedBody body = rounded_of(drawn_.rounded[i]);
+        render::RoundedBody body = rounded_of(drawn_.rounded[i]);
+        // A recording that is damaged may name one that the world has not.
+        if (body.compound && *body.compound >= scene.compounds.size()) body.compound.reset();
         scene.rounded.push_back(body);
         // For what draws balls alone: as thick as the body is at least.
         scene.diameters.push_back(2 * body.least());
@@ -97,7 +114,7 @@ void Stage::uncover_lines() {
             for (Vec* end : {&stroke.from, &stroke.to}) end->z() += kAbove;
     const float size = look_.size.value_or(in_plane_ || scene.strokes.empty() ? 1 : kSmall);
     if (size == 1) return;
-    for (render::RoundedBody& body : scene.rounded) body.core *= size, body.rounding *= size;
+    for (render::RoundedBody& body : scene.rounded) body.core *= size, body.rounding *= size, body.size *= size;
     if (scene.diameters.empty()) scene.diameters.assign(scene.places.size(), 1);
     for (float& diameter : scene.diameters) diameter *= size;
 }
@@ -108,9 +125,7 @@ void Stage::surround() {
     add_joints(drawn_, places_, scene);
     if (!look_.ground || scene.places.empty()) return;
     float lowest = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < scene.places.size(); ++i)
-        lowest =
-            std::min(lowest, scene.places[i].z() - (scene.rounded.empty() ? scene.diameter(i) / 2 : scene.rounded[i].reach(Vec::UnitZ())));
+    for (std::size_t i = 0; i < scene.places.size(); ++i) lowest = std::min(lowest, scene.places[i].z() - scene.reach(i, -Vec::UnitZ()));
     scene.ground = lowest;
 }
 

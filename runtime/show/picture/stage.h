@@ -16,6 +16,8 @@ namespace meld::picture {
 
 render::Vec vec_of(const world::Vec3& at);
 render::RoundedBody rounded_of(const world::RoundedBody& body);
+// The compounds of a world, in the order of their numbers.
+std::vector<std::vector<render::CompoundSolid>> compounds_of(const world::World& world);
 
 // Puts catoms into a frame. The functions come in the order in which they stand here, and others may add to the scene between them.
 class Stage {

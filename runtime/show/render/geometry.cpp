@@ -238,7 +238,11 @@ struct Geometry::Parts {
         return add_solids(cubes);
     }
     bool add_bodies() {
-        for (std::size_t i = 0; i < scene.places.size(); ++i) boxes.push_back(RoundedBox::of(scene.rounded[i], scene.places[i]));
+        for (std::size_t i = 0; i < scene.places.size(); ++i)
+            scene.each_solid(i, [&](const Vec& middle, const RoundedBody& body) {
+                boxes.push_back(RoundedBox::of(body, middle));
+                if (!scene.compounds.empty()) owners.push_back(static_cast<std::uint32_t>(i));
+            });
         return add_solids(boxes);
     }
     template <class Solid>

@@ -58,6 +58,9 @@ struct RoundedBody {
     Vec core = Vec::Zero();  // Half of its edges; (radius, 0, half height): a cylinder.
     float rounding = 0.5F;
     Eigen::Quaternionf turn = Eigen::Quaternionf::Identity();
+    // Which compound of the scene it is; nothing: none. Of one, this is the ball around it.
+    std::optional<std::size_t> compound = {};
+    float size = 1;  // Of a compound, whose parts say how large it is.
     bool is_cylinder() const { return core.x() > 0 && core.y() == 0; }
     // Half of its thickness, where that is least.
     float least() const { return (is_cylinder() ? std::min(core.x(), core.z()) : core.minCoeff()) + rounding; }
@@ -72,12 +75,19 @@ struct RoundedBody {
     }
 };
 
+// One of the solids that a compound consists of: its middle in the frame of the body, and what it looks like there.
+struct CompoundSolid {
+    Vec at = Vec::Zero();
+    RoundedBody body = {};
+};
+
 struct Scene {
     Form form = Form::Sphere;
     std::vector<Vec> places = {};
     std::vector<float> diameters = {};      // Empty: all are 1.
     std::vector<RoundedBody> rounded = {};  // What bodies look like, whatever the form says; empty: as it says.
-    std::vector<Rgb> colours = {};          // One for each place.
+    std::vector<std::vector<CompoundSolid>> compounds = {};
+    std::vector<Rgb> colours = {};  // One for each place.
     std::vector<Stroke> strokes = {};
     std::vector<Note> notes = {};
     std::vector<Note> callouts = {};  // Written beside the picture, with a line to the place.
@@ -85,6 +95,26 @@ struct Scene {
     std::vector<Triangle> obstacles = {};
     std::optional<float> ground = {};  // The height of a floor, which shows shadows only.
 
+    // Calls f(middle, body) for what the body at a place consists of, where there are bodies that are no spheres: mostly for itself.
+    template <class F>
+    void each_solid(std::size_t i, const F& f) const {
+        const RoundedBody& whole = rounded[i];
+        if (!whole.compound) return f(places[i], whole);
+        for (const CompoundSolid& part : compounds[*whole.compound]) {
+            RoundedBody solid = part.body;
+            solid.core *= whole.size, solid.rounding *= whole.size, solid.turn = whole.turn * part.body.turn;
+            f(Vec(places[i] + whole.turn * Vec(whole.size * part.at)), solid);
+        }
+    }
+    // How far a catom reaches along an axis of length 1, from its middle.
+    float reach(std::size_t i, const Vec& axis) const {
+        if (rounded.empty()) return diameter(i) / 2;
+        float most = 0;
+        each_solid(i, [&](const Vec& middle, const RoundedBody& body) {
+            most = std::max(most, (middle - places[i]).dot(axis) + body.reach(axis));
+        });
+        return most;
+    }
     float diameter(std::size_t i) const { return diameters.empty() ? 1.0F : diameters[i]; }
     // The radius of the ball around a catom: cubes and hexagons reach further than what they hold.
     float reach(std::size_t i) const {

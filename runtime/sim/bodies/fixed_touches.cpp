@@ -19,6 +19,18 @@ bool touch(const FixedBody& a, const FixedBody& b, double touch_m) {
     return physics::nearer(a.shape, {a.position_m, a.orientation}, b.shape, {b.position_m, b.orientation}, touch_m);
 }
 
+void write(const FixedBody& body, ByteWriter& out) {
+    out.write(body.id), out.write(body.position_m), out.write(body.radius_m), out.write(body.orientation);
+    physics::write_shape(body.shape, out);
+}
+
+FixedBody read_body(ByteReader& in) {
+    FixedBody body{.id = in.read<std::uint64_t>(), .position_m = in.read<physics::Vec3>(), .radius_m = in.read<double>()};
+    body.orientation = in.read<physics::Quat>();
+    body.shape = physics::read_shape(in);
+    return body;
+}
+
 }  // namespace
 
 std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::vector<FixedBody>& mine, double max_radius_m,
@@ -26,7 +38,7 @@ std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::
     MELD_EXPECT(mine.empty() || max_radius_m > 0, "{} bodies, the largest of {} m", mine.size(), max_radius_m);
     const double reach_m = 2 * max_radius_m + touch_m;
     ByteWriter bytes;
-    for (const FixedBody& body : mine) bytes.write(body);
+    for (const FixedBody& body : mine) write(body, bytes);
     // By cells as wide as the reach, so everything that touches a body is in its cell or a neighbouring one.
     using GridCell = std::array<std::int64_t, 3>;
     std::map<GridCell, std::vector<FixedBody>> cells;
@@ -36,7 +48,7 @@ std::vector<physics::TouchEvent> touches_among(Subdomain& subdomain, const std::
     };
     for (const auto& from : gather_bytes(subdomain, bytes))
         for (ByteReader in(from, "catoms that nothing moves"); !in.done();) {
-            const auto body = in.read<FixedBody>();
+            const FixedBody body = read_body(in);
             cells[cell_of(body.position_m)].push_back(body);
         }
     std::vector<physics::TouchEvent> touches;

@@ -145,9 +145,8 @@ void FreeMotion::tell_looks(Subdomain& subdomain) {
 world::RoundedBody FreeMotion::rounded_of(const Subdomain& subdomain, Catom catom) const {
     const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(catom));
     const physics::Scene& scene = *physics_.scene;
-    const physics::BodyShape shape = scene.shape(body).value_or(physics::BodyShape{{}, scene.radius(body)});
-    const physics::Quat q = scene.state(body).orientation;
-    return {to_diameters(world_, shape.core_m), shape.rounding_m / (2 * world_.radius), {q.w, q.x, q.y, q.z}};
+    return world::look_of(scene.shape(body).value_or(physics::BodyShape{{}, scene.radius(body)}), scene.state(body).orientation,
+                          2 * world_.radius);
 }
 
 Result<void> FreeMotion::step(Subdomain& subdomain) {

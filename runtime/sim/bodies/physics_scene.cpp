@@ -177,10 +177,12 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         spec.radius_m = placed.radius.value_or(spec.radius_m);
         spec.mass_kg = placed.mass.value_or(spec.mass_kg);
     }
-    if (!form.is_sphere()) {
+    if (form.compound) {
+        spec.shape = compounds_[*form.compound];
+    } else if (!form.is_sphere()) {
         const double diameter_m = 2 * world_.radius;
         const world::BodyForm::Core core = form.core(spec.radius_m / diameter_m);
-        spec.shape = {diameter_m * vector_of(core.half), diameter_m * core.rounding};
+        spec.shape = physics::BodyShape{diameter_m * vector_of(core.half), diameter_m * core.rounding};
     }
     return {spec, surface, connected_in, breaking};
 }
@@ -223,9 +225,7 @@ Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surfac
 
 world::RoundedBody BodyMaker::looks(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
     const physics::BodySpec spec = describe(id, cell, position).spec;
-    const physics::BodyShape shape = spec.shape.value_or(physics::BodyShape{{}, spec.radius_m});
-    const physics::Quat& q = spec.orientation;
-    return {to_diameters(world_, shape.core_m), shape.rounding_m / (2 * world_.radius), {q.w, q.x, q.y, q.z}};
+    return world::look_of(spec.shape.value_or(physics::BodyShape{{}, spec.radius_m}), spec.orientation, 2 * world_.radius);
 }
 
 Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position, bool here) const {

@@ -12,6 +12,7 @@
 
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/fixed_touches.h"
+#include "runtime/world/description/compounds.h"
 #include "runtime/world/description/world.h"
 #include "runtime/world/shapes/rounded_body.h"
 
@@ -54,7 +55,10 @@ class BodyMaker {
   public:
     // `catoms`: of all processes; the last of them are those at listed positions.
     BodyMaker(const world::World& world, std::uint64_t catoms)
-        : world_(world), first_placed_(catoms - world.placed.size()), groups_met_(world.physics.groups.size()) {
+        : world_(world),
+          compounds_(world::compounds_of(world.physics, 2 * world.radius)),
+          first_placed_(catoms - world.placed.size()),
+          groups_met_(world.physics.groups.size()) {
         for (std::size_t i = 0; i < world.physics.joints.size(); ++i)
             if (!world.physics.joints[i].between) joined_in_[i];
     }
@@ -91,6 +95,7 @@ class BodyMaker {
     };
     Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
     const world::World& world_;
+    std::vector<physics::BodyShape> compounds_;
     std::uint64_t first_placed_;
     std::vector<bool> groups_met_;
     std::set<Surface> surfaces_;

@@ -69,13 +69,16 @@ void BodySurroundings::gather(Subdomain& subdomain, const physics::Scene& scene,
             const RayGrid::Thing& thing = bodies_->thing(index);
             if (!theirs.within(thing.centre, (reach_m + thing.shape.radius_m()) * kBoxShare)) continue;
             bytes.write(id);
-            bytes.write(thing);
+            bytes.write(thing.centre), bytes.write(thing.turn);
+            physics::write_shape(thing.shape, bytes);
         }
     }
     for (const comm::Packet& packet : subdomain.comm.exchange(comm::take_packets(out)))
         for (ByteReader theirs(packet.bytes, "bodies near those of another process"); !theirs.done();) {
             const auto id = theirs.read<std::uint64_t>();
-            add(id, theirs.read<RayGrid::Thing>());
+            const auto centre = theirs.read<physics::Vec3>();
+            const auto turn = theirs.read<physics::Quat>();
+            add(id, {centre, physics::read_shape(theirs), turn});
         }
 }
 

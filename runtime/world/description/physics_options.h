@@ -30,13 +30,14 @@ struct PlacedCatom {
 
 // What a body looks like. Lengths in diameters of the world. Nothing: a sphere.
 struct BodyForm {
-    std::string kind = "sphere";     // "sphere", "cube", "box", "cylinder" or "capsule".
-    Vec3 edges{1, 1, 1};             // Of a box.
-    double length = 2;               // Of a capsule or a cylinder, from end to end along its z axis.
-    std::optional<double> rounding;  // The radius of edges, of a cylinder's rims too; nothing: a share of the least edge.
+    std::string kind = "sphere";          // "sphere", "cube", "box", "cylinder" or "capsule"; or the name of a compound.
+    Vec3 edges{1, 1, 1};                  // Of a box.
+    double length = 2;                    // Of a capsule or a cylinder, from end to end along its z axis.
+    std::optional<double> rounding;       // The radius of edges, of a cylinder's rims too; nothing: a share of the least edge.
+    std::optional<std::size_t> compound;  // Its place in PhysicsOptions::compounds.
 
     bool is_sphere() const { return kind == "sphere"; }
-    // Of a body of this radius in diameters: the half edges of what is rounded, and by how much; a cylinder is (radius, 0, half height).
+    // Of a solid of this radius in diameters: the half edges of what is rounded, and by how much; a cylinder is (radius, 0, half height).
     struct Core {
         Vec3 half{};
         double rounding = 0;
@@ -46,6 +47,22 @@ struct BodyForm {
         }
     };
     Core core(double radius) const;
+};
+
+// One of the solids of a compound; it is no compound itself. Lengths in diameters.
+struct CompoundPart {
+    BodyForm form;
+    double diameter = 1;          // How thick a sphere, a cube, a cylinder or a capsule is.
+    Vec3 at{};                    // Its middle, from the same origin as those of the others.
+    Vec3 turned{};                // By the length of this vector in degrees, about it.
+    std::optional<double> share;  // Of the mass, in proportion to the other parts; nothing: its volume, as of all others.
+};
+
+// A body of several solids that are held together.
+struct CompoundForm {
+    std::string name;
+    std::vector<CompoundPart> parts;
+    std::string place;
 };
 
 // Catoms that differ from the others; later groups override earlier ones.
@@ -149,6 +166,7 @@ struct PhysicsOptions {
     double linear_damping = 0, angular_damping = 0;  // Shares per second.
     double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
     BodyForm form;
+    std::vector<CompoundForm> compounds;
     double spacing = 1;            // Between cells at the start, in diameters.
     std::optional<double> ground;  // Height of a plane, in diameters.
     // What a connection carries at most, N and N m; nothing: anything.

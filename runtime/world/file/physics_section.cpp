@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "runtime/base/default_time_scale.h"
+#include "runtime/world/file/form_section.h"
 #include "runtime/world/file/joint_section.h"
 #include "runtime/world/file/motion_keys.h"
 #include "runtime/world/file/obstacle_section.h"
@@ -16,18 +18,6 @@ namespace meld::world {
 namespace {
 
 constexpr double kMost = std::numeric_limits<double>::max();
-
-// Calls read(table) for each table of an array [[motion.KEY]].
-template <class Read>
-void each_table(TomlReader& reader, const toml::table& motion, std::string_view key, const Read& read) {
-    const toml::node* node = motion.get(key);
-    if (!node) return;
-    if (node->is_table()) return read(*node->as_table());
-    if (!node->is_array_of_tables())
-        return reader.wrong(node->source(),
-                            fmt::format("[motion] {} {}", key, type_mismatch(*node, fmt::format("tables [[motion.{}]]", key))));
-    for (const toml::node& table : *node->as_array()) read(*table.as_table());
-}
 
 FeatureOptions feature_of_size(double diameter_m) {
     FeatureOptions feature;
@@ -69,48 +59,7 @@ void read_feature(TomlReader& reader, const toml::table& table, const FeatureOpt
     section.read_number("switching", feature.switching, 0, kMost);
 }
 
-// The keys of a table that say what bodies look like, and the form if any does.
-constexpr std::string_view kFormKeys[] = {"shape", "edges", "length", "height", "rounding"};
-
-std::optional<BodyForm> read_form(const Section& section) {
-    if (!section.has("shape")) {
-        for (const std::string_view key : kFormKeys)
-            if (section.has(key)) section.wrong(key, fmt::format("{} is of a shape, and none is given", key), "write shape = \"box\" too");
-        return std::nullopt;
-    }
-    BodyForm form;
-    section.read_choice("shape", form.kind, {"sphere", "cube", "box", "cylinder", "capsule"});
-    refuse_keys_of_others(section, form.kind,
-                          {{"sphere", {}},
-                           {"cube", {"rounding"}},
-                           {"box", {"edges", "rounding"}},
-                           {"cylinder", {"height", "rounding"}},
-                           {"capsule", {"length"}}});
-    if (form.kind == "box" && !section.has("edges"))
-        section.wrong("shape", "a box has no edges", "write edges = [2, 1, 1], in catom diameters");
-    section.read("edges", form.edges);
-    if (std::ranges::any_of(form.edges, [](double edge) { return !(edge > 0); }))
-        section.wrong("edges", "an edge of a box is not positive", "write edges = [2, 1, 1], in catom diameters");
-    section.read_positive("length", form.length);
-    if (form.kind == "cylinder") {
-        form.length = 1;
-        section.read_positive("height", form.length);
-    }
-    if (section.has("rounding")) {
-        double value = 0;
-        section.read_number("rounding", value, 0, kMost);
-        form.rounding = value;
-        const double least = form.kind == "box" ? std::ranges::min(form.edges) : form.kind == "cylinder" ? std::min(form.length, 1.0) : 1.0;
-        if (!(2 * value < least))
-            section.wrong("rounding", fmt::format("edges rounded by {} leave nothing of the {}", value, form.kind),
-                          fmt::format("write less than half of its least edge, {}", least / 2));
-    }
-    if (!form.is_sphere() && section.has("inertia"))
-        section.wrong("inertia", fmt::format("the inertia of a {} follows from its shape", form.kind), "take inertia out");
-    return form;
-}
-
-void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group) {
+void read_group(TomlReader& reader, const toml::table& table, std::span<const CompoundForm> compounds, CatomGroup& group) {
     const Section section(reader, table, "[[motion.catoms]]",
                           {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "breaking_force",
                            "breaking_torque", "velocity", "spin", "shape", "edges", "length", "height", "rounding", "turned"});
@@ -138,7 +87,9 @@ void read_group(TomlReader& reader, const toml::table& table, CatomGroup& group)
     constexpr double kMostDegrees = 1e6;
     if (!(std::hypot(vector[0], vector[1], vector[2]) <= kMostDegrees))
         section.wrong("turned", "a catom is turned by more than a million degrees", "write turned = [0, 0, 90]: about z, by 90 degrees");
-    group.form = read_form(section);
+    group.form = read_form(section, compounds);
+    if (group.form && group.form->compound && group.radius)
+        section.wrong("radius", fmt::format("the size of a {} is that of its parts", group.form->kind), "take radius out");
 }
 
 void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense) {
@@ -227,7 +178,7 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
 double least_thickness(const PhysicsOptions& p, double diameter_m, double smallest_m) {
     double least = smallest_m;
     const auto look_at = [&](const BodyForm& form) {
-        if (form.kind == "box") least = std::min(least, diameter_m * std::ranges::min(form.edges));
+        if (const auto thickness = thickness_of(form, p.compounds)) least = std::min(least, diameter_m * *thickness);
     };
     look_at(p.form);
     for (const CatomGroup& group : p.groups)
@@ -239,43 +190,13 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
     const Section section(reader, table, "[motion]",
-                          {"kind",
-                           "engine",
-                           "solver",
-                           "step",
-                           "substeps",
-                           "steps",
-                           "gravity",
-                           "linear_damping",
-                           "angular_damping",
-                           "mass",
-                           "inertia",
-                           "friction",
-                           "restitution",
-                           "spacing",
-                           "ground",
-                           "roll_torque",
-                           "sleep_ticks",
-                           "sleep_speed",
-                           "greatest_speed",
-                           "deepest_overlap",
-                           "lowest",
-                           "lost",
-                           "sense",
-                           "noise",
-                           "sensor",
-                           "feature",
-                           "obstacle",
-                           "catoms",
-                           "breaking_force",
-                           "breaking_torque",
-                           "shape",
-                           "edges",
-                           "length",
-                           "height",
-                           "rounding",
-                           "joint",
-                           "lamp"});
+                          {"kind",           "engine",          "solver",          "step",        "substeps",       "steps",
+                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",        "friction",
+                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks",    "sleep_speed",
+                           "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",          "noise",
+                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "breaking_torque",
+                           "shape",          "edges",           "length",          "height",      "rounding",       "joint",
+                           "lamp",           "compound"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -292,7 +213,8 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     section.read_number("angular_damping", p.angular_damping, 0, kMost);
     section.read_positive("mass", p.mass);
     section.read_number("inertia", p.inertia, 1e-6, 1);
-    if (const auto form = read_form(section)) p.form = *form;
+    read_compounds(reader, table, p.compounds);
+    if (const auto form = read_form(section, p.compounds)) p.form = *form;
     section.read_number("friction", p.friction, 0, kMost);
     section.read_number("restitution", p.restitution, 0, 1);
     section.read_number("spacing", p.spacing, 0.9, kMost);
@@ -311,13 +233,14 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     if (section.has("lost") && !p.lowest) section.wrong("lost", "no catom is lost without a lowest height", "write lowest = -100 too");
     read_sense(reader, section.find("sense"), p.sense);
     read_noise(reader, section.find("noise"), p.noise);
-    each_table(reader, table, "feature",
+    each_table(reader, table, "motion", "feature",
                [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
     read_obstacles(reader, table, "motion", Touched::Yes, p.obstacles);
-    each_table(reader, table, "sensor", [&](const toml::table& t) { read_sensor(reader, t, p.sensors.emplace_back()); });
-    each_table(reader, table, "lamp", [&](const toml::table& t) { read_lamp(reader, t, p.lamps.emplace_back()); });
-    each_table(reader, table, "catoms", [&](const toml::table& t) { read_group(reader, t, p.groups.emplace_back()); });
-    each_table(reader, table, "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
+    each_table(reader, table, "motion", "sensor", [&](const toml::table& t) { read_sensor(reader, t, p.sensors.emplace_back()); });
+    each_table(reader, table, "motion", "lamp", [&](const toml::table& t) { read_lamp(reader, t, p.lamps.emplace_back()); });
+    each_table(reader, table, "motion", "catoms",
+               [&](const toml::table& t) { read_group(reader, t, p.compounds, p.groups.emplace_back()); });
+    each_table(reader, table, "motion", "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
     if (!p.joints.empty() && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no joints", "write engine = \"blocks\", or take the joints out");
     for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));

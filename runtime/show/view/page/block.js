@@ -7,7 +7,7 @@ export const BODY = 5;
 export function emptyFrame() {
     return {tick: 0, count: 0, form: 0, positions: new Float32Array(0), diameters: new Float32Array(0), ids: new Float64Array(0),
         colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: [], triangles: new Float32Array(0), covers: null,
-        bodies: null, valueOf: () => undefined};
+        bodies: null, compounds: [], valueOf: () => undefined};
 }
 
 export const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: new Uint8Array(0)});
@@ -66,13 +66,13 @@ export class Reader {
     }
 }
 
-// `names` are the words that catoms may be coloured by.
-export function parseBlock(buffer, names = []) {
+// `names` are the words that catoms may be coloured by, `compounds` the lists of their solids.
+export function parseBlock(buffer, names = [], compounds = []) {
     const read = new Reader(buffer);
     const [magic, version, tickLow, tickHigh, count, flags, lines, arrows, labels, form, triangles] = read.words(16);
     if (magic !== MAGIC || version !== 2) throw {message: "The server speaks of frames in another way than this page",
         hint: "Load the page again"};
-    const frame = {tick: tickLow + tickHigh * 4294967296, count, form};
+    const frame = {tick: tickLow + tickHigh * 4294967296, count, form, compounds};
     frame.positions = read.floats(3 * count);
     frame.diameters = read.floats(count);
     const low = read.words(count);
@@ -86,7 +86,7 @@ export function parseBlock(buffer, names = []) {
     frame.arrows = read.strokes(arrows);
     frame.labels = read.labels(labels);
     frame.triangles = read.floats(9 * triangles);
-    // Bodies that are no spheres: half the edges of their cores, their rounding, and how they are turned.
+    // Bodies that are no spheres: half the edges of their cores, their rounding, and how they are turned; see solids.js for compounds.
     frame.bodies = flags & 16 ? read.floats(8 * count) : null;
     if (frame.bodies) frame.form = BODY;
     return frame;

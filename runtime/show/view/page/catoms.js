@@ -4,6 +4,7 @@ import {Mesh, Quaternion, RawShaderMaterial, Vector3} from "three";
 import {emptyFrame} from "./block.js";
 import {cornersOf} from "./corners.js";
 import {catomFragment, catomVertex, haloFragment, reaches} from "./shaders.js";
+import {reachOfBody, solidsOf} from "./solids.js";
 
 // So many that are selected shine through what is in front of them.
 const MOST_VEILED = 60;
@@ -13,8 +14,25 @@ const CORNERS = 3;
 // Where the light comes from, as in runtime/show/render/paint.cpp.
 export const setSun = (sun, view) => sun.set(0, 0, 0.9).addScaledVector(view.right, -0.5).addScaledVector(view.forward, -0.45).normalize();
 
+// The solids of bodies at these places of a frame, each as a catom of its own in a frame without compounds.
+function apart(frame, places, cover) {
+    const solids = [...places].flatMap((place, i) => solidsOf(frame, place).map((solid) => ({...solid, place, i})));
+    const count = solids.length, out = {positions: new Float32Array(3 * count), diameters: new Float32Array(count),
+        colours: new Uint8Array(4 * count), bodies: new Float32Array(8 * count), compounds: []};
+    const covers = new Float32Array(4 * count);
+    solids.forEach(({at, body, place, i}, to) => {
+        out.positions.set(at, 3 * to);
+        out.diameters[to] = frame.diameters[place];
+        out.colours.set(frame.colours.subarray(4 * place, 4 * place + 4), 4 * to);
+        out.bodies.set(body, 8 * to);
+        for (let k = 0; k < 4; ++k) covers[4 * to + k] = cover[4 * i + k];
+    });
+    return gathered(out, solids.map((_, to) => to), covers);
+}
+
 // The catoms at these places of a frame.
 function gathered(frame, places, cover) {
+    if (frame.bodies && frame.compounds.length > 0) return apart(frame, places, cover);
     const count = places.length, at = new Float32Array(4 * count), colours = new Uint8Array(4 * count), shade = new Int8Array(4 * count);
     for (let i = 0; i < count; ++i) {
         const from = places[i];
@@ -137,8 +155,7 @@ function meeting(form, radius, x, y, z, along) {
 }
 
 // The same of a body that is no sphere, as a box: the ray is turned into its frame.
-function meetingBody(bodies, at, size, from, along) {
-    const [cx, cy, cz, rounding, qx, qy, qz, qw] = bodies.subarray(8 * at, 8 * at + 8);
+function meetingBody([cx, cy, cz, rounding, qx, qy, qz, qw], size, from, along) {
     const own = (v) => v.clone().applyQuaternion(new Quaternion(-qx, -qy, -qz, qw));
     const begin = own(from), way = own(along);
     // Of a cylinder, the box around it.
@@ -156,8 +173,7 @@ function meetingBody(bodies, at, size, from, along) {
 // How far a catom reaches from its middle, at most.
 function reachOf(frame, place, size) {
     if (!frame.bodies) return 0.5 * size * frame.diameters[place];
-    const [x, y, z, rounding] = frame.bodies.subarray(8 * place, 8 * place + 4);
-    return size * (Math.hypot(x, y, z) + rounding);
+    return size * reachOfBody(frame, place);
 }
 
 // The place in the frame of the catom that a ray meets first, and how far it is; -1: none.
@@ -169,7 +185,8 @@ export function met(frame, drawn, size, {from, along}) {
         const middle = -(x * along.x + y * along.y + z * along.z), radius = reachOf(frame, p, size);
         // Those that the ray passes by.
         if (x * x + y * y + z * z - middle * middle > 3.1 * radius * radius) continue;
-        const far = frame.bodies ? meetingBody(frame.bodies, p, size, new Vector3(x, y, z), along)
+        const far = frame.bodies ? Math.min(...solidsOf(frame, p).map(({at: [sx, sy, sz], body}) =>
+            meetingBody(body, size, new Vector3(from.x - sx, from.y - sy, from.z - sz), along)))
             : meeting(frame.form, radius, x, y, z, along);
         if (far < nearest && far > 0) {
             nearest = far;

@@ -2,6 +2,7 @@
 import {Quaternion, Vector3} from "three";
 
 import {BODY} from "./block.js";
+import {solidsOf} from "./solids.js";
 
 const SIDES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
 const HEXAGON = Array.from({length: 6}, (_, i) => [Math.cos((2 * i + 1) * Math.PI / 6) / Math.sqrt(3), Math.sin((2 * i + 1) * Math.PI / 6)
@@ -83,9 +84,29 @@ export class Sketch {
     }
 
     // One that is no sphere: a box or a cylinder without its rounding, or a thick line; false: it is a sphere.
-    body({frame, view, size}, place, rgb, scale) {
-        const {pen} = this, [cx, cy, cz, rounding, ...turn] = frame.bodies.subarray(8 * place, 8 * place + 8);
-        const middle = new Vector3(...frame.positions.subarray(3 * place, 3 * place + 3)), own = new Quaternion(...turn);
+    body(stage, place, rgb, scale) {
+        const solids = solidsOf(stage.frame, place);
+        if (solids.length === 1) return this.solid(stage, solids[0], rgb, scale);
+        const depth = ({at}) => stage.view.project(...at).depth, {strokeStyle, lineWidth} = this.pen;
+        for (const solid of solids.sort((a, b) => depth(b) - depth(a))) {
+            Object.assign(this.pen, {strokeStyle, lineWidth});
+            if (!this.solid(stage, solid, rgb, scale)) this.ball(stage.view.project(...solid.at), solid.body[3] * stage.size * scale, rgb);
+        }
+        return true;
+    }
+
+    // A ball of a compound; its radius in pixels.
+    ball(at, radius, rgb) {
+        const {pen} = this;
+        pen.beginPath();
+        pen.arc(at.x, at.y, Math.max(0.6, radius), 0, 2 * Math.PI);
+        pen.fillStyle = css(rgb, 0.88);
+        pen.fill();
+        if (radius > 2) pen.stroke();
+    }
+
+    solid({view, size}, {at, body: [cx, cy, cz, rounding, ...turn]}, rgb, scale) {
+        const {pen} = this, middle = new Vector3(...at), own = new Quaternion(...turn);
         const point = ([x, y, z]) => new Vector3(x, y, z).multiplyScalar(size).applyQuaternion(own).add(middle);
         const seen = (v) => view.project(v.x, v.y, v.z);
         if (cx === 0 && cy === 0) {

@@ -87,7 +87,7 @@ export class ServerSource {
 
     async frame(look, tick) {
         const words = await this.request("frame", {look, values: true, ...(tick === undefined ? {} : {tick})});
-        return {words, frame: parseBlock(words.bytes, words.names)};
+        return {words, frame: parseBlock(words.bytes, words.names, words.compounds)};
     }
 
     command(line) { return this.request("command", {line}); }
@@ -101,7 +101,7 @@ export class ServerSource {
     // With its catoms, if they are few enough to be shown.
     async worldOf(asked) {
         const said = await asked;
-        return {...said, frame: said.bytes ? parseBlock(said.bytes) : null};
+        return {...said, frame: said.bytes ? parseBlock(said.bytes, [], said.compounds) : null};
     }
     // Ends what the server is doing; that says so itself.
     interrupt() { this.socket.send(JSON.stringify({do: "interrupt"})); }

@@ -154,12 +154,31 @@ std::string frame_block(const picture::Frame& frame, std::span<const Cover> cove
     block += end.bytes;
     Block bodies;
     for (const render::RoundedBody& body : scene.rounded) {
-        bodies.put(body.core);
-        bodies.put(body.rounding);
+        for (const float number : core_of(body)) bodies.put(number);
         bodies.put(render::Vec(body.turn.vec()));
         bodies.put(body.turn.w());
     }
     return block + bodies.take();
+}
+
+std::array<float, 4> core_of(const render::RoundedBody& body) {
+    if (body.compound) return {body.rounding, 0, 0, -1 - static_cast<float>(*body.compound)};
+    return {body.core.x(), body.core.y(), body.core.z(), body.rounding};
+}
+
+ordered_json compounds_json(const render::Scene& scene) {
+    ordered_json out = ordered_json::array();
+    for (const std::vector<render::CompoundSolid>& compound : scene.compounds) {
+        ordered_json solids = ordered_json::array();
+        for (const auto& [at, body] : compound) {
+            ordered_json numbers = core_of(body);
+            for (const float number : at) numbers.push_back(number);
+            for (const float number : body.turn.coeffs()) numbers.push_back(number);
+            solids.push_back(std::move(numbers));
+        }
+        out.push_back(std::move(solids));
+    }
+    return out;
 }
 
 ordered_json legend_json(const std::optional<render::Legend>& legend) {
@@ -186,11 +205,13 @@ ordered_json frame_words(const picture::Frame& frame, const std::optional<render
     }
     ordered_json bounds;
     if (!frame.scene.places.empty()) bounds = {low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
-    return {{"tick", frame.tick},
-            {"catoms", frame.catoms},
-            {"shown", frame.scene.places.size()},
-            {"legend", legend_json(legend)},
-            {"bounds", std::move(bounds)}};
+    ordered_json words = {{"tick", frame.tick},
+                          {"catoms", frame.catoms},
+                          {"shown", frame.scene.places.size()},
+                          {"legend", legend_json(legend)},
+                          {"bounds", std::move(bounds)}};
+    if (!frame.scene.compounds.empty()) words["compounds"] = compounds_json(frame.scene);
+    return words;
 }
 
 }  // namespace meld::view

@@ -6,9 +6,11 @@
 // kNumbers the numbers that they are coloured by (a double; NaN: none), and with kWords the words (32 bits: which of Values::names,
 // counted from 1; 0: none); then lines and arrows, each with both ends (6 floats) and its colour; then labels: the catom's place in the
 // block, the length in bytes, and the text in UTF-8, padded with zeros to 4 bytes; then triangles (9 floats); then, with kBodies, of all
-// catoms half the edges of their cores, their rounding, and how they are turned: x, y, z, w (8 floats).
+// catoms half the edges of their cores, their rounding, and how they are turned: x, y, z, w (8 floats). Of a compound, the
+// first is the radius of the ball around it, and the fourth minus its place among compounds, from 1.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
@@ -52,11 +54,17 @@ struct BlockEnd {
 };
 BlockEnd frame_end(const picture::Frame& frame);
 
+// The first four of the numbers of a body in a block.
+std::array<float, 4> core_of(const render::RoundedBody& body);
+// Of each compound a list of its solids: four numbers as core_of, the middle, and the rotation: x, y, z, w.
+nlohmann::ordered_json compounds_json(const render::Scene& scene);
+
 // Of each note the place in the scene of the catom that it is about.
 std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene);
 
 // What goes with it: `tick`, `catoms` (all there are), `shown`, `legend` (null, or as legend_json), and `bounds` of the middles of catoms:
 // the least and the greatest x, y, z; null without catoms.
+// Where there are compounds, also `compounds`, as compounds_json.
 nlohmann::ordered_json frame_words(const picture::Frame& frame, const std::optional<render::Legend>& legend);
 
 // `title`, and `scale` (`low` and `high`, of many digits as texts; `whole`, `stops`: colours at equal distances) or `kinds` (of each name

@@ -23,13 +23,13 @@ void put_ids(std::string& out, const std::vector<std::uint64_t>& ids) {
 }
 
 bool same_body(const render::RoundedBody& a, const render::RoundedBody& b) {
-    return a.core == b.core && a.rounding == b.rounding && a.turn.coeffs() == b.turn.coeffs();
+    return core_of(a) == core_of(b) && a.turn.coeffs() == b.turn.coeffs();
 }
 
 // Cores mostly stay as they are, and are packed well beside each other.
 void put_bodies(std::string& out, const std::vector<render::RoundedBody>& bodies, const std::vector<std::size_t>& places) {
     for (const std::size_t i : places)
-        for (const float number : {bodies[i].core.x(), bodies[i].core.y(), bodies[i].core.z(), bodies[i].rounding}) put(out, number);
+        for (const float number : core_of(bodies[i])) put(out, number);
     for (const std::size_t i : places)
         for (const float number : bodies[i].turn.coeffs()) put(out, number);
 }

@@ -148,6 +148,7 @@ class Page {
                              {"legend", legend_json(meaning.legend)},
                              {"exact", std::move(meaning.colours)},
                              {"facts", options_.facts},
+                             {"compounds", compounds_json(last.scene)},
                              {"look",
                               {{"colour", look.colour},
                                {"only", look.only},
