@@ -154,7 +154,7 @@ def case(seed):
     world += f'[[motion.catoms]]\nwhere = "x == 35"\nvelocity = [{-8 * speed:.1f}, 0, -1]\n'
     if rng.random() < 0.6:
         world += f'[[motion.obstacle]]\nkind = "box"\ncentre = [2, 0, 0]\nsize = [7, 4, 0.8]\ndegrees = {rng.randint(0, 90)}\n'
-    if seed % 2 == 1:
+    if seed % 2 == 0:
         world += compound(rng)
     world += '[facts]\nsource = ["id % 9 == 0"]\ntoken = [{ where = "id % 20 == 0", args = [40] }]\n'
     if rng.random() < 0.5:
