@@ -157,9 +157,16 @@ class Scene {
     // fixed, and two bodies have one joint at most. A joint of a body that is part of a composite acts on the composite, at that body; it
     // is idle while both of its bodies are parts of one, or nothing can move them. It ends with one of its bodies, or breaks at the end of
     // a step in which it carried more than it can: of those that hang together, the one that did so by the greatest factor. The engines
-    // Blocks and Ode have joints. They are added before the world is divided (subdomain.h). Cost of a step: in proportion to the joints,
-    // but for loops.
+    // Blocks and Ode have joints. Cost of a step: in proportion to the joints, but for loops.
+    // They are added before the world is divided (subdomain.h); or later where all subdomains have all of them, which add and remove them
+    // alike: then the caller says where the two are, since a body that has had no joint yet may be elsewhere until the next step.
     Result<void> add_joint(const JointSpec& joint);
+    Result<void> add_joint(const JointSpec& joint, const JointPose& first, const JointPose& second);
+    // The two have a joint. They collide from the next step on.
+    Result<void> remove_joint(BodyId body, BodyId other);
+    JointPose pose(BodyId body) const;
+    // What moves a body that is here, as of the last step: itself, or the lowest body of its composite; kMaxBodies if nothing can.
+    BodyId mover_of(BodyId body) const;
     // The two have a joint that moves along an axis.
     Result<void> drive_joint(BodyId body, BodyId other, const JointDrive& drive);
     bool joined(BodyId body, BodyId other) const;
@@ -285,6 +292,7 @@ class Scene {
   private:
     explicit Scene(const Settings& settings);
     Result<void> known(BodyId body) const;
+    void joints_changed(BodyId body, BodyId other);
     // Bodies that joints hold to this one may be far away and asleep.
     void wake_joined(BodyId body);
     // Of the body in a slot, and its angular momentum about its centre per kg.

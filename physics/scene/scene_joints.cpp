@@ -54,6 +54,10 @@ Result<void> check_for_ode(const JointSpec& joint) {
 Result<void> Scene::add_joint(const JointSpec& joint) {
     for (const BodyId one : {joint.first, joint.second})
         if (auto fine = known(one); !fine) return fine;
+    return add_joint(joint, pose(joint.first), pose(joint.second));
+}
+
+Result<void> Scene::add_joint(const JointSpec& joint, const JointPose& first, const JointPose& second) {
     const auto cannot = [&](std::string_view why, const char* cure) {
         return fail(fmt::format("bodies {} and {} cannot be joined ({})", joint.first, joint.second, why), cure);
     };
@@ -62,19 +66,39 @@ Result<void> Scene::add_joint(const JointSpec& joint) {
     if (engine == EngineKind::Hash) return cannot("the engine Hash has no joints", "Use the engine Blocks or Ode");
     if (engine == EngineKind::Ode)
         if (auto fine = check_for_ode(joint); !fine) return fine;
-    if (engine_->divided()) return cannot("the world is divided", "Join them before");
+    if (engine_->divided() && !has_all_joined_) return cannot("the world is divided", "Join them before");
     if (joined(joint.first, joint.second)) return cannot("they are joined already", "Give two bodies one joint");
     if (auto fine = check(joint); !fine) return fine;
     const Bodies& bodies = world_->bodies;
-    const std::uint32_t first = bodies.slot(joint.first), second = bodies.slot(joint.second);
-    if ((bodies.properties[first].flags & bodies.properties[second].flags & kFixed) != 0)
-        return cannot("both are fixed", "Join bodies of which one can move");
-    world_->joints.add(make_joint(joint, joint_pose(bodies, first), joint_pose(bodies, second)));
+    const auto stands = [&](BodyId one) { return has(one) && (bodies.properties[bodies.slot(one)].flags & kFixed) != 0; };
+    if (stands(joint.first) && stands(joint.second)) return cannot("both are fixed", "Join bodies of which one can move");
+    world_->joints.add(make_joint(joint, first, second));
     world_->composites.joined().add(joint.first, joint.second);
-    for (const std::uint32_t slot : {first, second}) engine_->body_changed(slot, false);
-    engine_->structure_changed();
+    joints_changed(joint.first, joint.second);
     return {};
 }
+
+Result<void> Scene::remove_joint(BodyId body, BodyId other) {
+    if (!joined(body, other)) return fail(fmt::format("bodies {} and {} have no joint", body, other), "Name bodies that are joined");
+    if (engine_->divided() && !has_all_joined_)
+        return fail(fmt::format("the joint of bodies {} and {} cannot be removed (the world is divided)", body, other),
+                    "Let all subdomains have all joints");
+    world_->joints.remove(body, other);
+    world_->composites.joined().remove(body, other);
+    joints_changed(body, other);
+    return {};
+}
+
+// Both begin or end to collide, and may move.
+void Scene::joints_changed(BodyId body, BodyId other) {
+    engine_->structure_changed();
+    for (const BodyId one : {body, other})
+        if (has(one)) engine_->body_changed(world_->bodies.slot(one), false);
+}
+
+JointPose Scene::pose(BodyId body) const { return joint_pose(world_->bodies, world_->bodies.slot(body)); }
+
+BodyId Scene::mover_of(BodyId body) const { return world_->movers().of(body); }
 
 Result<void> Scene::drive_joint(BodyId body, BodyId other, const JointDrive& drive) {
     for (const BodyId one : {body, other})
@@ -104,7 +128,9 @@ std::size_t Scene::joint_count() const {
     return static_cast<std::size_t>(std::ranges::count_if(joints, [&](const Joint& joint) { return counts(joint); }));
 }
 
-bool Scene::counts(const Joint& joint) const { return (world_->bodies.properties[world_->bodies.slot(joint.first)].flags & kGhost) == 0; }
+bool Scene::counts(const Joint& joint) const {
+    return has(joint.first) && (world_->bodies.properties[world_->bodies.slot(joint.first)].flags & kGhost) == 0;
+}
 
 std::optional<JointKind> Scene::joint_kind(BodyId body, BodyId other) const {
     const Joint* joint = world_->joints.find(body, other);

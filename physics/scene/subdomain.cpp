@@ -64,6 +64,9 @@ Subdomain::Subdomain(Scene& scene, OwnerOf owner, int self, int parts)
     engine_.owns_ = [this](BlockCoordinates block) { return owner_(block) == self_; };
     engine_.divided_joints_ = !world_.joints.empty();
     world_.loads.note_pushes();
+    if (!scene_.has_all_joined()) return;
+    joined_holders_ = held_by_all({});
+    for (auto& [body, others] : joined_holders_) std::erase(others, self_);
 }
 
 bool Subdomain::must_rebuild(double dt_s, int substeps) const { return engine_.must_rebuild({dt_s, substeps}); }
@@ -216,7 +219,8 @@ Subdomain::Messages Subdomain::pack_bodies(Workers& workers) {
     std::map<int, std::vector<std::uint32_t>> composites;
     std::vector<bool> kept_composites;
     if (has_joined()) {
-        const Joints::Groups groups = world_.joints.groups(world_.movers());
+        // Where all have all, bodies with new joints are perhaps still on their way here, and groups do not matter.
+        const Joints::Groups groups = scene_.has_all_joined() ? Joints::Groups() : world_.joints.groups(world_.movers());
         holding = holding_joined(groups, {}, [&](BodyId body) { return block_of(bodies.place[bodies.slot(body)], block_m); });
         joints = hand_over_joints(groups, holding);
         composites = hand_over_composites(holding, kept_composites);
@@ -293,9 +297,10 @@ void Subdomain::unpacked() {
 
 void Subdomain::loaded() {
     const Holding loaded = std::exchange(loading_joined_, {});
-    if (engine_.last_dt_s_ == 0) return;
-    times_ = {engine_.last_dt_s_, static_cast<int>(std::lround(engine_.last_dt_s_ / engine_.last_substep_s_))};
-    plan_exchange();
+    if (engine_.last_dt_s_ != 0) {
+        times_ = {engine_.last_dt_s_, static_cast<int>(std::lround(engine_.last_dt_s_ / engine_.last_substep_s_))};
+        plan_exchange();
+    }
     if (!scene_.has_all_joined()) return;
     // Until the next rebuild all have also those that came with these for other reasons.
     for (const auto& [body, parts] : loaded)

@@ -200,7 +200,7 @@ class Subdomain {
     std::map<int, std::vector<std::uint32_t>> border_;
     std::vector<std::vector<int>> holders_of_block_;
     std::vector<std::pair<BodyId, int>> departed_;
-    // By body with joints: the other subdomains that have it. Before the first rebuild, all have all.
+    // By body with joints: the other subdomains that have it. Before the first rebuild all have all, which is here only if they always do.
     Holding joined_holders_;
     bool all_have_joints_ = true;
     // While a snapshot is loaded.

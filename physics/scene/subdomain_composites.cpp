@@ -39,12 +39,6 @@ bool Subdomain::recomposes() {
 
 std::vector<int> Subdomain::had(BodyId body) const {
     if (const auto joined = joined_holders_.find(body); joined != joined_holders_.end()) return joined->second;
-    // Before the first rebuild.
-    if (scene_.has_all_joined() && !scene_.joined_to(body).empty()) {
-        std::vector<int> others = everybody();
-        std::erase(others, self_);
-        return others;
-    }
     const std::uint32_t block = engine_.grid_.block_with(world_.bodies.slot(body));
     return block < holders_of_block_.size() ? holders_of_block_[block] : std::vector<int>();
 }

@@ -333,5 +333,89 @@ TEST(JoinedComposites, GiveTheBitsOfTheUndividedWorldWhenDivided) {
     EXPECT_LT(scene->joint_count(), joints);
 }
 
+// Joints that are made and taken off while arms fall, near and far, also of what has had none yet. As the undivided world says, which has
+// all bodies.
+struct JointsChanged {
+    struct Made {
+        JointSpec spec;
+        JointPose first, second;
+    };
+    std::vector<Made> made;
+    std::vector<ConnectionPair> ended;
+
+    void apply(Scene& scene) const {
+        for (const auto& [one, other] : ended) need(scene.remove_joint(one, other));
+        for (const auto& [spec, first, second] : made) need(scene.add_joint(spec, first, second));
+    }
+};
+
+JointsChanged joints_to_change(int tick, const Scene& scene) {
+    JointsChanged change;
+    if (tick % 4 == 1)
+        for (std::size_t j = static_cast<std::size_t>(tick) % 5; j < scene.joints().size(); j += 9)
+            change.ended.push_back(std::minmax(scene.joints()[j].first, scene.joints()[j].second));
+    const auto add = [&](BodyId first, BodyId second, JointKind kind) {
+        if (!scene.has(first) || !scene.has(second) || scene.joined(first, second) || (scene.fixed(first) && scene.fixed(second))) return;
+        const Vec3 one = scene.state(first).position_m, other = scene.state(second).position_m;
+        change.made.push_back({{.kind = kind, .first = first, .second = second, .anchor_m = one + 0.5 * (other - one), .axis = {0, 1, 0}},
+                               scene.pose(first),
+                               scene.pose(second)});
+    };
+    const auto step = static_cast<BodyId>(tick);
+    if (tick % 3 == 0) {
+        add(step % 168, 170 + step % 118, JointKind::Ball);
+        add(168 + step * 7 % 120, 168 + (step * 7 + 31) % 120, JointKind::Slider);
+        add(step * 5 % 160 + 1, step * 5 % 160, JointKind::Hinge);
+    }
+    return change;
+}
+
+TEST(JoinedComposites, GiveTheSameBitsWhenJointsAreMadeAndTakenOffWhereverTheirBodiesAre) {
+    auto scene = make_scene(settings_for_shapes());
+    furnish_arms(*scene, [](BodyId) { return true; });
+    Workers workers(2);
+    const auto halves = [](BlockCoordinates c) { return c.x < 0 ? 0 : 1; };
+    const auto scattered = [](BlockCoordinates c) { return static_cast<int>(mix64(pack(c)) % 3); };
+    std::vector<std::unique_ptr<Divided>> all;
+    for (const auto& [parts, owner] : {std::pair<int, Subdomain::OwnerOf>{2, halves}, {3, scattered}})
+        all.push_back(std::make_unique<Divided>(parts, owner, furnish_arms, settings_for_shapes()));
+    std::size_t made = 0, ended = 0;
+    for (int tick = 0; tick < 150; ++tick) {
+        change_arms(tick, *scene);
+        const JointsChanged changes = joints_to_change(tick, *scene);
+        made += changes.made.size(), ended += changes.ended.size();
+        changes.apply(*scene);
+        run(*scene, 1, 2, workers);
+        for (const auto& divided : all) {
+            divided->change([&](Scene& part) { change_arms(tick, part), changes.apply(part); });
+            divided->tick();
+            ASSERT_EQ(divided->digest(), scene->digest()) << tick;
+            ASSERT_EQ(divided->joints(), scene->joint_count()) << tick;
+        }
+    }
+    EXPECT_GT(made, 100u);
+    EXPECT_GT(ended, 50u);
+}
+
+TEST(JoinedComposites, AJointThatIsTakenOffLetsItsBodiesFallAndTouch) {
+    auto scene = make_scene(without_sleep());
+    need(scene->add_body({.id = 0, .position_m = {0, 0, 0}, .fixed = true}));
+    need(scene->add_body({.id = 1, .position_m = {0, 0, 0.6}}));
+    need(scene->add_joint({.kind = JointKind::Slider, .first = 0, .second = 1, .axis = {1, 0, 0}, .upper = 0}));
+    Workers workers(1);
+    run(*scene, 20, 2, workers);
+    EXPECT_NEAR(scene->state(1).position_m.z, 0.6, 1e-6);
+    EXPECT_TRUE(scene->events().empty());
+    need(scene->remove_joint(1, 0));
+    EXPECT_FALSE(scene->remove_joint(0, 1));
+    EXPECT_FALSE(scene->joined(0, 1));
+    run(*scene, 1, 2, workers);
+    ASSERT_EQ(scene->events().size(), 1u);
+    EXPECT_TRUE(scene->events()[0].began);
+    run(*scene, 200, 2, workers);
+    EXPECT_GT(length(scene->state(1).position_m), 0.65);
+    EXPECT_EQ(scene->joint_count(), 0u);
+}
+
 }  // namespace
 }  // namespace meld::physics
