@@ -231,7 +231,7 @@ class Recording:
             yield tick, self.frame(tick)
 
     def joints(self, tick: Optional[int] = None, method: Optional[str] = None) -> pandas.DataFrame:
-        """The joints in a tick, as they are in the world: a row for each that there was in the first step.
+        """The joints in a tick, as they are in the world: a row for each that there was in this recorded tick or in one before.
 
         Parameters
         ----------
@@ -241,11 +241,11 @@ class Recording:
         Returns
         -------
         pandas.DataFrame
-            "first" and "second", the two catoms (int64); "kind" ("hinge", "slider" or "ball"); "fate": it "holds", is "broken", or is
-            "gone" with one of its catoms. Where it is as the second catom holds it, "x", "y", "z", in diameters; "slid", how far that is
-            from where the first one holds it, along the axis, in diameters, of a hinge and a ball 0; and the axis, "axis_x", "axis_y",
-            "axis_z" (float64; of a ball missing). Of a joint that is gone, all these are missing. `attrs["tick"]` is the tick. Empty if
-            the world has no joints, or the recording was made before joints were recorded.
+            "first" and "second", the two catoms (int64); "kind" ("hinge", "slider" or "ball"); "fate": it "holds", is "broken" (or a
+            program took it off), or is "gone" with one of its catoms. Where it is as the second catom holds it, "x", "y", "z", in
+            diameters; "slid", how far that is from where the first one holds it, along the axis, in diameters, of a hinge and a ball 0;
+            and the axis, "axis_x", "axis_y", "axis_z" (float64; of a ball missing). Of a joint that is gone, all these are missing.
+            `attrs["tick"]` is the tick. Empty if the world has no joints, or the recording was made before joints were recorded.
         """
         step = self.step_of(tick, method)
         steps = self._steps

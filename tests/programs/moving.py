@@ -336,6 +336,23 @@ phototaxis.larger = tuple(range(8))
 phototaxis.sizes = [(1, 1), (1, 2)]
 
 
+def fetcher(outcome, recorded, in_other_world):
+    """It lifts its box over the edge that it holds, and leaves it two diameters nearer, as far as its wheels roll."""
+    expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
+    expect("; 3 joints" in outcome.summary["outcomes"][0], "it has not let go")
+    (_, top), = outcome.facts["top"]
+    expect(abs(top - 0.92) < 0.01, f"the box has been {top:.3f} high")
+    (_, along, height), = outcome.facts["lies"]
+    expect(abs(along - 2) < 0.03 and abs(height - 0.3) < 0.02, f"the box lies at {along:.3f}, {height:.3f}")
+    hull = {part: x for _, part, x in outcome.facts["hull-at"]}
+    expect(sorted(hull) == list(range(6)), f"it has done the parts {sorted(hull)}")
+    expect(abs(hull[2] - hull[3] - 2) < 0.01, f"it has carried the box over {hull[2] - hull[3]:.3f}")
+
+
+fetcher.larger = tuple(range(5))
+fetcher.sizes = [(1, 1), (1, 2)]
+
+
 def ring(outcome, recorded, in_other_world):
     """Twelve catoms in a line are in the end the corners of a regular twelve-sided polygon with sides of one diameter: its radius,
     angles of 150 degrees, and everybody with two neighbours, those in the line and at the ends each other."""

@@ -50,7 +50,7 @@ set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
 meld_sizes_test(program_shape_change ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 # Examples whose catoms are bodies.
 foreach(program swarm rolling planar_catoms row bridge ring climber cantilever launched_bridge cube_bridge m_blocks snake
-        two_wheeler walker phototaxis)
+        two_wheeler fetcher walker phototaxis)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
            ${program})
@@ -80,6 +80,7 @@ meld_seeds_test(motion_tumble tumble_test.py 0 1 13)
 meld_seeds_test(motion_mechanisms mechanisms_test.py 0 3 21)
 meld_seeds_test(motion_composites composites_test.py 0 3 37)
 meld_seeds_test(motion_arms arms_test.py 0 2 10)
+meld_seeds_test(motion_couplings couplings_test.py 0 2 18)
 meld_seeds_test(motion_grips grips_test.py 0 2 26)
 add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
@@ -115,5 +116,7 @@ add_test(NAME motion_lights COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_D
 set_tests_properties(motion_lights PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_joints COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/joints_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_joints PROPERTIES TIMEOUT 300 PROCESSORS 2)
+add_test(NAME motion_attach COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/attach_test.py $<TARGET_FILE:meldsim>)
+set_tests_properties(motion_attach PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_bodies COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/bodies_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_bodies PROPERTIES TIMEOUT 300 PROCESSORS 2)

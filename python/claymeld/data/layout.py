@@ -205,7 +205,7 @@ class Steps:
 
     @_reads
     def joint_rows(self, step: int) -> dict[str, NDArray[Any]]:
-        """The joints that there were in the first step: each column, (joints,) or (joints, 3)."""
+        """The joints that there were in this step or in those before: each column, (joints,) or (joints, 3)."""
         count, table = int(self._column("JointCount")[step]), self._file["meld/joints"]
         return {column: self._rows(table[column], self._column(f"JointOffsets/{column}")[step], count) for column in table}
 

@@ -125,11 +125,13 @@ class Counting {
         return breaks(world_.physics) || std::ranges::any_of(world_.physics.groups, breaks) || (sensed && module_.predicates[*sensed].read);
     }
 
-    // Of a region, about as many as it may have catoms. Several processes begin with all joints and their bodies, and each may keep them.
+    // Of a region, or by a program, about as many as it may have catoms. Several processes begin with all joints and their bodies, and
+    // each may keep them.
     double joints() const {
         const double catoms = here_ * processes_;
         double joints = 0;
         for (const world::JointOptions& joint : world_.physics.joints) joints += joint.between ? 1 : catoms;
+        if (!world_.physics.joint_kinds.empty() && tuple::ProgramActions(module_).uses(ActionKind::Attach)) joints += catoms;
         const double ghosts = processes_ > 1 ? 2 * (kBody + kHandedOver) : 0;
         return (kJoint + ghosts) * std::min(joints, processes_ * lattice_contacts() + 2 * catoms);
     }

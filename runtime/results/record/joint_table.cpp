@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "runtime/base/assert.h"
 #include "runtime/comm/transport/gather_to_root.h"
 
 namespace meld::record {
@@ -54,22 +53,28 @@ void JointTable::add(const world::JointLook& joint) {
     axes_.push_back(joint.kind == world::JointLook::Kind::Ball ? world::Vec3{kNone, kNone, kNone} : joint.axis);
 }
 
-// Those that are left stand in the order in which all of them stood.
+bool JointTable::is(std::size_t row, const world::JointLook& joint) const {
+    return kinds_[row] == static_cast<std::int64_t>(joint.kind) && first_anchors_[row] == joint.first_anchor &&
+           second_anchors_[row] == joint.second_anchor && (joint.kind == world::JointLook::Kind::Ball || axes_[row] == joint.axis);
+}
+
 void JointTable::note(std::span<const world::JointLook> now, std::span<const std::uint64_t> ids) {
-    if (!begun_)
-        for (const world::JointLook& joint : now) add(joint);
-    begun_ = true;
     const auto exists = [&](std::int64_t id) { return std::ranges::binary_search(ids, static_cast<std::uint64_t>(id)); };
-    std::size_t next = 0;
+    const auto order = [](const world::JointLook& joint) { return std::pair(joint.first, joint.second); };
+    std::vector<bool> known(now.size());
     for (std::size_t i = 0; i < firsts_.size(); ++i) {
-        const bool holds = next < now.size() && static_cast<std::int64_t>(now[next].first) == firsts_[i] &&
-                           static_cast<std::int64_t>(now[next].second) == seconds_[i];
-        next += holds ? 1 : 0;
-        if (holds || fates_[i] != static_cast<std::int64_t>(JointFate::Holds)) continue;
+        if (fates_[i] != static_cast<std::int64_t>(JointFate::Holds)) continue;
+        const std::pair pair(static_cast<std::uint64_t>(firsts_[i]), static_cast<std::uint64_t>(seconds_[i]));
+        const auto found = std::ranges::lower_bound(now, pair, {}, order);
+        if (found != now.end() && order(*found) == pair && is(i, *found)) {
+            known[static_cast<std::size_t>(found - now.begin())] = true;
+            continue;
+        }
         const bool broken = exists(firsts_[i]) && exists(seconds_[i]);
         fates_[i] = static_cast<std::int64_t>(broken ? JointFate::Broken : JointFate::Gone);
     }
-    MELD_CHECK(next == now.size(), "{} of {} joints are those of the first step", next, now.size());
+    for (std::size_t i = 0; i < now.size(); ++i)
+        if (!known[i]) add(now[i]);
 }
 
 RecordedTable JointTable::table() const {
@@ -87,7 +92,6 @@ RecordedTable JointTable::table() const {
 }
 
 void JointTable::save(ByteWriter& out) const {
-    out.write(begun_);
     out.write_count(firsts_.size());
     for (std::size_t i = 0; i < firsts_.size(); ++i) {
         for (const std::vector<std::int64_t>* column : {&firsts_, &seconds_, &kinds_, &fates_}) out.write((*column)[i]);
@@ -97,7 +101,6 @@ void JointTable::save(ByteWriter& out) const {
 
 void JointTable::load(ByteReader& in) {
     *this = {};
-    begun_ = in.read<bool>();
     for (auto left = in.read_count(4 * sizeof(std::int64_t) + 3 * sizeof(world::Vec3)); left > 0; --left) {
         for (std::vector<std::int64_t>* column : {&firsts_, &seconds_, &kinds_, &fates_}) column->push_back(in.read<std::int64_t>());
         for (std::vector<world::Vec3>* column : {&first_anchors_, &second_anchors_, &axes_}) column->push_back(in.read<world::Vec3>());

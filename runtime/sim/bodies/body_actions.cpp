@@ -35,7 +35,7 @@ BodyActions::AppliedWrench& BodyActions::applied_to(physics::BodyId body) {
 
 Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided) {
     acting_ = subdomain.totals.actions > 0;
-    asked_.clear(), asked_drives_.clear(), asked_lamps_.clear();
+    asked_.clear(), asked_drives_.clear(), asked_joints_.clear(), asked_lamps_.clear();
     if (!acting_) return {};
     switched_.clear();
     refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Bodies);
@@ -59,6 +59,12 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
             case ActionKind::Brake:
             case ActionKind::Coast:
                 asked_drives_.push_back({kind, action.catom, action.arguments[0].catom, 0});
+                break;
+            case ActionKind::Attach:
+                asked_joints_.push_back({kind, action.catom, action.arguments[0].catom, action.arguments[1].integer});
+                break;
+            case ActionKind::Detach:
+                asked_joints_.push_back({kind, action.catom, action.arguments[0].catom, 0});
                 break;
             case ActionKind::Lamp:
                 asked_lamps_.push_back({action.catom, action.arguments[0].real});

@@ -1,5 +1,5 @@
-// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them, drive their joints or dim their
-// lamps, which body_connections.h, body_joints.h and lamps.h carry out.
+// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them, make joints of them, drive
+// these, or dim their lamps, which body_connections.h, joint_changes.h, body_joints.h and lamps.h carry out.
 #pragma once
 
 #include <optional>
@@ -10,6 +10,7 @@
 #include "runtime/sim/bodies/body_connections.h"
 #include "runtime/sim/bodies/body_joints.h"
 #include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/bodies/joint_changes.h"
 #include "runtime/sim/bodies/lamps.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/subdomain.h"
@@ -24,8 +25,9 @@ class BodyActions {
     Result<void> take(Subdomain& subdomain, PhysicsScene& physics, const DividedBodies* divided);
     // The connections that this tick's actions are about, in the order of the catoms.
     std::span<const AskedConnection> asked() const { return asked_; }
-    // And those about joints.
+    // And those about what drives joints, and which joints there are.
     std::span<const AskedDrive> asked_drives() const { return asked_drives_; }
+    std::span<const AskedJoint> asked_joints() const { return asked_joints_; }
     // And those about lamps.
     std::span<const AskedLamp> asked_lamps() const { return asked_lamps_; }
     // Counts an action that was not carried out, and tells the catom if its program wants to know.
@@ -65,6 +67,7 @@ class BodyActions {
     std::vector<Switched> switched_;
     std::vector<AskedConnection> asked_;
     std::vector<AskedDrive> asked_drives_;
+    std::vector<AskedJoint> asked_joints_;
     std::vector<AskedLamp> asked_lamps_;
 };
 

@@ -19,8 +19,6 @@ namespace {
 
 using Pair = std::pair<physics::BodyId, physics::BodyId>;
 
-Pair pair_of(physics::BodyId one, physics::BodyId other) { return {std::min(one, other), std::max(one, other)}; }
-
 physics::Touch touch_with(std::uint64_t key) {
     return {static_cast<physics::BodyId>(key >> 32), static_cast<std::uint32_t>(key >> 1) & (physics::kMaxBodies - 1), (key & 1) != 0};
 }
@@ -35,7 +33,7 @@ bool BodyConnections::by_world() const {
 
 bool BodyConnections::are_beside_joints(const Subdomain& subdomain, const physics::Scene& scene) const {
     const bool connects = by_world() || subdomain.program_actions.uses(ActionKind::Connect) || scene.connection_count() > 0;
-    return connects && !world_.physics.joints.empty();
+    return (connects || JointChanges::asks(subdomain)) && world_.physics.has_joints();
 }
 
 Result<void> BodyConnections::check(const Subdomain& subdomain) const {
@@ -193,8 +191,8 @@ void BodyConnections::lose(Subdomain& subdomain, const physics::Scene& scene, Bo
 
 std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scene& scene, std::span<const physics::TouchEvent> events,
                                                              bool recomposed) {
-    const bool parted = !world_.physics.joints.empty() && !lasting_.empty();
-    if (!recomposed && !parted) return events;
+    const bool parted = world_.physics.has_joints() && !lasting_.empty();
+    if (!recomposed && !parted && made_.empty()) return events;
     followed_.clear();
     std::vector<physics::Touch> begun;
     const std::size_t before = lasting_.size();
@@ -204,20 +202,31 @@ std::span<const physics::TouchEvent> BodyConnections::follow(const physics::Scen
     for (const physics::TouchEvent& e : events) {
         if (e.began && known(e.touch))
             begun.push_back(e.touch);
+        else if (!e.began && begins(e.touch))
+            continue;
         else if (!e.began && scene.lasts(e.touch))
             lasting_.push_back(e.touch);
         else
             followed_.push_back(e);
     }
     std::erase_if(lasting_, [&](const physics::Touch& touch) {
-        if (scene.lasts(touch)) return false;
+        if (!is_over(scene, touch)) return false;
         // The bodies have been released. If they still touch, the physics has found that out by now.
         if (!std::binary_search(begun.begin(), begun.end(), touch)) followed_.push_back({touch, false});
         return true;
     });
+    for (const physics::Touch& touch : strangers_) followed_.push_back({touch, true});
+    made_.clear(), strangers_.clear(), apart_.clear();
     std::ranges::sort(lasting_);
     std::ranges::sort(followed_);
     return followed_;
+}
+
+// A joint ends the touch of its catoms for the physics alone.
+bool BodyConnections::begins(const physics::Touch& touch) const { return std::ranges::binary_search(made_, touch); }
+
+bool BodyConnections::is_over(const physics::Scene& scene, const physics::Touch& touch) const {
+    return !scene.lasts(touch) || std::ranges::binary_search(apart_, touch);
 }
 
 // If they still touch, the physics has found that out by now, on the process that looks for it.
@@ -247,8 +256,8 @@ std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain&
                                                                       std::span<const physics::TouchEvent> events, bool recomposed) {
     parted_.clear();
     const bool broke = std::exchange(joints_broke_, false) && !lasting_.empty();
-    if (!world_.physics.joints.empty() && !scene.has_all_joined()) return follow_joints(subdomain, events);
-    if (!recomposed && !(broke && scene.has_all_joined())) return events;
+    if (world_.physics.has_joints() && !scene.has_all_joined()) return follow_joints(subdomain, events);
+    if (!recomposed && !(broke && scene.has_all_joined()) && made_.empty()) return events;
     followed_.clear();
     using Touches = std::vector<physics::Touch>;
     const auto gather = [&](const Touches& mine) {
@@ -262,7 +271,9 @@ std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain&
     };
     Touches mine_begun, mine_ended, mine_over;
     for (const physics::TouchEvent& e : events) {
-        if (!e.began)
+        if (!e.began && begins(e.touch))
+            continue;
+        else if (!e.began)
             mine_ended.push_back(e.touch);
         else if (std::ranges::binary_search(lasting_, e.touch))
             mine_begun.push_back(e.touch);
@@ -276,9 +287,9 @@ std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain&
     };
     for (const Touches* touches : {&ended, const_cast<const Touches*>(&lasting_)})
         for (const physics::Touch& touch : *touches)
-            if (owned(touch.body) && !scene.lasts(touch)) mine_over.push_back(touch);
+            if (owned(touch.body) && is_over(scene, touch)) mine_over.push_back(touch);
     const Touches over = gather(mine_over);
-    const auto is_over = [&](const physics::Touch& touch) { return std::ranges::binary_search(over, touch); };
+    const auto is_over_for_all = [&](const physics::Touch& touch) { return std::ranges::binary_search(over, touch); };
     const auto end = [&](const physics::Touch& touch) {
         if (!touch.other_is_obstacle)
             parted_.push_back({touch, false});
@@ -286,17 +297,20 @@ std::span<const physics::TouchEvent> BodyConnections::follow_together(Subdomain&
             followed_.push_back({touch, false});
     };
     std::erase_if(lasting_, [&](const physics::Touch& touch) {
-        if (!is_over(touch)) return false;
+        if (!is_over_for_all(touch)) return false;
         // If they still touch, the physics has found that out by now.
         if (!std::ranges::binary_search(begun, touch)) end(touch);
         return true;
     });
     for (const physics::Touch& touch : ended) {
-        if (is_over(touch))
+        if (is_over_for_all(touch))
             end(touch);
         else
             lasting_.push_back(touch);
     }
+    for (const physics::Touch& touch : strangers_)
+        if (owned(touch.body)) followed_.push_back({touch, true});
+    made_.clear(), strangers_.clear(), apart_.clear();
     std::ranges::sort(lasting_), std::ranges::sort(followed_), std::ranges::sort(parted_);
     return followed_;
 }
@@ -305,6 +319,21 @@ void BodyConnections::part(std::span<const physics::ConnectionPair> joints) {
     for (const auto& [one, other] : joints) lasting_.emplace_back(one, other, false);
     std::ranges::sort(lasting_);
     joints_broke_ = true;
+}
+
+void BodyConnections::change_joints(const PhysicsScene& physics, const ChangedJoints& changed) {
+    const auto touches_of = [](std::span<const Pair> pairs) {
+        std::vector<physics::Touch> touches;
+        for (const auto& [one, other] : pairs) touches.emplace_back(one, other, false);
+        return touches;
+    };
+    made_ = touches_of(changed.made), strangers_ = touches_of(changed.strangers);
+    // They are neighbours as long as they have the joint, whatever they are connected to.
+    std::erase_if(lasting_, [&](const physics::Touch& touch) { return begins(touch); });
+    if (changed.ended.empty()) return;
+    for (const auto& [one, other] : changed.ended)
+        if (!physics.scene->nearer(one, other, physics.touch_m)) apart_.emplace_back(one, other, false);
+    part(changed.ended);
 }
 
 void BodyConnections::adopt(Subdomain& subdomain, const physics::Scene& scene, std::vector<physics::TouchEvent>& touches) {
@@ -325,7 +354,7 @@ void BodyConnections::adopt(Subdomain& subdomain, const physics::Scene& scene, s
 
 std::vector<physics::ConnectionPair> BodyConnections::lasting() const {
     std::vector<physics::ConnectionPair> pairs;
-    if (world_.physics.joints.empty()) return pairs;
+    if (!world_.physics.has_joints()) return pairs;
     for (const physics::Touch& touch : lasting_)
         if (!touch.other_is_obstacle) pairs.emplace_back(touch.body, touch.other);
     return pairs;
@@ -345,7 +374,7 @@ void BodyConnections::load(ByteReader& in) {
 }
 
 bool BodyConnections::fits(const Subdomain& subdomain, const physics::Scene& scene) const {
-    const bool joints = !world_.physics.joints.empty();
+    const bool joints = world_.physics.has_joints();
     return std::ranges::all_of(lasting_, [&](const physics::Touch& touch) {
         const bool one = scene.has(touch.body), both = one && (touch.other_is_obstacle || scene.has(touch.other));
         if (both || subdomain.alone()) return both;

@@ -11,6 +11,7 @@
 #include "runtime/module/abi/actions.h"
 #include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/bodies/joint_changes.h"
 #include "runtime/sim/bodies/physics_scene.h"
 #include "runtime/sim/core/refusals.h"
 #include "runtime/sim/core/subdomain.h"
@@ -35,7 +36,7 @@ class BodyConnections {
 
     // Errors: the world or the program connects catoms, and this run cannot: it has another engine.
     Result<void> check(const Subdomain& subdomain) const;
-    // In a world with joints, where catoms are connected or may be: the same on all processes.
+    // In a world with joints, where catoms are connected or may be, or programs make joints: the same on all processes.
     bool are_beside_joints(const Subdomain& subdomain, const physics::Scene& scene) const;
     // At the start, on every process: connects the catoms of each group of the world that is connected, where they touch. `touches`: of all
     // processes.
@@ -65,6 +66,9 @@ class BodyConnections {
     // After a step, on all processes: these joints have broken. Their catoms are neighbours until the next step finds whether they touch.
     // Sorted.
     void part(std::span<const physics::ConnectionPair> joints);
+    // Before the first step of a tick, on all processes alike: programs have made joints and taken others off, of which all processes have
+    // the catoms. Catoms of a new joint stay or become neighbours, and others as long as they touch.
+    void change_joints(const PhysicsScene& physics, const ChangedJoints& changed);
     // After the first step: of the touches among connected and fixed catoms at the start, leaves those of which the physics has no event.
     // Every process calls it with those of its own catoms.
     void adopt(Subdomain& subdomain, const physics::Scene& scene, std::vector<physics::TouchEvent>& touches);
@@ -79,6 +83,8 @@ class BodyConnections {
   private:
     static bool touch(const Subdomain& subdomain, const PhysicsScene& physics, Catom catom, physics::BodyId body, physics::BodyId other);
 
+    bool begins(const physics::Touch& touch) const;
+    bool is_over(const physics::Scene& scene, const physics::Touch& touch) const;
     std::span<const physics::TouchEvent> follow_joints(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     bool by_world() const;
 
@@ -88,6 +94,9 @@ class BodyConnections {
     std::vector<physics::Touch> lasting_;
     // Joints have broken since touches were followed last, or a run has just gone on.
     bool joints_broke_ = true;
+    // Of joints that programs have changed since then: those they have made, and of catoms that were no neighbours; and those they have
+    // taken off catoms that do not touch. Sorted.
+    std::vector<physics::Touch> made_, strangers_, apart_;
     std::vector<physics::TouchEvent> followed_, parted_;
 };
 

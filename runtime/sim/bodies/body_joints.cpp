@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
 #include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/joint_spec.h"
 #include "runtime/sim/core/setup/unmatched.h"
 
 namespace meld::sim {
@@ -23,17 +23,6 @@ namespace {
 
 // Catoms that a worker takes at once: whole groups of the agenda.
 constexpr Catom kJointsOfJob = 1024;
-
-physics::JointKind kind_of(const world::JointOptions& joint) {
-    return joint.kind == "ball"     ? physics::JointKind::Ball
-           : joint.kind == "slider" ? physics::JointKind::Slider
-                                    : physics::JointKind::Hinge;
-}
-
-physics::JointDrive::Kind drive_of(std::string_view word) {
-    using Kind = physics::JointDrive::Kind;
-    return word == "motor" ? Kind::Motor : word == "servo" ? Kind::Servo : word == "brake" ? Kind::Brake : Kind::Coast;
-}
 
 // By rank: of several actions on one joint, the one with the greatest goes.
 int rank_of(ActionKind action) {
@@ -51,27 +40,6 @@ void BodyJoints::start(const Subdomain& subdomain) {
     MELD_CHECK(sense != body_senses().end(), "the table has no joints");
     const std::optional<u32> base = stored(subdomain, *sense);
     if (base && subdomain.module.predicates[*base].fields[0].type == ValueType::Node) joint_ = base;
-}
-
-physics::JointSpec BodyJoints::describe(const world::JointOptions& joint, const physics::Scene& scene, physics::BodyId first,
-                                        physics::BodyId second) const {
-    physics::JointSpec spec{.kind = kind_of(joint), .first = first, .second = second};
-    const physics::Vec3 one = scene.state(first).position_m, other = scene.state(second).position_m;
-    const double share = scene.radius(first) / (scene.radius(first) + scene.radius(second));
-    spec.anchor_m = joint.anchor ? to_metres(world_, *joint.anchor) : one + share * (other - one);
-    spec.axis = {joint.axis[0], joint.axis[1], joint.axis[2]};
-    const double unit = spec.kind == physics::JointKind::Slider ? 2 * world_.radius : std::numbers::pi / 180;
-    if (joint.limits) spec.lower = unit * (*joint.limits)[0], spec.upper = unit * (*joint.limits)[1];
-    spec.strength = joint.strength;
-    spec.servo_speed = joint.speed.value_or(spec.servo_speed);
-    // As long as a servo takes few steps, it neither jerks nor lags.
-    constexpr double kStepsOfServo = 5;
-    spec.response_s = joint.response.value_or(kStepsOfServo * world_.physics.step);
-    spec.stiffness = joint.stiffness, spec.damping = joint.damping, spec.rest = unit * joint.rest;
-    spec.breaking_force_n = joint.breaking_force.value_or(spec.breaking_force_n);
-    spec.breaking_torque_nm = joint.breaking_torque.value_or(spec.breaking_torque_nm);
-    spec.drive = {drive_of(joint.drive), joint.drive == "servo" ? unit * joint.target : joint.target};
-    return spec;
 }
 
 // Catoms of other processes that have joints.
@@ -138,7 +106,8 @@ Result<void> BodyJoints::join(Subdomain& subdomain, PhysicsScene& physics, const
     }
     for (const auto& [pair, joined] : all) {
         const world::JointOptions& joint = joints[joined.joint];
-        if (const auto done = scene.add_joint(describe(joint, scene, joined.first, joined.second)); !done) {
+        const auto end = [&](physics::BodyId body) { return JointEnd{body, scene.pose(body), scene.radius(body)}; };
+        if (const auto done = scene.add_joint(joint_spec(world_, joint, end(joined.first), end(joined.second))); !done) {
             const Error said = about_catoms(done.error());
             return fail(fmt::format("{}: {}", joint.place, said.problem), said.suggestion);
         }
@@ -161,8 +130,8 @@ void BodyJoints::add_touches(const physics::Scene& scene, std::vector<physics::T
 }
 
 bool BodyJoints::may_break() const {
-    return std::ranges::any_of(world_.physics.joints,
-                               [](const world::JointOptions& joint) { return joint.breaking_force || joint.breaking_torque; });
+    const auto breaks = [](const world::JointOptions& joint) { return joint.breaking_force || joint.breaking_torque; };
+    return std::ranges::any_of(world_.physics.joints, breaks) || std::ranges::any_of(world_.physics.joint_kinds, breaks);
 }
 
 std::vector<world::JointLook> BodyJoints::looks(const physics::Scene& scene) const {

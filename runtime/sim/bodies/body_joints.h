@@ -68,8 +68,6 @@ class BodyJoints {
     Result<void> add_ghosts(Subdomain& subdomain, PhysicsScene& physics, const BodyMaker& bodies, const Touches& touches) const;
     std::vector<Reading> sensed(const Subdomain& subdomain, Catom catom) const;
     bool sense_catom(Subdomain& subdomain, const physics::Scene& scene, Catom catom, int worker) const;
-    physics::JointSpec describe(const world::JointOptions& joint, const physics::Scene& scene, physics::BodyId first,
-                                physics::BodyId second) const;
     // Metres of a slider in diameters; angles stay.
     double unit_m(physics::JointKind kind) const { return kind == physics::JointKind::Slider ? 2 * world_.radius : 1; }
 

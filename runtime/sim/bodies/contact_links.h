@@ -1,6 +1,7 @@
 // Turns touches into the links over which programs see neighbours; kept up to date from the contact events of the physics.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -37,6 +38,7 @@ class ContactLinks {
     void forget(const std::vector<physics::BodyId>& lost);
     // Touches that wait for a port, the lower number first, sorted; those of catoms that migrate go with them.
     std::span<const Pair> waiting() const { return waiting_; }
+    bool waits(const physics::ConnectionPair& pair) const { return std::ranges::binary_search(waiting_, Pair{pair.first, pair.second}); }
     // Adds some, and removes those that no longer involve a catom of this process.
     void change_hands(const Subdomain& subdomain, const std::vector<Pair>& arrived);
 

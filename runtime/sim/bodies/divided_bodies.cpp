@@ -54,6 +54,21 @@ std::vector<std::vector<std::byte>> gather_bytes(Subdomain& subdomain, ByteWrite
     return all;
 }
 
+std::vector<physics::ConnectionPair> gather_pairs(Subdomain& subdomain, const std::vector<physics::ConnectionPair>& ours) {
+    ByteWriter mine;
+    for (const auto& [one, other] : ours) mine.write(one), mine.write(other);
+    std::vector<physics::ConnectionPair> all;
+    for (const auto& from : gather_bytes(subdomain, mine))
+        for (ByteReader in(from, "pairs of bodies"); !in.done();) {
+            const auto one = in.read<physics::BodyId>();
+            all.emplace_back(one, in.read<physics::BodyId>());
+        }
+    std::ranges::sort(all);
+    const auto twice = std::ranges::unique(all);
+    all.erase(twice.begin(), twice.end());
+    return all;
+}
+
 std::vector<comm::Packet> exchange_bytes(Subdomain& subdomain, std::vector<ByteWriter>& by_process) {
     return subdomain.comm.exchange(comm::take_packets(by_process));
 }

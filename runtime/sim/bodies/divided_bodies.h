@@ -2,6 +2,7 @@
 // messages of physics/scene/subdomain.h; the results are those of the undivided world, bit for bit.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -69,6 +70,9 @@ class DividedBodies {
 
 // Gives all processes the bytes of all, in the order of processes; a single process gets its own.
 std::vector<std::vector<std::byte>> gather_bytes(Subdomain& subdomain, ByteWriter& mine);
+inline physics::ConnectionPair pair_of(physics::BodyId one, physics::BodyId other) { return std::minmax(one, other); }
+// Pairs of all processes, of which several may have the same; sorted, each once.
+std::vector<physics::ConnectionPair> gather_pairs(Subdomain& subdomain, const std::vector<physics::ConnectionPair>& ours);
 // Sends bytes to processes by number (none to itself), and returns what arrives, in the order of the senders.
 std::vector<comm::Packet> exchange_bytes(Subdomain& subdomain, std::vector<ByteWriter>& by_process);
 // The first error of any process becomes the error of all.

@@ -37,6 +37,7 @@ Result<void> FreeMotion::check(const Subdomain& subdomain) const {
     if (!subdomain.alone() && world_.physics.engine != "blocks")
         return fail(fmt::format("{}: the engine \"{}\" runs on one process", world_.path, world_.physics.engine),
                     "Write [motion] engine = \"blocks\", or leave out -n");
+    if (auto fine = joint_changes_.check(subdomain); !fine) return fine;
     return connections_.check(subdomain);
 }
 
@@ -132,7 +133,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
 }
 
 void FreeMotion::tell_looks(Subdomain& subdomain) {
-    const bool joints = !world_.physics.joints.empty(), forms = world_.physics.has_forms();
+    const bool joints = world_.physics.has_joints(), forms = world_.physics.has_forms();
     if (joints) subdomain.set_joints([this] { return joints_.looks(*physics_.scene); });
     if (joints || forms) subdomain.set_rounded([this, &subdomain](Catom c) { return rounded_of(subdomain, c); }, forms);
     if (forms) return;
@@ -154,6 +155,7 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     if (auto done = actions_.take(subdomain, physics_, divided_ ? &*divided_ : nullptr); !done) return done;
     connect_bodies(subdomain);
     drive_joints(subdomain);
+    change_joints(subdomain);
     dim_lamps(subdomain);
     // Of several processes, perhaps not all have a catom with limits.
     if (load_senses_.reads_loads() || (divided_ && connections_.may_break())) physics_.scene->want_loads();
@@ -186,7 +188,7 @@ void FreeMotion::connect_bodies(Subdomain& subdomain) {
 }
 
 void FreeMotion::drive_joints(Subdomain& subdomain) {
-    const bool together = divided_ && actions_.any_wrenches() && !world_.physics.joints.empty();
+    const bool together = divided_ && actions_.any_wrenches() && world_.physics.has_joints();
     if (!together && actions_.asked_drives().empty()) return;
     for (const RefusedDrive& each : joints_.carry_out(subdomain, *physics_.scene, actions_.asked_drives(), together ? &*divided_ : nullptr))
         actions_.report_failed(subdomain, each.catom, each.action, each.why);
@@ -198,25 +200,20 @@ void FreeMotion::dim_lamps(Subdomain& subdomain) {
         actions_.report_failed(subdomain, catom, ActionKind::Lamp, Refusal::NoSuchFeature);
 }
 
-namespace {
-
-// Those of all processes, of which several may have the same; sorted.
-std::vector<physics::ConnectionPair> gather_pairs(Subdomain& subdomain, const std::vector<physics::ConnectionPair>& ours) {
-    ByteWriter mine;
-    for (const auto& [one, other] : ours) mine.write(one), mine.write(other);
-    std::vector<physics::ConnectionPair> all;
-    for (const auto& from : gather_bytes(subdomain, mine))
-        for (ByteReader in(from, "what broke"); !in.done();) {
-            const auto one = in.read<physics::BodyId>();
-            all.emplace_back(one, in.read<physics::BodyId>());
-        }
-    std::ranges::sort(all);
-    const auto twice = std::ranges::unique(all);
-    all.erase(twice.begin(), twice.end());
-    return all;
+void FreeMotion::change_joints(Subdomain& subdomain) {
+    if (!actions_.any_wrenches() || !JointChanges::asks(subdomain)) return;
+    std::vector<RefusedJoint> refused;
+    ChangedJoints changed = joint_changes_.carry_out(subdomain, physics_, links_, actions_.asked_joints(), refused);
+    for (const RefusedJoint& each : refused) actions_.report_failed(subdomain, each.catom, each.action, each.why);
+    // Before the first step nobody is a neighbour yet, and fixed touches have those of joints once.
+    std::erase_if(changed.ended, [&](const physics::ConnectionPair& pair) {
+        const auto found = std::ranges::find(fixed_touches_, physics::Touch(pair.first, pair.second, false), &physics::TouchEvent::touch);
+        if (found == fixed_touches_.end()) return false;
+        fixed_touches_.erase(found);
+        return true;
+    });
+    connections_.change_joints(physics_, changed);
 }
-
-}  // namespace
 
 void FreeMotion::part_broken(Subdomain& subdomain) {
     const auto ours = physics_.scene->broken_joints();

@@ -18,6 +18,7 @@
 #include "runtime/sim/bodies/contact_links.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/fixed_touches.h"
+#include "runtime/sim/bodies/joint_changes.h"
 #include "runtime/sim/bodies/lamps.h"
 #include "runtime/sim/bodies/light_sensors.h"
 #include "runtime/sim/bodies/load_senses.h"
@@ -34,7 +35,13 @@ namespace meld::sim {
 class FreeMotion : public SimModule {
   public:
     explicit FreeMotion(const world::World& world)
-        : world_(world), connections_(world), joints_(world), range_finders_(world), lamps_(world), light_sensors_(world) {
+        : world_(world),
+          connections_(world),
+          joints_(world),
+          joint_changes_(world),
+          range_finders_(world),
+          lamps_(world),
+          light_sensors_(world) {
         if (world.links) in_range_.emplace(*world.links);
     }
     Result<void> start(Subdomain& subdomain) override;
@@ -86,6 +93,7 @@ class FreeMotion : public SimModule {
     void note_fixed_touches(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
     void connect_bodies(Subdomain& subdomain);
     void drive_joints(Subdomain& subdomain);
+    void change_joints(Subdomain& subdomain);
     void dim_lamps(Subdomain& subdomain);
     // After a step, on every process: tells of the joints that broke in it.
     void part_broken(Subdomain& subdomain);
@@ -108,6 +116,7 @@ class FreeMotion : public SimModule {
     BodySenses senses_;
     BodyConnections connections_;
     BodyJoints joints_;
+    JointChanges joint_changes_;
     LoadSenses load_senses_;
     RangeFinders range_finders_;
     Lamps lamps_;

@@ -39,8 +39,14 @@ constexpr Words kWords[] = {
     {Refusal::Conflict, "conflict", "another request had priority"},
     {Refusal::NoSuchFeature, "no_such_feature", "the catom had no such feature"},
     {Refusal::NotConnected, "not_connected", "the two catoms were not connected"},
-    {Refusal::NotJoined, "not_joined", "the two catoms had no joint with a motor"},
+    {Refusal::NotJoined, "not_joined", "the two catoms had no joint, or none with a motor"},
     {Refusal::NotTouching, "not_touching", "the other catom did not touch it"},
+    {Refusal::NoSuchKind, "no_such_kind", "the world has no such kind of joints"},
+    {Refusal::NoSuchCatom, "no_such_catom", "there was no such other catom"},
+    {Refusal::AlreadyJoined, "already_joined", "the two catoms had a joint already"},
+    {Refusal::BothFixed, "both_fixed", "both catoms were fixed"},
+    {Refusal::TooFar, "too_far", "the other catom was too far away"},
+    {Refusal::TooManyJoints, "too_many_joints", "one of the two had as many joints as it can have"},
 };
 constexpr std::size_t kRefusals = std::size(kWords);
 

@@ -43,6 +43,12 @@ enum class Refusal : std::uint8_t {
     NotConnected,
     NotJoined,
     NotTouching,
+    NoSuchKind,
+    NoSuchCatom,
+    AlreadyJoined,
+    BothFixed,
+    TooFar,
+    TooManyJoints,
 };
 // A name that stays the same, for programs: "not_a_neighbour".
 std::string_view name_of(Refusal why);

@@ -80,8 +80,9 @@ struct CatomGroup {
     std::string place;
 };
 
-// A joint of two catoms, or of all catoms of a region that touch each other at the start; later ones override earlier ones. Lengths in
-// diameters and angles in degrees, with their speeds in m/s and rad/s.
+// A joint of two catoms, or of all catoms of a region that touch each other at the start; later ones override earlier ones. Or a kind of
+// joints that programs make: then places and directions are those of the catom that asks, not of the world. Lengths in diameters and
+// angles in degrees, with their speeds in m/s and rad/s.
 struct JointOptions {
     std::string kind = "hinge";  // "hinge", "slider" or "ball".
     std::optional<std::array<std::uint64_t, 2>> between;
@@ -95,6 +96,7 @@ struct JointOptions {
     std::optional<double> breaking_force, breaking_torque;  // What it carries at most, N and N m; nothing: anything.
     std::string drive = "coast";                            // At the start: "coast", "motor", "servo" or "brake".
     double target = 0;
+    double reach = 0.05;  // Of a kind: how far apart the surfaces of the two may be.
     std::string place;
 };
 
@@ -186,8 +188,10 @@ struct PhysicsOptions {
     std::vector<FeatureOptions> features;
     std::vector<ObstacleOptions> obstacles;
     std::vector<CatomGroup> groups;
-    std::vector<JointOptions> joints;
+    std::vector<JointOptions> joints, joint_kinds;
 
+    // At the start, or when programs make them.
+    bool has_joints() const { return !joints.empty() || !joint_kinds.empty(); }
     bool has_forms() const {
         return !form.is_sphere() || std::ranges::any_of(groups, [](const CatomGroup& g) { return g.form && !g.form->is_sphere(); });
     }

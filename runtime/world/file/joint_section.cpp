@@ -24,6 +24,17 @@ std::optional<std::array<double, 2>> two_numbers(const toml::node& node) {
     return std::array{*(*array)[0].value<double>(), *(*array)[1].value<double>()};
 }
 
+void read_anchor(const Section& section, JointOptions& joint) {
+    if (!section.has("anchor")) return;
+    Vec3 anchor{};
+    section.read("anchor", anchor);
+    for (const double component : anchor)
+        if (std::abs(component) > kFarthestAnchor)
+            return section.wrong("anchor", "the anchor of a joint is too far away",
+                                 "write where it is, in diameters: anchor = [0.5, 0, 0]");
+    joint.anchor = anchor;
+}
+
 void read_bodies(const Section& section, JointOptions& joint) {
     if (section.has("between") == section.has("where"))
         return section.wrong("between", "a [[motion.joint]] needs either two catoms or a region",
@@ -41,14 +52,7 @@ void read_bodies(const Section& section, JointOptions& joint) {
     if (first < 0 || second < 0 || first == second)
         return section.wrong("between", "a joint is not between two catoms", "write the numbers of two: between = [0, 1]");
     joint.between = {static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(second)};
-    Vec3 anchor{};
-    if (!section.has("anchor")) return;
-    section.read("anchor", anchor);
-    for (const double component : anchor)
-        if (std::abs(component) > kFarthestAnchor)
-            return section.wrong("anchor", "the anchor of a joint is too far away",
-                                 "write where it is, in diameters: anchor = [0.5, 0, 0]");
-    joint.anchor = anchor;
+    read_anchor(section, joint);
 }
 
 // A ball moves along nothing; and wherever the two halves of a slider are, they move along the same axis.
@@ -102,16 +106,23 @@ void read_spring(const Section& section, JointOptions& joint) {
         section.wrong("stiffness", "a joint has a spring or a motor", "take stiffness and damping out, or the motor");
 }
 
-}  // namespace
+// The keys that say what a joint is like, whoever it is between.
+const std::vector<std::string_view> kKeys = {"kind",    "anchor",   "axis",           "limits",         "torque", "force",
+                                             "speed",   "response", "motor",          "servo",          "brake",  "stiffness",
+                                             "damping", "rest",     "breaking_force", "breaking_torque"};
 
-void read_joint(TomlReader& reader, const toml::table& table, JointOptions& joint) {
-    const Section section(reader, table, "[[motion.joint]]",
-                          {"kind", "between", "where", "anchor", "axis", "limits", "torque", "force", "speed", "response", "motor", "servo",
-                           "brake", "stiffness", "damping", "rest", "breaking_force", "breaking_torque"});
-    joint.place = reader.place(table.source());
+std::vector<std::string_view> with_keys(std::initializer_list<std::string_view> more) {
+    std::vector<std::string_view> all = kKeys;
+    all.insert(all.end(), more);
+    return all;
+}
+
+void read_kind(const Section& section, JointOptions& joint) {
     section.read_choice("kind", joint.kind, {"hinge", "slider", "ball"});
     refuse_keys_of_other_joints(section, joint.kind);
-    read_bodies(section, joint);
+}
+
+void read_working(const Section& section, JointOptions& joint) {
     read_breaking(section, joint.breaking_force, joint.breaking_torque);
     if (joint.kind == "ball") return;
     section.read("axis", joint.axis);
@@ -124,6 +135,25 @@ void read_joint(TomlReader& reader, const toml::table& table, JointOptions& join
     read_limits(section, joint);
     read_drive(section, joint);
     read_spring(section, joint);
+}
+
+}  // namespace
+
+void read_joint(TomlReader& reader, const toml::table& table, JointOptions& joint) {
+    const Section section(reader, table, "[[motion.joint]]", with_keys({"between", "where"}));
+    joint.place = reader.place(table.source());
+    read_kind(section, joint);
+    read_bodies(section, joint);
+    read_working(section, joint);
+}
+
+void read_joint_kind(TomlReader& reader, const toml::table& table, JointOptions& kind) {
+    const Section section(reader, table, "[[motion.joint_kind]]", with_keys({"reach"}));
+    kind.place = reader.place(table.source());
+    read_kind(section, kind);
+    read_anchor(section, kind);
+    section.read_number("reach", kind.reach, 0, kFarthestAnchor);
+    read_working(section, kind);
 }
 
 }  // namespace meld::world

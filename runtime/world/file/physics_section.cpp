@@ -196,7 +196,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
                            "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",          "noise",
                            "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "breaking_torque",
                            "shape",          "edges",           "length",          "height",      "rounding",       "joint",
-                           "lamp",           "compound"});
+                           "lamp",           "compound",        "joint_kind"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -241,7 +241,11 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     each_table(reader, table, "motion", "catoms",
                [&](const toml::table& t) { read_group(reader, t, p.compounds, p.groups.emplace_back()); });
     each_table(reader, table, "motion", "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });
-    if (!p.joints.empty() && p.engine == "hash")
+    each_table(reader, table, "motion", "joint_kind",
+               [&](const toml::table& t) { read_joint_kind(reader, t, p.joint_kinds.emplace_back()); });
+    if (!p.joint_kinds.empty() && p.engine == "ode")
+        section.wrong("engine", "the engine \"ode\" makes no joints later", "write engine = \"blocks\", or take [[motion.joint_kind]] out");
+    if (p.has_joints() && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no joints", "write engine = \"blocks\", or take the joints out");
     for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
     smallest_m = least_thickness(p, diameter_m, smallest_m);

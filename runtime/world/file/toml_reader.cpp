@@ -131,7 +131,7 @@ std::string_view TomlReader::line(std::size_t number) const {
     return rest.substr(0, rest.find('\n'));
 }
 
-Section::Section(TomlReader& reader, const toml::table& table, std::string name, std::initializer_list<std::string_view> known)
+Section::Section(TomlReader& reader, const toml::table& table, std::string name, const std::vector<std::string_view>& known)
     : reader_(reader), table_(table), name_(std::move(name)) {
     // A table has its keys by name; the mistake to report is the first one in the file.
     std::vector<const toml::key*> unknown;
@@ -141,8 +141,7 @@ Section::Section(TomlReader& reader, const toml::table& table, std::string name,
     std::ranges::sort(unknown, {}, line_of);
     const std::string where = name_.empty() ? "" : fmt::format(" in {}", name_);
     for (const toml::key* key : unknown)
-        reader_.wrong(key->source(), fmt::format("there is no key '{}'{}", key->str(), where),
-                      did_you_mean(key->str(), {known.begin(), known.size()}));
+        reader_.wrong(key->source(), fmt::format("there is no key '{}'{}", key->str(), where), did_you_mean(key->str(), known));
 }
 
 std::string Section::name_of(std::string_view key) const { return name_.empty() ? std::string(key) : fmt::format("{} {}", name_, key); }

@@ -68,7 +68,7 @@ std::string type_mismatch(const toml::node& node, std::string_view wanted);
 class Section {
   public:
     // Reports each unknown key.
-    Section(TomlReader& reader, const toml::table& table, std::string name, std::initializer_list<std::string_view> known);
+    Section(TomlReader& reader, const toml::table& table, std::string name, const std::vector<std::string_view>& known);
 
     const toml::node* find(std::string_view key) const { return table_.get(key); }
     bool has(std::string_view key) const { return find(key) != nullptr; }

@@ -96,6 +96,37 @@ TEST(JointSection, SaysWhatIsWrong) {
     EXPECT_EQ(outcome_of("[[motion.joint]]\nbetween = [0, 1]\n"), "fine");
 }
 
+TEST(JointSection, ReadsKindsOfJointsThatProgramsMake) {
+    const Result<World> world = parse_world(
+        kTwo +
+            "[[motion.joint_kind]]\nanchor = [0.5, 0, 0]\naxis = [0, 1, 0]\ntorque = 3\nservo = 20\nreach = 0.2\n[[motion.joint_kind]]\n"
+            "kind = \"ball\"\n",
+        "w.toml");
+    ASSERT_TRUE(world) << world.error().message();
+    ASSERT_EQ(world->physics.joint_kinds.size(), 2u);
+    const JointOptions &hinge = world->physics.joint_kinds[0], &ball = world->physics.joint_kinds[1];
+    EXPECT_EQ(hinge.anchor, (Vec3{0.5, 0, 0}));
+    EXPECT_EQ(hinge.axis, (Vec3{0, 1, 0}));
+    EXPECT_EQ(hinge.reach, 0.2);
+    EXPECT_EQ(hinge.drive, "servo");
+    EXPECT_EQ(ball.kind, "ball");
+    EXPECT_EQ(ball.reach, 0.05);
+    EXPECT_TRUE(world->physics.joints.empty() && world->physics.has_joints());
+}
+
+TEST(JointSection, SaysWhatIsWrongWithKinds) {
+    const auto said = [](const std::string& lines) { return outcome_of(lines); };
+    const std::string kind = "[[motion.joint_kind]]\n";
+    EXPECT_NE(said(kind + "between = [0, 1]\n").find("there is no key 'between' in [[motion.joint_kind]]"), std::string::npos);
+    EXPECT_NE(said(kind + "reach = -1\n").find("reach"), std::string::npos);
+    EXPECT_NE(said(kind + "limits = [1, 2]\n").find("the limits of a joint are not around 0"), std::string::npos);
+    EXPECT_NE(said("[[motion.joint]]\nbetween = [0, 1]\nreach = 1\n").find("there is no key 'reach' in [[motion.joint]]"),
+              std::string::npos);
+    EXPECT_NE(said("engine = \"hash\"\n" + kind).find("the engine \"hash\" has no joints"), std::string::npos);
+    EXPECT_NE(said("engine = \"ode\"\n" + kind).find("the engine \"ode\" makes no joints later"), std::string::npos);
+    EXPECT_EQ(said(kind), "fine");
+}
+
 TEST(JointSection, TakesTheDirectionOfAnyAxis) {
     for (const char* axis : {"[0, 1e300, 0]", "[0, 1e-200, 0]"}) {
         const Result<World> world = parse_world(kTwo + "[[motion.joint]]\nbetween = [0, 1]\naxis = " + axis + "\n", "w.toml");
