@@ -134,14 +134,18 @@ JointChanges::Ends JointChanges::find_ends(Subdomain& subdomain, const physics::
         const std::optional<Catom> catom = subdomain.ensemble.find(id);
         if (!catom || !subdomain.owned(*catom) || !scene.has(id)) continue;
         const double radius_m = scene.radius(id);
-        mine.write(
-            End{id, scene.fixed(id) ? 1u : 0u, scene.pose(id), radius_m, scene.shape(id).value_or(physics::BodyShape{{}, radius_m})});
+        mine.write(id), mine.write(static_cast<std::uint8_t>(scene.fixed(id))), mine.write(scene.pose(id)), mine.write(radius_m);
+        physics::write_shape(scene.shape(id).value_or(physics::BodyShape{{}, radius_m}), mine);
     }
     Ends ends;
     for (const auto& from : gather_bytes(subdomain, mine))
         for (ByteReader in(from, "catoms that joints are to hold"); !in.done();) {
-            const auto end = in.read<End>();
-            ends.emplace(end.id, end);
+            End end{.id = in.read<BodyId>()};
+            end.fixed = in.read<std::uint8_t>() != 0;
+            end.pose = in.read<physics::JointPose>();
+            end.radius_m = in.read<double>();
+            end.shape = physics::read_shape(in);
+            ends.emplace(end.id, std::move(end));
         }
     return ends;
 }
@@ -163,11 +167,11 @@ ChangedJoints JointChanges::carry_out(Subdomain& subdomain, PhysicsScene& physic
         const End &body = one->second, &other = two->second;
         if (scene.joined(wish.body, wish.other)) return Refusal::AlreadyJoined;
         if (made.contains(pair_of(wish.body, wish.other))) return Refusal::Conflict;
-        if (body.fixed != 0 && other.fixed != 0) return Refusal::BothFixed;
+        if (body.fixed && other.fixed) return Refusal::BothFixed;
         const world::JointOptions& kind = world_.physics.joint_kinds[wish.kind];
         if (!are_nearer(body.shape, body.pose, other.shape, other.pose, 2 * world_.radius * kind.reach)) return Refusal::TooFar;
-        if (!room.has(body.id, body.fixed != 0, other.id, other.fixed != 0)) return Refusal::TooManyJoints;
-        room.take(body.id, body.fixed != 0, other.id, other.fixed != 0);
+        if (!room.has(body.id, body.fixed, other.id, other.fixed)) return Refusal::TooManyJoints;
+        room.take(body.id, body.fixed, other.id, other.fixed);
         const auto end = [](const End& each) { return JointEnd{each.id, each.pose, each.radius_m}; };
         made.emplace(pair_of(body.id, other.id), joint_spec_of_kind(world_, kind, end(body), end(other)));
         if (wish.linked == 0) changed.strangers.push_back(pair_of(body.id, other.id));

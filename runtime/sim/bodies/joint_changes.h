@@ -60,11 +60,11 @@ class JointChanges {
     };
     // A catom that somebody wants a joint with or for.
     struct End {
-        physics::BodyId id;
-        std::uint32_t fixed;
-        physics::JointPose pose;
-        double radius_m;
-        physics::BodyShape shape;
+        physics::BodyId id = 0;
+        bool fixed = false;
+        physics::JointPose pose = {};
+        double radius_m = 0;
+        physics::BodyShape shape = {};
     };
     using Ends = std::map<physics::BodyId, End>;
 
