@@ -28,8 +28,16 @@ Result<void> PairwiseFeatures::find(World& world, double dt_s, Workers& workers)
             const Vec3 apart = position(b) - position(a);
             const double distance = length(apart), gap = distance - a.radius - b.radius;
             if (!(distance > 0 && gap < range)) continue;
+            const Touch touch = touch_of(bodies.properties[pair.first].id, bodies.properties[pair.second].id);
             if (((bodies.properties[pair.first].flags | bodies.properties[pair.second].flags) & kShaped) != 0) {
-                add_shape_feature_wrenches(world, wrenches_, pair.first, pair.second);
+                double all = 0;
+                add_shape_feature_wrenches(world, wrenches_, pair.first, pair.second, [&](const HeldPlace& held) {
+                    const Vec3 force = held.force_n * held.axis;
+                    add_wrench(wrenches_[pair.first], force, cross(held.at_m - position(a), force));
+                    add_wrench(wrenches_[pair.second], -force, cross(held.at_m - position(b), -force));
+                    all += held.force_n;
+                });
+                if (all > 0) held_.push_back({touch, all});
                 continue;
             }
             const Vec3 normal = (1 / distance) * apart;
@@ -37,7 +45,7 @@ Result<void> PairwiseFeatures::find(World& world, double dt_s, Workers& workers)
             if (held == 0) continue;
             add_wrench(wrenches_[pair.first], held * normal, {});
             add_wrench(wrenches_[pair.second], -held * normal, {});
-            held_.push_back({touch_of(bodies.properties[pair.first].id, bodies.properties[pair.second].id), held});
+            held_.push_back({touch, held});
         }
     std::sort(held_.begin(), held_.end(), [](const Held& one, const Held& other) { return one.touch < other.touch; });
     return {};

@@ -296,17 +296,20 @@ Result<void> Scene::set_wrench(BodyId body, Vec3 force, Vec3 torque) {
 Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     if (auto fine = known(body); !fine) return fine;
     if (table >= world_->tables.size()) return fail(fmt::format("there is no feature table {}", table), "Add it first");
-    const auto latches = [](const Feature& feature) { return feature.kind == FeatureKind::Latch; };
-    if (world_->shapes.of(body) != 0 && std::ranges::any_of(world_->tables[table], latches))
-        return fail(fmt::format("body {} has a shape, and latches are on spheres", body), "Use magnets or plates, or spheres");
-    if (const BodyShapes::Index index = world_->shapes.of(body); index != 0)
-        for (const Feature& feature : world_->tables[table])
-            if (const Vec3 d = feature.direction; world_->shapes.kind(index).shape.way_out_m(d) == 0)
+    if (const BodyShapes::Index index = world_->shapes.of(body); index != 0) {
+        const BodyShape& shape = world_->shapes.kind(index).shape;
+        for (const Feature& feature : world_->tables[table]) {
+            if (shape.is_compound() && feature.kind == FeatureKind::Latch)
+                return fail(fmt::format("body {} is a compound, and compounds have no latches", body),
+                            "Use magnets or plates, or another shape");
+            if (const Vec3 d = feature.direction; shape.way_out_m(d) == 0)
                 return fail(
                     fmt::format("a magnet or plate of body {} is in the direction ({:.3g}, {:.3g}, {:.3g}), where its compound has no "
                                 "part (seen from its centre of mass)",
                                 body, d.x, d.y, d.z),
                     "Choose directions that lead through parts");
+        }
+    }
     Bodies& bodies = world_->bodies;
     bodies.need_features();
     const std::uint32_t slot = bodies.slot(body);

@@ -256,7 +256,7 @@ void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sw
                            rule);
         sweep(contacts_.plain_obstacles(block), velocities, rule);
         rows_.sweep(contacts_, block, velocities, step_s, rule);
-        shape_contacts_.sweep(block, velocities, rule);
+        shape_contacts_.sweep(block, velocities, rule, step_s);
     }
 }
 

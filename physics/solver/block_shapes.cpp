@@ -100,6 +100,7 @@ std::optional<std::pair<BodyId, Error>> BlockEngine::refresh_shapes(std::uint32_
     const auto deep = shape_contacts_.refresh(shape_setup(), block,
                                               {.margin_m = kLookAheadShare * 2 * smallest_radius_m_,
                                                .ahead_s = kStepsAhead * dt_s,
+                                               .latch_range_m = world_.latch_range_m(),
                                                .max_overlap_share = world_.settings.max_overlap_share});
     if (!deep) return std::nullopt;
     if (deep->obstacle == kNoSlot)

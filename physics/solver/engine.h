@@ -49,8 +49,8 @@ struct World {
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};
-    // The greatest of all tables.
-    double feature_range = 0, feature_depth = 0;
+    // The greatest of all tables; the last is of latches.
+    double feature_range = 0, feature_depth = 0, latch_range = 0;
     std::vector<TouchEvent> events;
     double last_step_s = 0;
     std::uint64_t tick = 0;
@@ -70,6 +70,8 @@ struct World {
     Result<void> check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const;
     // The greatest distance at which two features act on each other, surface to surface; 0 without features.
     double feature_range_m() const { return feature_range; }
+    // The same for latches.
+    double latch_range_m() const { return latch_range; }
     // The depth of the deepest feature below the surface.
     double feature_depth_m() const { return feature_depth; }
     void add_table(std::vector<Feature> features);

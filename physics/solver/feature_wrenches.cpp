@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "physics/bodies/actuation.h"
@@ -71,6 +72,16 @@ void find_reaching(const World& world, std::uint32_t slot, std::uint32_t other, 
         const double sign = (state.reversed >> i & 1) != 0 ? -1.0 : 1.0;
         found.of[found.count++] = {&table[i], {position(place) + lever, direction, sign}, lever};
     }
+}
+
+// Two latches hold if they are nearer than the smaller of their ranges.
+std::optional<HeldPlace> held_by(const Reaching::One& first, const Reaching::One& second) {
+    const Vec3 one = first.pose.surface, other = second.pose.surface;
+    if (!(length(other - one) < std::min(first.feature->range_m, second.feature->range_m))) return std::nullopt;
+    const Vec3 facing = first.pose.direction - second.pose.direction;
+    const double faces = length(facing);
+    const Vec3 axis = faces > 0 ? (1 / faces) * facing : first.pose.direction;
+    return HeldPlace{0.5 * (one + other), axis, std::min(first.feature->strength, second.feature->strength)};
 }
 
 }  // namespace
@@ -151,7 +162,8 @@ double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::ui
     return held;
 }
 
-void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b) {
+void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b,
+                                const std::function<void(const HeldPlace&)>& hold) {
     MELD_EXPECT(a != b && a < wrenches.size() && b < wrenches.size(), "slots {} and {} of {}", a, b, wrenches.size());
     Reaching of_a, of_b;
     find_reaching(world, a, b, of_a);
@@ -160,6 +172,11 @@ void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std
     Bodies& bodies = world.bodies;
     for (const Reaching::One& first : std::span(of_a.of).first(of_a.count))
         for (const Reaching::One& second : std::span(of_b.of).first(of_b.count)) {
+            if (first.feature->kind != second.feature->kind) continue;
+            if (first.feature->kind == FeatureKind::Latch) {
+                if (const auto held = held_by(first, second)) hold(*held);
+                continue;
+            }
             double charge = 0;
             const Interaction done = interact(*first.feature, first.pose, *second.feature, second.pose, charge);
             add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(first.lever, done.force_n));

@@ -1,6 +1,7 @@
 // The wrenches (force and torque) that magnets, plates and latches exert on bodies, for all engines.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "physics/solver/engine.h"
@@ -15,8 +16,15 @@ void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double 
 // Then, for each pair whose surfaces are nearer than the world's range, with `normal` from a to b: adds what their features do to each
 // other. Returns the force of the latches that hold, N, which the wrenches do not include.
 double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m);
-// The same for two bodies of which at least one has a shape. Each feature is where the ray in its direction leaves the surface.
-void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b);
+// Two latches that hold: in the middle between them, with up to a force, N, along an axis from a to b.
+struct HeldPlace {
+    Vec3 at_m, axis;
+    double force_n = 0;
+};
+// The same for two bodies of which at least one has a shape. Each feature is where the ray in its direction leaves the surface. Calls
+// hold() for each two latches that hold, which the wrenches do not include.
+void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b,
+                                const std::function<void(const HeldPlace&)>& hold);
 // At the end of the step: adds the energy drawn by charging plates.
 void account_charges(World& world, Workers& workers);
 

@@ -148,7 +148,7 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies, 
                 std::copy_n(tangent, 3, kept.of[p].tangent);
             }
         }
-    batches_.clear(), moved_.clear(), lanes_.clear(), first_.clear();
+    batches_.clear(), moved_.clear(), held_.clear(), lanes_.clear(), first_.clear();
     return ended;
 }
 

@@ -373,6 +373,18 @@ struct ShapeContacts::Former {
     }
 };
 
+// What latches hold at points that are no longer there, these points (bits) take over in equal parts. A push would be back after a sweep,
+// but a pull has a limit, and a body that hangs on most of it would fall a little whenever a point is found elsewhere.
+void ShapeContacts::hand_on_pulls(const Former& former, unsigned to, ShapeBatch& batch, int i) {
+    float pull = 0;
+    for (int q = 0; q < former.count; ++q)
+        if ((former.used >> q & 1u) == 0) pull += std::min(former.points[static_cast<std::size_t>(q)].normal_impulse, 0.0f);
+    if (pull == 0) return;
+    const float part = pull / static_cast<float>(std::popcount(to));
+    for (std::size_t p = 0; p < kMaxManifoldPoints; ++p)
+        if ((to >> p & 1u) != 0) batch.points[p].normal_impulse[i] += part;
+}
+
 // Each point takes the impulses of the former point that was nearest to it on body a, unless that was elsewhere; of parts, unless that had
 // another direction.
 void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found,
@@ -383,6 +395,7 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
     const double b_share = obstacle ? 0 : 1 / setup.bodies.place[batch.b[i]].radius;
     const Vec3 shift = obstacle ? Vec3{} : poses_[batch.b[i]].centre - poses_[batch.a[i]].centre;
     const int before = lane.points;
+    unsigned fresh = 0;
     set_lane(batch.nx, batch.ny, batch.nz, i, found.normal);
     for (int p = 0; p < found.count; ++p) {
         ShapePoint& point = batch.points[static_cast<std::size_t>(p)];
@@ -405,7 +418,10 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
             if ((former.used >> q & 1u) == 0 && away < least) best = q, least = away;
         }
         point.normal_impulse[i] = point.tx[i] = point.ty[i] = point.tz[i] = 0;
-        if (best < 0) continue;
+        if (best < 0) {
+            fresh |= 1u << p;
+            continue;
+        }
         former.used |= 1u << best;
         const Former::Point& was = former.points[static_cast<std::size_t>(best)];
         point.normal_impulse[i] = was.normal_impulse;
@@ -414,6 +430,7 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
         point.ty[i] = was.tangent[1] - along * batch.ny[i];
         point.tz[i] = was.tangent[2] - along * batch.nz[i];
     }
+    hand_on_pulls(former, fresh != 0 ? fresh : (1u << found.count) - 1, batch, i);
     if (before > found.count) empty_lane(batch, i, found.count);
     lane.points = static_cast<std::uint8_t>(found.count);
 }
@@ -436,11 +453,13 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
             if (found.count == 0) {
                 if (lane->points != 0) empty_lane(batch, i, 0);
                 lane->points = 0;
+                if (!held_.empty()) share_holds(bodies, static_cast<std::size_t>(&batch - batches_.data()), i, 0);
                 continue;
             }
             Former former;
             former.add(batch, i, *lane);
             take_points(setup, batch, i, *lane, found, former);
+            if (!held_.empty()) share_holds(bodies, static_cast<std::size_t>(&batch - batches_.data()), i, lane->points);
             most = std::max(most, lane->points);
             note_depth(setup, batch, i, *lane, found, contact, worst);
         }
@@ -451,7 +470,11 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
 
 double ShapeContacts::reach_of(const Setup& setup, const ShapeBatch& batch, int i, const Contact& contact) const {
     const BodyVelocity &a = setup.bodies.velocity[batch.a[i]], &b = setup.bodies.velocity[batch.b[i]];
-    return contact.margin_m + contact.ahead_s * (length(velocity_of(b) - velocity_of(a)) + speed_of(a) + speed_of(b));
+    const std::vector<Bodies::FeatureState>& features = setup.bodies.features;
+    const bool may_hold = contact.latch_range_m > contact.margin_m && batch.b[i] < features.size() && features[batch.a[i]].on != 0 &&
+                          features[batch.b[i]].on != 0;
+    return (may_hold ? contact.latch_range_m : contact.margin_m) +
+           contact.ahead_s * (length(velocity_of(b) - velocity_of(a)) + speed_of(a) + speed_of(b));
 }
 
 void ShapeContacts::note_depth(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, const Manifold& found,
@@ -533,8 +556,12 @@ void ShapeContacts::warm_start(std::uint32_t block, BodyVelocity* velocities) co
     if (!empty()) warm_start_shapes(batches(block), moved_.data(), velocities, turnings_.data());
 }
 
-void ShapeContacts::sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule) {
-    if (!empty()) sweep_shapes(batches(block), moved_.data(), velocities, turnings_.data(), rule);
+void ShapeContacts::sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule, float step_s) {
+    if (empty()) return;
+    if (held_.empty())
+        sweep_shapes(batches(block), moved_.data(), velocities, turnings_.data(), rule);
+    else
+        sweep_held_shapes(batches(block), held_.data() + first_[block], step_s, moved_.data(), velocities, turnings_.data(), rule);
 }
 
 void ShapeContacts::forget_impulses() {
@@ -565,8 +592,9 @@ bool ShapeContacts::is_moved(const ShapeBatch& batch, int i) const {
 }
 
 std::size_t ShapeContacts::bytes() const {
-    return moved_.capacity() * sizeof(MovedLanes) + batches_.capacity() * sizeof(ShapeBatch) + lanes_.capacity() * sizeof(ShapeLane) +
-           turnings_.capacity() * sizeof(Turning) + poses_.capacity() * sizeof(Pose) + first_.capacity() * sizeof(std::uint32_t);
+    return moved_.capacity() * sizeof(MovedLanes) + held_.capacity() * sizeof(HeldPoints) + batches_.capacity() * sizeof(ShapeBatch) +
+           lanes_.capacity() * sizeof(ShapeLane) + turnings_.capacity() * sizeof(Turning) + poses_.capacity() * sizeof(Pose) +
+           first_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace meld::physics

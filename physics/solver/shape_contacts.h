@@ -73,6 +73,13 @@ struct alignas(32) MovedLanes {
     Lanes b_scale, bx, by, bz;
 };
 
+// With how much force each of the points of eight lanes may pull, N, where latches hold; and the latches of a lane together, their force
+// and its moments, N m: force times place, from the centre of body a along the axes of the world.
+struct alignas(32) HeldPoints {
+    std::array<Lanes, kMaxManifoldPoints> force;
+    Lanes all, x, y, z;
+};
+
 // Of a lane that is no part of a contact with a surface.
 inline constexpr std::uint8_t kNoPart = 0xff;
 
@@ -106,6 +113,10 @@ void prepare_shapes(std::span<ShapeBatch> batches, const MovedLanes* moved, cons
 void warm_start_shapes(std::span<const ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings);
 void sweep_shapes(std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings,
                   const SweepRule& rule);
+// The same with latches: an impulse along the normal may go down to minus the force that holds there times `step_s`, and friction counts it
+// from there. `held`: one for each batch.
+void sweep_held_shapes(std::span<ShapeBatch> batches, const HeldPoints* held, float step_s, const MovedLanes* moved,
+                       BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule);
 
 class ShapeContacts {
   public:
@@ -148,7 +159,10 @@ class ShapeContacts {
     // The same to first order, without looking for points.
     void follow(std::uint32_t block, const BodyVelocity* velocities, float step_s) { follow_shapes(batches(block), velocities, step_s); }
     struct Contact {
-        double margin_m = 0, ahead_s = 0, max_overlap_share = 1;
+        double margin_m = 0, ahead_s = 0;
+        // Latches hold points of two bodies with features that are on up to this gap.
+        double latch_range_m = 0;
+        double max_overlap_share = 1;
     };
     struct TooDeep {
         BodyId body, other;
@@ -161,7 +175,14 @@ class ShapeContacts {
     void prepare(std::span<const std::uint32_t> blocks, const Bodies& bodies, Workers& workers);
 
     void warm_start(std::uint32_t block, BodyVelocity* velocities) const;
-    void sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule);
+    // Latches hold for `step_s`, the duration of a substep.
+    void sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule, float step_s);
+    // At the start of a step (block_actuation.cpp): makes room for latches; lets all points of a block go; and has the points of one of its
+    // lanes (eight a batch) hold with a force between them, at a place in the world. The points share it so that its lever arms are those
+    // of the place, or of the nearest place between the points, also when they have been found anew. Nothing if there are none.
+    void need_holds();
+    void let_go(std::uint32_t block);
+    void hold(const Bodies& bodies, std::uint32_t block, std::size_t lane, Vec3 at_m, double force_n);
     // Restitution (shape_bounces.cpp): all points of two bodies at once, so that a face that lands flat leaves flat.
     // Without composites: the contacts of bodies that move alone. With them: those of the members of composites that move freely, each
     // with the whole composite.
@@ -267,10 +288,15 @@ class ShapeContacts {
     // Whether a contact is one of a composite that moves freely.
     bool is_moved(const ShapeBatch& batch, int i) const;
     struct Former;
+    // Of a lane of a batch.
+    void share_holds(const Bodies& bodies, std::size_t batch, int i, std::size_t points);
+    static void hand_on_pulls(const Former& former, unsigned to, ShapeBatch& batch, int i);
     void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found, Former& former) const;
 
     Buffer<ShapeBatch> batches_;
     Buffer<MovedLanes> moved_;
+    // One a batch; empty unless some body has latches.
+    Buffer<HeldPoints> held_;
     std::vector<ShapeLane> lanes_;
     // By block, and one more.
     std::vector<std::uint32_t> first_;

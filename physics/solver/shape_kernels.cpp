@@ -123,9 +123,29 @@ MELD_INLINE void warm_start_shapes_kernel(std::span<const ShapeBatch> batches, c
     });
 }
 
-MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities,
-                                     const Turning* turnings, const SweepRule& rule) {
+// The impulse along the normal that a point wants now, and the force times the time with which it may pull at most.
+template <bool kHeld>
+struct Press {
+    const HeldPoints* held;
+    float step_s;
+    MELD_INLINE Lanes pull(std::uint32_t p) const {
+        if constexpr (kHeld)
+            return held->force[p] * step_s;
+        else
+            return lanes(0);
+    }
+    MELD_INLINE Lanes wanted(const ShapePoint& point, const Lanes& parting, const Lanes& pull, const SweepRule& rule) const {
+        const Lanes now = point.normal_impulse;
+        const LaneMask holds = kHeld ? pull > 0.0f : LaneMask{};
+        return max_lanes(now - wanted_change<kHeld>(point.gap, now, parting, point.lightness, holds, rule), lanes(0) - pull);
+    }
+};
+
+template <bool kHeld>
+MELD_INLINE void sweep_points(std::span<ShapeBatch> batches, const HeldPoints* held, float step_s, const MovedLanes* moved,
+                              BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule) {
     each_batch(batches, moved, [&](ShapeBatch& batch, const auto& arms) MELD_INLINE_CALL {
+        const Press<kHeld> press{kHeld ? held + (&batch - batches.data()) : nullptr, step_s};
         LaneBodies a = load_bodies(velocities, turnings, arms.a_slots), b = load_bodies(velocities, turnings, arms.b_slots);
         const Vector normal{batch.nx, batch.ny, batch.nz};
         // The points of a face push each other's apart, so one round over them leaves half of an approach.
@@ -135,8 +155,7 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, const MovedL
                 const Vector a_arm = arms.a(point), b_arm = arms.b(point);
                 const Lanes parting = dot(velocity_at(b, b_arm) - velocity_at(a, a_arm), normal);
                 const Lanes now = point.normal_impulse;
-                point.normal_impulse =
-                    max_lanes(now - wanted_change<false>(point.gap, now, parting, point.lightness, LaneMask{}, rule), lanes(0));
+                point.normal_impulse = press.wanted(point, parting, press.pull(p), rule);
                 const Vector impulse = (point.normal_impulse - now) * normal;
                 push(a, a_arm, lanes(-1) * impulse);
                 push(b, b_arm, impulse);
@@ -148,13 +167,12 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, const MovedL
             const Lanes parting = dot(apart, normal);
             const Vector slip = apart - parting * normal;
             const Lanes now = point.normal_impulse;
-            const Lanes pressed =
-                max_lanes(now - wanted_change<false>(point.gap, now, parting, point.lightness, LaneMask{}, rule), lanes(0));
+            const Lanes pull = press.pull(p), pressed = press.wanted(point, parting, pull, rule);
             const Vector friction_now{point.tx, point.ty, point.tz};
             const Vector wanted = friction_now - (mass_of(point.slip_lightness) * rule.over_relaxation) * slip;
             constexpr float kNoImpulseSquared = 1e-36f;
             const Lanes inverse = 1.0f / sqrt_lanes(max_lanes(dot(wanted, wanted), lanes(kNoImpulseSquared)));
-            const Vector friction = min_lanes(batch.friction * pressed * inverse, lanes(1)) * wanted;
+            const Vector friction = min_lanes(batch.friction * (pressed + pull) * inverse, lanes(1)) * wanted;
             const Vector impulse = (pressed - now) * normal + (friction - friction_now);
             push(a, a_arm, lanes(-1) * impulse);
             push(b, b_arm, impulse);
@@ -164,6 +182,15 @@ MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, const MovedL
         store(velocities, arms.a_slots, a.moving);
         store(velocities, arms.b_slots, b.moving);
     });
+}
+
+MELD_INLINE void sweep_shapes_kernel(std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities,
+                                     const Turning* turnings, const SweepRule& rule) {
+    sweep_points<false>(batches, nullptr, 0, moved, velocities, turnings, rule);
+}
+MELD_INLINE void sweep_held_shapes_kernel(std::span<ShapeBatch> batches, const HeldPoints* held, float step_s, const MovedLanes* moved,
+                                          BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule) {
+    sweep_points<true>(batches, held, step_s, moved, velocities, turnings, rule);
 }
 
 }  // namespace
@@ -180,5 +207,9 @@ MELD_KERNEL_VARIANTS(sweep_shapes,
                      (std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings,
                       const SweepRule& rule),
                      (batches, moved, velocities, turnings, rule))
+MELD_KERNEL_VARIANTS(sweep_held_shapes,
+                     (std::span<ShapeBatch> batches, const HeldPoints* held, float step_s, const MovedLanes* moved,
+                      BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule),
+                     (batches, held, step_s, moved, velocities, turnings, rule))
 
 }  // namespace meld::physics

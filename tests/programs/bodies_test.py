@@ -444,8 +444,7 @@ def have_shapes(bodies):
             (ONE + 'shape = "cube"\ninertia = 0.5\n', "the inertia of a cube follows from its shape"),
             (ONE + 'shape = "cube"\n[[motion.catoms]]\nwhere = "id == 0"\ninertia = 0.5\n', "w.toml:6:1: the inertia of a cube follows"),
             (ONE + '[[motion.catoms]]\nwhere = "id == 0"\nturned = [1e200, 0, 0]\n', "w.toml:7:10: a catom is turned by more than"),
-            (ONE + 'shape = "cube"\nengine = "hash"\n', 'the engine "hash" knows spheres alone'),
-            (ONE + 'shape = "cube"\n[[motion.feature]]\nkind = "latch"\ndirections = 6\n', "w.toml:6:1: only spheres have latches")):
+            (ONE + 'shape = "cube"\nengine = "hash"\n', 'the engine "hash" knows spheres alone')):
         done = bodies.command(PLACE, world, 1)
         if done.returncode != 2 or message not in done.stderr:
             sys.exit(f"{world}\nended with {done.returncode}: {done.stderr}\nnot {message}")

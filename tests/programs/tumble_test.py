@@ -39,6 +39,8 @@ token(A, N), neighbor(A, B), N > 0 -o visited(A, N), token(B, N - 1).
 force(A, 0 - X, 0, 2) :- position(A, X, _, _), degree(A, N), N > 1.
 torque(A, 1, 0, 2) :- lies(A, _), id(A, I), I % 5 = 0.
 roll(A, 3, 3, 0) :- dist(A, D), D % 2 = 1.
+latch(A, F, 1) :- contact(A, _, F).
+latch(A, F, 0) :- touched(A, _, F), visited(A, 37).
 """
 
 # Processes and threads. Those of two threads are stopped in the middle and go on with other numbers.
@@ -159,6 +161,9 @@ def case(seed):
     world += '[facts]\nsource = ["id % 9 == 0"]\ntoken = [{ where = "id % 20 == 0", args = [40] }]\n'
     if rng.random() < 0.5:
         world += f'[[event]]\ntick = {rng.randint(3, 12)}\nkill = "id % 7 == 3"\n'
+    if rng.random() < 0.6:
+        world += (f'[[motion.feature]]\nkind = "latch"\ndirections = {rng.choice([6, 12])}\nstrength = {rng.choice([5, 50, 500])}\n'
+                  f"range = {rng.choice([0.02, 0.1, 0.3]) * 2 * radius:.3f}\n")
     return PROGRAM, world
 
 

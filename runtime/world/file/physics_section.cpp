@@ -165,8 +165,6 @@ void check_forms(TomlReader& reader, const Section& section, const PhysicsOption
     };
     if (p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" knows spheres alone", "write engine = \"blocks\", or take the shapes out");
-    for (const FeatureOptions& f : p.features)
-        if (f.kind == "latch") at(f.place, "only spheres have latches", "write magnets or plates, or take the shapes out");
     const bool no_spheres =
         !p.form.is_sphere() && std::ranges::none_of(p.groups, [](const CatomGroup& g) { return g.form && g.form->is_sphere(); });
     for (const CatomGroup& g : p.groups)

@@ -321,10 +321,6 @@ TEST(Shapes, AreRefusedWhereTheyCannotBe) {
     refused(scene->add_body({.id = 0, .shape = BodyShape({0.5, 0.5, 0}, 0.1)}), "no solid");
     refused(scene->add_body({.id = 0, .shape = box_shape({1, 1, 1}, 0.6)}), "no solid");
     refused(scene->add_body({.id = 0, .position_m = {0, 0, -0.2}, .shape = box_shape({1, 1, 1}, 0)}), "deep in obstacle 0");
-    need(scene->add_body(cube));
-    const auto table = scene->add_feature_table({{.direction = {1, 0, 0}, .kind = FeatureKind::Latch}});
-    ASSERT_TRUE(table);
-    refused(scene->set_feature_table(0, *table), "latches are on spheres");
 }
 
 TEST(Shapes, ADeepOverlapEndsTheStepAndRestoresTheState) {
