@@ -175,7 +175,7 @@ class Lights(InstrumentCase):
                                   (lamp + "share = 1.5\n", 7, "share"),
                                   (lamp + "reach = -1\n", 7, "reach"),
                                   (lamp + "colour = 1\n", 7, "colour"),
-                                  ("lamp = 3\n", 5, "is an integer, not a table"),
+                                  ("lamp = 3\n", 5, "is an integer, not tables [[motion.lamp]]"),
                                   ("[motion.sense]\nlight = -1\n", 6, "light"),
                                   ('[[motion.sensor]]\nkind = "sound"\n', 6, "sound"),
                                   ('[[motion.sensor]]\nkind = "light"\n', 5, "no directions"),

@@ -212,7 +212,7 @@ class Sensors(InstrumentCase):
                                   ("[[motion.sensor]]\ndirections = [[1, 0]]\n", 6, "directions"),
                                   ("[[motion.sensor]]\ndirections = [[1, 0, 0]]\nreach = 0\n", 7, "reach"),
                                   ("[[motion.sensor]]\ndirections = [[1, 0, 0]]\nnoise = -1\n", 7, "noise"),
-                                  ("sensor = 3\n", 5, "is an integer, not a table")):
+                                  ("sensor = 3\n", 5, "is an integer, not tables [[motion.sensor]]")):
             with self.subTest(more=more):
                 self.write("w.toml", body + more)
                 said = self.call("meldsim", "world", "w.toml", code=2)[1]

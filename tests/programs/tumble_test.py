@@ -156,12 +156,14 @@ def case(seed):
     world += f'[[motion.catoms]]\nwhere = "x == 35"\nvelocity = [{-8 * speed:.1f}, 0, -1]\n'
     if rng.random() < 0.6:
         world += f'[[motion.obstacle]]\nkind = "box"\ncentre = [2, 0, 0]\nsize = [7, 4, 0.8]\ndegrees = {rng.randint(0, 90)}\n'
-    if seed % 2 == 0:
+    with_compounds = seed % 2 == 0
+    if with_compounds:
         world += compound(rng)
     world += '[facts]\nsource = ["id % 9 == 0"]\ntoken = [{ where = "id % 20 == 0", args = [40] }]\n'
     if rng.random() < 0.5:
         world += f'[[event]]\ntick = {rng.randint(3, 12)}\nkill = "id % 7 == 3"\n'
-    if rng.random() < 0.6:
+    # Compounds have no latches.
+    if rng.random() < 0.6 and not with_compounds:
         world += (f'[[motion.feature]]\nkind = "latch"\ndirections = {rng.choice([6, 12])}\nstrength = {rng.choice([5, 50, 500])}\n'
                   f"range = {rng.choice([0.02, 0.1, 0.3]) * 2 * radius:.3f}\n")
     return PROGRAM, world
