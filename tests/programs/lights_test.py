@@ -127,7 +127,7 @@ class Lights(InstrumentCase):
                         f'go = [{{ where = "id == 1", args = [{share}] }}, {{ where = "id == 0", args = [1.0] }}]\n')
                 facts = self.run_sizes(program, toml, 4, [(n, 1)])
                 self.assertAlmostEqual({int(a): w for a, _, w in facts["lit"]}[0], wanted * full, 5)
-                self.assertEqual(facts["refused"], [(0, 28)])
+                self.assertEqual(facts["refused"], [(0, 30)])
 
     def test_changes_below_the_threshold_are_not_seen(self):
         program = LIT + "type action force(node, float, float, float) while.\nforce(A, 1.0, 0.0, 0.0) :- id(A, 0), stands(A, _, _, _).\n"
