@@ -1,15 +1,12 @@
 """What programs do that make joints and take them off: attach_test.py MELDSIM."""
 
 import math
-import shutil
-import subprocess
 import sys
 import tempfile
 
 import h5py
 from bodies_test import FINE, PLACE, Bodies, close, same
-from joints_test import ALL, DIVISIONS, FIXED, LOADS, TELLING, both_ways, joint, row
-from runner import Outcome
+from joints_test import ALL, DIVISIONS, FIXED, LOADS, TELLING, both_ways, joint, resumed_alike, row
 
 REFUSED = "type linear failed(node, int).\ntype refused(node, int, int).\nfailed(A, C), tick(A, T) -o refused(A, C, T).\n"
 
@@ -31,15 +28,7 @@ def alike(bodies, program, world, ticks, stops=()):
         summaries.append((summary["outcomes"][0].split(", with")[0], summary["refused_actions"]))
     for other, said in zip(seen, summaries):
         same((other, said), (seen[0], summaries[0]), "a run on several processes and threads")
-    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
-    for stop in stops:
-        bodies.run(program, world, stop, "--checkpoint", kept, "-n", str(stop % 2 + 1))
-        command = [bodies.meldsim, "fork", kept, "--ticks", str(ticks), "--facts-out", out, "--quiet", "-n", str(2 - stop % 2)]
-        done = subprocess.run(command, env=bodies.environment, capture_output=True, text=True, check=False)
-        same(done.returncode, 0, done.stderr)
-        facts = Outcome(out.read_text(), {}).facts
-        same({name: sorted(rows) for name, rows in facts.items()}, seen[0], f"a run from tick {stop}")
-        shutil.rmtree(kept)
+    resumed_alike(bodies, program, world, ticks, stops, seen[0])
     return seen[0], summary
 
 

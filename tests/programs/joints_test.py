@@ -130,10 +130,23 @@ def carries(bodies):
     same(facts.get("lost", []), [], "a joint that ends with a catom did not break")
 
 
+def resumed_alike(bodies, program, world, ticks, stops, expected):
+    """A run that goes on from a checkpoint of each of these ticks, on one process instead of two or the other way round, has these facts.
+    """
+    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
+    for stop in stops:
+        bodies.run(program, world, stop, "--checkpoint", kept, "-n", str(stop % 2 + 1))
+        command = [bodies.meldsim, "fork", kept, "--ticks", str(ticks), "--facts-out", out, "--quiet", "-n", str(2 - stop % 2)]
+        done = subprocess.run(command, env=bodies.environment, capture_output=True, text=True, check=False)
+        same(done.returncode, 0, done.stderr)
+        facts = Outcome(out.read_text(), {}).facts
+        same({name: sorted(rows) for name, rows in facts.items()}, expected, f"a run from tick {stop}")
+        shutil.rmtree(kept)
+
+
 def breaks(bodies):
     """A chain that is pulled too much breaks at its top, and the rest falls as one piece. The same on any processes and threads, from a
     checkpoint before, in and after the tick, and with steps of a tick each; neighbours are those that touch."""
-    kept, out = bodies.folder / "kept", bodies.folder / "forked.facts"
     for steps, ticks in (("1", 240), ("4", 60)):
         world = row(5, f"steps = {steps}", FINE + ALL + "load = 0\n") + FIXED + joint(
             where='"all"', axis="[0, 1, 0]", breaking_force="38")
@@ -151,14 +164,7 @@ def breaks(bodies):
         for other in seen[1:]:
             same(other, seen[0], "a break on several processes and threads")
         same((0, 1) in seen[0]["beside"], False, "no neighbours after the break")
-        for stop in (1, 2, 3, ticks // 2):
-            bodies.run(PLACE + TELLING + LOADS, world, stop, "--checkpoint", kept, "-n", str(stop % 2 + 1))
-            command = [bodies.meldsim, "fork", kept, "--ticks", str(ticks), "--facts-out", out, "--quiet", "-n", str(2 - stop % 2)]
-            done = subprocess.run(command, env=bodies.environment, capture_output=True, text=True, check=False)
-            same(done.returncode, 0, done.stderr)
-            facts = Outcome(out.read_text(), {}).facts
-            same({name: sorted(rows) for name, rows in facts.items()}, seen[0], f"a run from tick {stop}")
-            shutil.rmtree(kept)
+        resumed_alike(bodies, PLACE + TELLING + LOADS, world, ticks, (1, 2, 3, ticks // 2), seen[0])
 
 
 def stays_beside(bodies):
