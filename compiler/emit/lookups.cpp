@@ -132,6 +132,19 @@ std::string RuleEmitter::known_row(const Match& s, const std::vector<std::size_t
 
 std::string RuleEmitter::search_type(const Match& s) const { return emit::search_type(plan_, s); }
 
+// Rows that are asked for by all arguments but the last: a set that grows may have them in a bitmap.
+bool RuleEmitter::by_all_but_last(const Match& s) const {
+    return s.lookup.kind == Lookup::Kind::Rounds && s.lookup.by.size() + 1 == s.arguments.size() &&
+           s.lookup.by.back() == s.lookup.by.size();
+}
+
+void RuleEmitter::each_but_last(const Match& s, const std::string& row) {
+    const std::string name = predicate_name(plan_.program, s.predicate), group = known_row(s, s.lookup.by), at = fresh("at");
+    w_.line("auto {0} = s.{1}_rounds.among(*s.e, s.{2}, s.{1}, {3});", at, name, index_member(plan_, s), group);
+    w_.open(fmt::format("while ({}.next(){}) {{", at, fits_));
+    w_.line("[[maybe_unused]] const {} {} = {}.row;", row_type(s.predicate), row, at);
+}
+
 void RuleEmitter::each_row(const Match& s, const std::string& i, const std::string& rows, const std::string& count) {
     if (!s.lookup.found()) return w_.open(fmt::format("for (u32 {0} = 0; {0} < {1}; ++{0}) {{", i, count));
     const std::string group = known_row(s, s.lookup.by), at = fresh("at");
@@ -151,13 +164,12 @@ void RuleEmitter::each_row(const Match& s, const std::string& i, const std::stri
 
 void RuleEmitter::each_kind(const Match& s) {
     const std::string name = predicate_name(plan_.program, s.predicate), type = search_type(s), f = fresh("f");
-    alike_ = {.rows = fresh("rows"), .order = fresh("order"), .first = fresh("k"), .end = fresh("end")};
-    w_.line("const {0}* const {1} = s.{2}.rows + s.{2}_rounds.last;", row_type(s.predicate), alike_.rows, name);
+    alike_ = {.rows = fresh("rows"), .first = fresh("k"), .end = fresh("end")};
+    w_.line("const {}* const {} = s.{}_rounds.kinds<{}>(*s.e);", row_type(s.predicate), alike_.rows, name, type);
     w_.line("const u32 {0}_count = s.{1}.count - s.{1}_rounds.last;", alike_.rows, name);
-    w_.line("const u32* const {} = rows_alike<{}>(*s.e, {}, {}_count);", alike_.order, type, alike_.rows, alike_.rows);
     w_.open(fmt::format("for (u32 {0} = 0, {1} = 0; {0} < {2}_count; {0} = {1}) {{", alike_.first, alike_.end, alike_.rows));
-    w_.line("{} = end_of_alike<{}>({}, {}, {}, {}_count);", alike_.end, type, alike_.rows, alike_.order, alike_.first, alike_.rows);
-    w_.line("[[maybe_unused]] const {}& {} = {}[{}[{}]];", row_type(s.predicate), f, alike_.rows, alike_.order, alike_.first);
+    w_.line("{} = end_of_alike<{}>({}, {}, {}_count);", alike_.end, type, alike_.rows, alike_.first, alike_.rows);
+    w_.line("[[maybe_unused]] const {}& {} = {}[{}];", row_type(s.predicate), f, alike_.rows, alike_.first);
     Match shared = s;
     for (std::size_t i = 1; i <= s.uses.size(); ++i)
         if (std::ranges::find(s.lookup.by, i) == s.lookup.by.end()) shared.uses[i - 1] = ArgumentUse::Skip;
@@ -167,7 +179,7 @@ void RuleEmitter::each_kind(const Match& s) {
 void RuleEmitter::each_of_kind(const Match& s) {
     const std::string i = fresh("k"), f = fresh("f");
     w_.open(fmt::format("for (u32 {0} = {1}; {0} < {2}; ++{0}) {{", i, alike_.first, alike_.end));
-    w_.line("const {}& {} = {}[{}[{}]];", row_type(s.predicate), f, alike_.rows, alike_.order, i);
+    w_.line("const {}& {} = {}[{}];", row_type(s.predicate), f, alike_.rows, i);
     Match rest = s;
     for (const std::size_t k : s.lookup.by) rest.uses[k - 1] = ArgumentUse::Skip;
     use(rest, [&](std::size_t k) { return fmt::format("{}.{}", f, field_name(k)); });

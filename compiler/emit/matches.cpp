@@ -26,18 +26,27 @@ void RuleEmitter::match_here(const Match& s) {
                       count = frozen ? "seen_" + name + "_count" : fmt::format("s.{}.count", name);
     if (!frozen) w_.line("load_{}(s);", name);
     const bool grown = grows(s.predicate);
-    if (stored.storage == Storage::Rows && whole_key(s) && !(grown && s.lookup.found())) {
+    const bool whole = stored.storage == Storage::Rows && whole_key(s) && !(grown && s.lookup.found());
+    if (whole && grown) {
+        // A set's facts are nothing but their group.
         const std::string group = group_row(s);
-        if (grown)
-            w_.line("const u32 {0} = s.{1}_rounds.find(s.{1}, {2});", i, name, group);
-        else
-            w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
-        w_.open(fmt::format("if ({} < {}{}) {{", i, count, fits_));
-    } else {
-        each_row(s, i, rows, count);
+        w_.open(fmt::format("if (s.{}_rounds.sees({}){}) {{", name, group, fits_));
+        scope_.last_fact = group;
+        return use(s, [&](std::size_t k) { return fmt::format("{}.{}", group, field_name(k)); });
     }
-    // Rows may be replaced while a comprehension acts, so the fact is copied.
-    w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
+    if (by_all_but_last(s)) {
+        each_but_last(s, f);
+    } else {
+        if (whole) {
+            const std::string group = group_row(s);
+            w_.line("const u32 {} = find_row<{}_t>({}, {}, {});", i, name, rows, count, group);
+            w_.open(fmt::format("if ({} < {}{}) {{", i, count, fits_));
+        } else {
+            each_row(s, i, rows, count);
+        }
+        // Rows may be replaced while a comprehension acts, so the fact is copied.
+        w_.line("[[maybe_unused]] const {} {} = {}[{}];", row_type(s.predicate), f, rows, i);
+    }
     scope_.last_fact = f;
     if (s.ranks) scope_.ranks.push_back(f + ".rank");
     if (stored.storage == Storage::PerLink) return match_link(s, f);

@@ -164,6 +164,8 @@ class RuleEmitter {
     void claim(const Match& s, const std::string& position);
     // Opens the loop over the rows of a match; `i` names the position (lookups.cpp).
     void each_row(const Match& s, const std::string& i, const std::string& rows, const std::string& count);
+    bool by_all_but_last(const Match& s) const;
+    void each_but_last(const Match& s, const std::string& row);
     // The name of the struct that describes how the rows of a match are found.
     std::string search_type(const Match& s) const;
     // The indexes of bags that a linear rule looks into.
@@ -260,7 +262,7 @@ class RuleEmitter {
     };
     Changed last_changed_;
     struct Alike {
-        std::string rows, order, first, end;  // C++ names.
+        std::string rows, first, end;  // C++ names.
     };
     Alike alike_;  // Of each_kind().
     // Facts that a comprehension sends to many alike: the C++ name of a Letter.

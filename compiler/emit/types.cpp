@@ -148,6 +148,9 @@ void emit_words(const Predicate& p, const std::vector<std::size_t>& key, Writer&
     }
     w.line("static constexpr u32 kWords = {};", key.size());
     w.line("static u64 word(const Row& row, u32{}) {{ return {}; }}", key.size() > 1 ? " w" : "", words);
+    const std::string last = "row." + field_name(key.back());
+    w.line("static void set_last(Row& row, u64 word) {{ {0} = static_cast<decltype({0})>({1}); }}", last,
+           p.arguments[key.back()].type == Type::Int ? "static_cast<i64>(word ^ u64{1} << 63)" : "word");
 }
 
 // The members of the struct that describes a predicate's rows.

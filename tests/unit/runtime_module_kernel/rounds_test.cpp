@@ -32,6 +32,14 @@ struct Counted : Pair {
     static u64 word(const Row& row, u32 w) {
         return static_cast<u64>(w == 0 ? row.a1 : row.a2) ^ u64 { 1 } << 63;
     }
+    static void set_last(Row& row, u64 word) { row.a2 = static_cast<i64>(word ^ u64{1} << 63); }
+};
+
+// Looked up by their first argument.
+struct PairsByFirst {
+    using Row = Pair::Row;
+    static int order(const Row& a, const Row& b) { return a.a1 < b.a1 ? -1 : b.a1 < a.a1 ? 1 : 0; }
+    static u64 hash(const Row& row) { return mix(0, static_cast<u64>(row.a1)); }
 };
 
 using GrowingSets = ScratchTest;
@@ -106,22 +114,111 @@ TEST_F(GrowingSets, FindTheRowsOfTheRoundsBefore) {
         relation.open(nullptr, 0, 0);
         Rounds<Pair> rounds;
         rounds.start(relation);
-        EXPECT_EQ(rounds.find(relation, {0, 1}), relation.count);
+        EXPECT_FALSE(rounds.sees({0, 1}));
         for (i64 i = 0; i < rows; ++i) rounds.propose(e, {i, i * i});
         rounds.end_round(e, relation);
         for (i64 i = 0; i < rows; ++i) rounds.propose(e, {i, -i - 1});
         for (i64 i = 0; i < rows; ++i) {
-            const u32 at = rounds.find(relation, {i, i * i});
-            ASSERT_LT(at, relation.count);
-            EXPECT_EQ(Pair::key(relation.rows[at], {i, i * i}), 0);
+            EXPECT_TRUE(rounds.sees({i, i * i}));
             // Of this round, and of none.
-            EXPECT_EQ(rounds.find(relation, {i, -i - 1}), relation.count);
-            EXPECT_EQ(rounds.find(relation, {i, rows * rows}), relation.count);
+            EXPECT_FALSE(rounds.sees({i, -i - 1}));
+            EXPECT_FALSE(rounds.sees({i, rows * rows}));
         }
         rounds.end_round(e, relation);
-        for (i64 i = 0; i < rows; ++i) EXPECT_LT(rounds.find(relation, {i, -i - 1}), relation.count);
+        for (i64 i = 0; i < rows; ++i) EXPECT_TRUE(rounds.sees({i, -i - 1}));
         rounds.finish(e, relation, nullptr, 0);
     }
+}
+
+// Those that are told apart by ints are in bitmaps while they lie close together, whichever way they grow, and stay the same set.
+TEST_F(GrowingSets, OfIntsThatLieCloseTogetherHaveBitmaps) {
+    constexpr i64 kLeast = INT64_MIN, kMost = INT64_MAX;
+    struct Case {
+        const char* name;
+        i64 heads, first, per_row, values;  // The second number of row i is from `first + per_row i` on, one of so many.
+        bool bitmaps;
+    };
+    for (const Case& c : {Case{"close together", 50, -3000, 0, 900, true}, Case{"upwards", 20, 100, 1, 500, true},
+                          Case{"downwards", 20, 100, -1, 500, true}, Case{"from the least", 30, kLeast, 0, 700, true},
+                          Case{"to the most", 30, kMost - 699, 0, 700, true}, Case{"each with another head", 1'000'000, 0, 0, 9000, false},
+                          Case{"far apart", 50, kLeast / 2, 0, kMost, false}, Case{"ever further", 50, 0, 100'000, 10, false}}) {
+        SCOPED_TRACE(c.name);
+        std::mt19937_64 random{13};
+        Relation<Counted> relation{};
+        relation.open(nullptr, 0, 0);
+        Rounds<Counted> rounds;
+        rounds.start(relation);
+        Index<PairsByFirst> index;
+        index.reset();
+        std::set<Pair::Row> expected;
+        i64 row = 0;
+        for (const int proposals : {3, 3000, 9000, 9000}) {
+            const std::set<Pair::Row> before = expected;
+            for (int i = 0; i < proposals; ++i, ++row) {
+                const i64 second = c.first + c.per_row * row + static_cast<i64>(random() % static_cast<u64>(c.values));
+                const Pair::Row one = {static_cast<i64>(random() % static_cast<u64>(c.heads)), second};
+                rounds.propose(e, one);
+                expected.insert(one);
+                // What rules see does not change meanwhile, also while they go through it.
+                if (i % 1000 == 1) {
+                    auto among = rounds.among(e, index, relation, one);
+                    std::set<Pair::Row> found;
+                    for (int more = 0; among.next(); ++more) {
+                        if (among.row.a1 == one.a1) EXPECT_TRUE(found.insert(among.row).second);
+                        const Pair::Row next = {one.a1, second + more};
+                        if (second > kMost - 20000) continue;
+                        rounds.propose(e, next);
+                        expected.insert(next);
+                    }
+                    std::set<Pair::Row> those;
+                    for (const Pair::Row& r : before)
+                        if (r.a1 == one.a1) those.insert(r);
+                    EXPECT_TRUE(std::ranges::equal(found, those, [](const auto& a, const auto& b) { return Pair::key(a, b) == 0; }));
+                    EXPECT_EQ(rounds.sees(one), before.contains(one));
+                }
+            }
+            EXPECT_EQ(rounds.end_round(e, relation), expected.size() > before.size());
+            ASSERT_EQ(relation.count, expected.size());
+            for (u32 i = 0; i < relation.count; ++i) {
+                EXPECT_TRUE(rounds.sees(relation.rows[i]));
+                EXPECT_EQ(before.contains(relation.rows[i]), i < rounds.last);
+            }
+            EXPECT_FALSE(rounds.sees({-1, c.first}));
+        }
+        EXPECT_EQ(rounds.maps.used, c.bitmaps);
+        EXPECT_TRUE(rounds.finish(e, relation, nullptr, 0));
+        ASSERT_EQ(relation.count, expected.size());
+        u32 i = 0;
+        for (const Pair::Row& r : expected) EXPECT_EQ(Pair::key(relation.rows[i++], r), 0);
+    }
+}
+
+// A set of one counter that goes up or down makes its bitmaps anew a few times for each doubling, so ten times the rows take ten times the
+// memory, and a bitmap less than the table would.
+TEST_F(GrowingSets, BitmapsGrowWithTheirRows) {
+    for (const i64 step : {1, -1})
+        for (const u64 rows : {20'000u, 200'000u, 2'000'000u}) {
+            reserved.clear();
+            blocks.clear();
+            e.arena = e.arena_start = e.arena_end = nullptr;
+            most_reserved_bytes = reservations = 0;
+            view.max_facts = view.max_growing_facts = rows;
+            Relation<Counted> relation{};
+            relation.open(nullptr, 0, 0);
+            Rounds<Counted> rounds;
+            rounds.start(relation);
+            for (u64 i = 0; i < rows; ++i) {
+                rounds.propose(e, {5, step * static_cast<i64>(i)});
+                if (i % 1000 == 0) rounds.end_round(e, relation);
+            }
+            rounds.end_round(e, relation);
+            EXPECT_TRUE(rounds.maps.used);
+            EXPECT_EQ(relation.count, rows);
+            // The rows have room for twice as many as there may be.
+            EXPECT_LE(most_reserved_bytes, 2 * sizeof(Pair::Row) * rows + rows * 2 + (1 << 20));
+            EXPECT_LE(reservations, 40u + 4 * std::bit_width(rows));
+            rounds.finish(e, relation, nullptr, 0);
+        }
 }
 
 // Rows are there once while the set grows, and twice while it is sorted.

@@ -23,10 +23,11 @@ struct ScratchTest : testing::Test {
             eval->arena_end = eval->arena + size;
         };
         reserved.clear();
-        most_reserved_bytes = 0;
+        most_reserved_bytes = reservations = 0;
         none_left = false;
         host.reserve = [](Eval*, u64 bytes, u64) -> void* {
             if (none_left) return nullptr;
+            ++reservations;
             auto memory = std::make_unique<u8[]>(bytes);
             void* const at = memory.get();
             reserved[at] = {std::move(memory), bytes};
@@ -50,6 +51,7 @@ struct ScratchTest : testing::Test {
     static inline std::vector<std::unique_ptr<u8[]>> blocks;
     static inline std::map<void*, std::pair<std::unique_ptr<u8[]>, u64>> reserved;
     static inline u64 most_reserved_bytes = 0;  // At once.
+    static inline u64 reservations = 0;
     static inline bool none_left = false;
     Host host{};
     SubdomainView view{};
