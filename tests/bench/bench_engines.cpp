@@ -1,7 +1,7 @@
 // Our side of bench_engines.py: runs a scene of unit cubes as the adapters in tests/bench/engines do, and measures where any engine has put
 // the cubes.
 //
-//     bench_engines run [--threads N] SCENE OUT TICK...
+//     bench_engines run [--threads N] [--substeps N] SCENE OUT TICK...
 //     bench_engines measure SCENE OUT
 //
 // A scene has lines: step S, gravity G (downwards), friction F, plane NX NY NZ OFFSET, body with place, orientation (w first), velocity and
@@ -82,7 +82,7 @@ Input read_scene(const char* file) {
     return scene;
 }
 
-int run(int threads, const char* scene_file, const char* out_file, const std::vector<int>& ticks) {
+int run(int threads, int substeps, const char* scene_file, const char* out_file, const std::vector<int>& ticks) {
     const Input input = read_scene(scene_file);
     const BodyShape cube = box_shape({1, 1, 1}, kRounding);
     Settings settings;
@@ -108,14 +108,13 @@ int run(int threads, const char* scene_file, const char* out_file, const std::ve
                                .axis = hinge.axis}));
     std::FILE* out = std::fopen(out_file, "w");
     if (out == nullptr) stop(fmt::format("cannot write {}", out_file));
-    constexpr int kSubsteps = 2;
-    fmt::print(out, "rounding {} inertia {} Claymeld, {} substeps of {} + {} sweeps\n", kRounding, cube.inertia_per_kg_m2().x, kSubsteps,
+    fmt::print(out, "rounding {} inertia {} Claymeld, {} substeps of {} + {} sweeps\n", kRounding, cube.inertia_per_kg_m2().x, substeps,
                settings.solver.sweeps, settings.solver.relax_sweeps);
     Workers workers(threads);
     int done = 0;
     for (const int tick : ticks) {
         const double before = cpu_now();
-        for (int t = done; t < tick; ++t) need(scene->step(input.step_s, kSubsteps, workers));
+        for (int t = done; t < tick; ++t) need(scene->step(input.step_s, substeps, workers));
         fmt::print(out, "tick {} {}\n", tick, 1e3 * (cpu_now() - before) / std::max(tick - done, 1));
         done = tick;
         for (std::size_t i = 0; i < input.bodies.size(); ++i) {
@@ -299,17 +298,18 @@ int measure(const char* scene_file, const char* out_file) {
 int main(int argc, char** argv) {
     using namespace meld::physics;
     std::vector<char*> arguments(argv + 1, argv + argc);
-    int threads = 1;
-    if (arguments.size() > 2 && std::strcmp(arguments[1], "--threads") == 0) {
-        threads = std::atoi(arguments[2]);
+    int threads = 1, substeps = 2;
+    while (arguments.size() > 2 && std::strncmp(arguments[1], "--", 2) == 0) {
+        (std::strcmp(arguments[1], "--substeps") == 0 ? substeps : threads) = std::max(std::atoi(arguments[2]), 1);
         arguments.erase(arguments.begin() + 1, arguments.begin() + 3);
     }
     if (arguments.size() == 3 && std::strcmp(arguments[0], "measure") == 0) return measure(arguments[1], arguments[2]);
     if (arguments.size() < 4 || std::strcmp(arguments[0], "run") != 0) {
-        fmt::print(stderr, "usage: bench_engines run [--threads N] SCENE OUT TICK...\n       bench_engines measure SCENE OUT\n");
+        fmt::print(stderr,
+                   "usage: bench_engines run [--threads N] [--substeps N] SCENE OUT TICK...\n       bench_engines measure SCENE OUT\n");
         return 2;
     }
     std::vector<int> ticks;
     for (std::size_t i = 3; i < arguments.size(); ++i) ticks.push_back(std::atoi(arguments[i]));
-    return run(threads, arguments[1], arguments[2], ticks);
+    return run(threads, substeps, arguments[1], arguments[2], ticks);
 }

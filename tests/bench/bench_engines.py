@@ -104,7 +104,7 @@ def has_package(python, package):
 
 def engines(options, bench):
     """By name: the command, or why there is none."""
-    found = {"Claymeld": ([bench, "run"], "")}
+    found = {"Claymeld": ([bench, "run"], ""), "Claymeld, 1 substep": ([bench, "run", "--substeps", "1"], "")}
     for name, program in (("Rapier", options.rapier), ("Jolt", options.jolt)):
         there = program is not None and program.exists()
         found[name] = ([program.resolve()] if there else None, f"there is no {program}" if program else "it was not given")
