@@ -14,7 +14,8 @@ set(like_others
   pairhash pairode)
 list(TRANSFORM like_others PREPEND Programs/*/)
 meld_slow_cases(test_state ${like_others} Programs/Snapshot.*/tumble Chains.OfWhichAnyByteOfTheLastFileIsDamagedFallBackToTheOneBefore
-  Programs/Snapshot.*/doze Damage.OfAnyByteOfAShareIsNoticed)
+  Programs/Snapshot.*/doze Programs/Snapshot.*/storm Programs/Snapshot.*/swarm Programs/TimelineOf.*/tumble Programs/TimelineOf.*/storm
+  Damage.OfAnyByteOfAShareIsNoticed Damage.OfAnyByteOfAManifestIsNoticed)
 
 add_test(NAME state_members COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/members_test.py ${CMAKE_SOURCE_DIR})
 foreach(name bisect replay changes)

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 
 namespace meld::reference {
@@ -27,7 +28,7 @@ constexpr std::string_view kAnswer = "\x01";
 
 }  // namespace
 
-Child::Child(const std::function<std::string()>& body, unsigned limit_seconds) {
+Child::Child(const std::function<std::string()>& body, unsigned limit_seconds) : limit_seconds_(limit_seconds) {
     int ends[2];
     std::fflush(nullptr);
     if (pipe(ends) != 0) return;
@@ -50,6 +51,7 @@ std::string Child::answer() {
     waitpid(pid_, &status, 0);
     const std::size_t answer = text.find(kAnswer);
     if (answer != std::string::npos && WIFEXITED(status) && WEXITSTATUS(status) == 0) return text.substr(answer + kAnswer.size());
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return fmt::format("crash: took longer than {} s\n{}", limit_seconds_, text);
     return fmt::format("crash: {} {}\n{}", WIFEXITED(status) ? "exit code" : "signal",
                        WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status), text);
 }

@@ -12,6 +12,13 @@
 
 namespace meld::reference {
 
+namespace {
+
+// A body that holds in more ways than these is no longer asked: it would be most of a campaign's time.
+constexpr std::uint64_t kMostWays = 20'000;
+
+}  // namespace
+
 Watched::Watched(const ModuleInfo& module, const std::string& body, bool asks) : body_(body), asks_(asks) {
     out_ = open_memstream(&text_, &size_);
     if (out_ == nullptr) throw std::runtime_error("no memory for what a watch tells");
@@ -26,13 +33,15 @@ Watched::~Watched() {
     std::free(text_);
 }
 
-std::set<std::string> Watched::ways(sim::Subdomain& subdomain) const {
+std::optional<std::set<std::string>> Watched::ways(sim::Subdomain& subdomain) const {
     const check::Rule& question = program_->question();
     const std::vector<check::VariableId> variables = front::answers(question);
     inspect::LocalFacts facts(subdomain);
     inspect::Terms terms(*program_, subdomain.view());
     std::set<std::string> all;
+    std::uint64_t count = 0;
     const auto note = [&](const inspect::Solution& found) {
+        if (++count > kMostWays) return false;
         std::string text;
         for (const check::VariableId v : variables) {
             const tuple::Type type = terms.types.of(question.variables[v].type);
@@ -42,7 +51,9 @@ std::set<std::string> Watched::ways(sim::Subdomain& subdomain) const {
         all.insert(text);
         return true;
     };
-    if (!inspect::Solver(*program_, facts, terms).search(question, question.body, {}, {}, note)) throw std::runtime_error("interrupted");
+    const auto ended = inspect::Solver(*program_, facts, terms).search(question, question.body, {}, {}, note);
+    if (count > kMostWays) return std::nullopt;
+    if (!ended) throw std::runtime_error("interrupted");
     return all;
 }
 
@@ -50,11 +61,15 @@ std::string Watched::after(sim::Subdomain& subdomain) {
     if (!watches_) return "";
     if (auto done = watches_->after(subdomain); !done) return "watch: " + done.error().message();
     if (!program_) return "";
-    const std::set<std::string> now = ways(subdomain);
+    const std::optional<std::set<std::string>> now = ways(subdomain);
+    if (!now) {
+        program_.reset();
+        return "";
+    }
     std::set<std::string> expected, found;
-    for (const std::string& way : now)
+    for (const std::string& way : *now)
         if (!before_.contains(way)) expected.insert(fmt::format("tick {}: w{}{}", subdomain.tick(), way.empty() ? "" : ": ", way));
-    before_ = now;
+    before_ = *now;
     const std::string text = told();
     std::istringstream lines(text.substr(seen_));
     seen_ = text.size();

@@ -26,7 +26,8 @@ class Watched {
     std::uint64_t lines() const { return lines_; }
 
   private:
-    std::set<std::string> ways(sim::Subdomain& subdomain) const;
+    // Nothing if there are too many.
+    std::optional<std::set<std::string>> ways(sim::Subdomain& subdomain) const;
 
     std::string body_;
     bool asks_;
