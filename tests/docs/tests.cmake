@@ -9,8 +9,8 @@ list(TRANSFORM long_pages REPLACE "(.+)" "${CMAKE_SOURCE_DIR}/docs/\\1.md")
 add_test(NAME docs COMMAND ${docs_test} --without ${long_pages})
 add_test(NAME docs_more COMMAND ${docs_test} ${long_pages})
 # Its pages run beside each other, two at a time, and some examples are long: beside four other tests they would not end in time.
-set_tests_properties(docs docs_more PROPERTIES TIMEOUT 600 PROCESSORS 2)
-set_tests_properties(docs_more PROPERTIES LABELS long)
+set_tests_properties(docs PROPERTIES TIMEOUT 600 PROCESSORS 2)
+set_tests_properties(docs_more PROPERTIES TIMEOUT 1200 PROCESSORS 2 LABELS long)
 # Options that commands name, also commands that are not run.
 add_test(NAME docs_options COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/options_test.py --bin $<TARGET_FILE_DIR:meldc>)
 # The numbers of formats and versions that pages and recipes say.
