@@ -83,6 +83,25 @@ def planar_catoms(outcome, recorded, in_other_world):
     expect(abs(turned - 240) < 0.02 * 480, f"it is turned by {turned:.1f} degrees")
 
 
+def planar_ring(outcome, recorded, in_other_world):
+    """A whole turn, by six times what two catoms of the row are apart, in touch with the row and in one piece."""
+    expect(outcome.summary["ended"] == "quiet", "it does not come to rest")
+    expect(sorted(n for _, n, _ in outcome.facts["stood"]) == list(range(1, 12)), "it has not counted twelve steps")
+    places = numpy.array(recorded.positions)[:, :, :2]
+    ring, row = places[:, 8:], places[:, :8]
+    expect(numpy.max(numpy.abs(numpy.linalg.norm(ring - numpy.roll(ring, 1, axis=1), axis=2) - 1)) < 0.01, "the ring has changed")
+    apart = numpy.min(numpy.linalg.norm(ring[:, :, None] - row[:, None], axis=3), axis=(1, 2))
+    expect(numpy.all(numpy.abs(apart - 1) < 0.03), f"it has left the row or gone into it: {numpy.min(apart)} to {numpy.max(apart)}")
+    middle = ring.mean(axis=1)
+    expect(numpy.min(numpy.diff(middle[:, 0])) > -0.02, "it has rolled back on the way")
+    way, wanted = ring[-1, 0, 0] - ring[0, 0, 0], 6 * (1 + 2 * numpy.cos(numpy.radians(75)))
+    expect(abs(way - wanted) < 0.005 * wanted, f"a turn brings it {way:.3f} diameters, not {wanted:.3f}")
+
+
+# A long run of one block, which takes longer on several processes.
+planar_ring.sizes = [(1, 1), (1, 2)]
+
+
 def row(outcome, recorded, in_other_world):
     """Nothing moves until all push in the same tick; then the row and the load go up together by Newton's law, the slope being
     without friction. Ten would be too weak, and do not try."""
