@@ -58,6 +58,16 @@ struct Mirror {
     }
 };
 
+// Friction against rolling and spinning is torques about the normal and two directions across it. With axes that differ, friction along
+// both must be said, too.
+void resist_turning(dSurfaceParameters& surface, const Material& one, const Material& other) {
+    if (!one.resists_turning() && !other.resists_turning()) return;
+    surface.mode |= dContactRolling | dContactAxisDep;
+    surface.mu2 = surface.mu;
+    surface.rho = surface.rho2 = static_cast<double>(common_rolling_m(one, other));
+    surface.rhoN = static_cast<double>(common_spinning_m(one, other));
+}
+
 class OdeEngine final : public Engine {
   public:
     explicit OdeEngine(World& world) : world_(world) {}
@@ -522,6 +532,7 @@ class OdeEngine final : public Engine {
                 contact.surface.bounce = restitution;
                 contact.surface.bounce_vel = min_bounce_speed_;
             }
+            resist_turning(contact.surface, world_.materials[first.material], world_.materials[other]);
             const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
             dJointAttach(joint, body_a, body_b);
             if (!keep_reports_) continue;

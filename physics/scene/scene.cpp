@@ -137,6 +137,12 @@ Result<std::uint8_t> Scene::add_material(Material material) {
         return fail(fmt::format("the friction {} is no coefficient", material.friction), "Give a number that is not negative");
     if (!(material.restitution >= 0 && material.restitution <= 1))
         return fail(fmt::format("the restitution {} is no share", material.restitution), "Give a number between 0 and 1");
+    for (const float radius : {material.rolling_m, material.spinning_m})
+        if (!(radius >= 0) || !std::isfinite(radius))
+            return fail(fmt::format("the radius {} m for friction against rolling or spinning is no length", radius),
+                        "Give a number that is not negative");
+    if (material.resists_turning() && world_->settings.engine == EngineKind::Hash)
+        return fail("the engine Hash has no friction against rolling and spinning", "Use the engine Blocks or Ode");
     if (world_->materials.size() == kMaxMaterials) return fail(fmt::format("there are already {} materials", kMaxMaterials));
     world_->materials.push_back(material);
     engine_->structure_changed();

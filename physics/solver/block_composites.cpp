@@ -71,7 +71,7 @@ void BlockEngine::begin_loads() {
 }
 
 void BlockEngine::collect_loads() {
-    if (loads_wanted()) load_contacts_.end_substep(contacts_, shape_contacts_, world_.bodies, world_.composites, world_.loads);
+    if (loads_wanted()) load_contacts_.end_substep(contacts_, shape_contacts_, turning_, world_.bodies, world_.composites, world_.loads);
 }
 
 // What joints have done in this step to bodies that are parts of composites, the joints in order.

@@ -151,6 +151,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
             rows_.collect(world_.bodies, world_.composites, workers);
             collect_loads();
             load_contacts_.begin_substep();
+            if (!turning_.empty()) turning_.begin_substep(contacts_, shape_contacts_, active_);
             world_.composites.accelerate(wrenches, feature_wrenches, bodies, rules.move, workers);
             // A cold solver begins each substep from zero: impulses that bodies have not felt would otherwise count.
             if (world_.settings.solver.mode == SolverMode::Pgs) {
@@ -249,6 +250,7 @@ void BlockEngine::solve_block(std::uint32_t block, const SweepRule& rule, int sw
     MELD_EXPECT(contacts_.adhesion.empty() || contacts_.adhesion.size() == contacts_.pair_batch_count());
     BodyVelocity* velocities = world_.bodies.velocity.data();
     for (int i = 0; i < sweeps; ++i) {
+        if (!turning_.empty()) resist_turning(block, rule, step_s);
         if (contacts_.adhesion.empty())
             sweep(contacts_.plain_pairs(block), velocities, rule);
         else
@@ -309,6 +311,7 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
     hear_rests();
     update_sleep();
     world_.obstacles.prepare(workers.threads());
+    lay_out_turning_friction(workers);
     if (world_.bounces()) {
         contacts_.begin_bounces({grid_, world_.bodies, world_.obstacles, world_.materials, {.apart_m = list_reach_m()}});
         shape_contacts_.begin_bounces();
@@ -397,6 +400,7 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
                           owns_ ? &owned : nullptr, workers);
         lay_out_shapes(reach, kStepsAhead * times.dt_s, owns_ ? &owned : nullptr, workers);
         rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
+        turning_.forget();
         link_blocks();
         grid_.forget_cells();
         states_.assign(grid_.blocks().size(), {});

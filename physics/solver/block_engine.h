@@ -26,6 +26,7 @@
 #include "physics/solver/linked_blocks.h"
 #include "physics/solver/load_contacts.h"
 #include "physics/solver/shape_contacts.h"
+#include "physics/solver/turning/turning_friction.h"
 
 namespace meld::physics {
 
@@ -197,6 +198,9 @@ class BlockEngine final : public Engine {
     void add_joint_loads();
     void break_joints(double dt_s, Workers& workers);
     void solve_block(std::uint32_t block, const SweepRule& rule, int sweeps, float step_s);
+    // Friction against rolling and spinning (turning/turning_friction.cpp), if some material has it.
+    void lay_out_turning_friction(Workers& workers);
+    void resist_turning(std::uint32_t block, const SweepRule& rule, float step_s);
     // Bodies with shapes (block_shapes.cpp).
     ShapeContacts::Setup shape_setup() const;
     void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers);
@@ -229,6 +233,8 @@ class BlockEngine final : public Engine {
     Contacts contacts_;
     CompositeRows rows_;
     ShapeContacts shape_contacts_;
+    // Empty unless some material resists, and between a new list and the next step.
+    TurningFriction turning_;
     // If somebody wants the loads of connections; fresh while it follows the list of contacts.
     LoadContacts load_contacts_;
     bool load_contacts_fresh_ = false;

@@ -149,8 +149,8 @@ StepReport BlockEngine::report() const {
 
 std::size_t BlockEngine::bytes() const {
     return grid_.bytes() + contacts_.bytes() + shape_contacts_.bytes() + rows_.bytes() + world_.composites.bytes() + world_.joints.bytes() +
-           world_.composites.joined().bytes() + world_.loads.bytes() + load_contacts_.bytes() + all_links_.bytes() + bytes_of(states_) +
-           bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
+           world_.composites.joined().bytes() + world_.loads.bytes() + load_contacts_.bytes() + turning_.bytes() + all_links_.bytes() +
+           bytes_of(states_) + bytes_of(feature_wrenches_) + bytes_of(awake_) + bytes_of(active_);
 }
 
 double BlockEngine::residual() {

@@ -200,6 +200,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         if (!shape_contacts_.load(shape_setup(), shape_contacts)) return damaged_snapshot("has invalid contacts");
     }
     rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
+    turning_.forget();
     link_blocks();
     list_blocks();
     return {};

@@ -5,6 +5,7 @@
 
 #include "physics/solver/composite_rows.h"
 #include "physics/solver/lane_contacts.h"
+#include "physics/solver/turning/turning_lanes.h"
 
 namespace meld::physics {
 
@@ -189,6 +190,49 @@ MELD_INLINE void sweep_one(std::span<Batch> batches, const CompositeRow* rows, C
     }
 }
 
+// Composites turn as their inverse tensors say, spheres alike about all axes.
+template <RowKind kKind>
+MELD_INLINE void resist_turning_of(std::span<const Batch> batches, const CompositeRow* rows, TurningLanes* beside, CompositeCopy* copies,
+                                   BodyVelocity* velocities, const Lanes* held, float step_s, const SweepRule& rule) {
+    for (std::size_t n = 0; n < batches.size(); ++n) {
+        const Batch& batch = batches[n];
+        TurningLanes& own = beside[n];
+        Lanes pressed = batch.normal_impulse;
+        if (held != nullptr) pressed += held[n] * step_s;
+        if (!may_resist(own, pressed)) continue;
+        LaneCopies a = load_copies(copies, rows[n].a);
+        Second<kKind> b;
+        b.load(batch, rows[n], copies, velocities);
+        Tensors ease = a.inverse_inertia;
+        Vector spin;
+        if constexpr (kKind == RowKind::Joint) {
+            ease = ease + b.composite.inverse_inertia;
+            spin = b.composite.spin;
+        } else {
+            const Lanes same = b.sphere.inverse_surface_mass * own.b_curvature * own.b_curvature, none = lanes(0);
+            ease = ease + Tensors{same, none, none, same, none, same};
+            spin = own.b_curvature * b.sphere.surface;
+        }
+        const Vector change = resist(own, {batch.nx, batch.ny, batch.nz}, pressed, spin - a.spin, ease, rule);
+        a.spin = a.spin - a.inverse_inertia * change;
+        if constexpr (kKind == RowKind::Joint)
+            b.composite.spin = b.composite.spin + b.composite.inverse_inertia * change;
+        else
+            b.sphere.surface = b.sphere.surface + (b.sphere.inverse_surface_mass * own.b_curvature) * change;
+        store_copies(copies, rows[n].a, a);
+        b.store(batch, rows[n], copies, velocities);
+    }
+}
+
+MELD_INLINE void resist_turning_of_rows_kernel(RowKind kind, std::span<const Batch> batches, const CompositeRow* rows, TurningLanes* beside,
+                                               CompositeCopy* copies, BodyVelocity* velocities, const Lanes* held, float step_s,
+                                               const SweepRule& rule) {
+    if (kind == RowKind::Joint)
+        resist_turning_of<RowKind::Joint>(batches, rows, beside, copies, velocities, held, step_s, rule);
+    else
+        resist_turning_of<RowKind::Mixed>(batches, rows, beside, copies, velocities, held, step_s, rule);
+}
+
 MELD_INLINE void refresh_rows_kernel(RowKind kind, std::span<const Batch> batches, CompositeRow* rows, const CompositeCopy* copies,
                                      const Place* centres, const Bodies& bodies) {
     if (kind == RowKind::Joint)
@@ -229,5 +273,10 @@ MELD_KERNEL_VARIANTS(sweep_rows,
                      (RowKind kind, std::span<Batch> batches, const CompositeRow* rows, CompositeCopy* copies, BodyVelocity* velocities,
                       const Lanes* held, float step_s, const SweepRule& rule),
                      (kind, batches, rows, copies, velocities, held, step_s, rule))
+
+MELD_KERNEL_VARIANTS(resist_turning_of_rows,
+                     (RowKind kind, std::span<const Batch> batches, const CompositeRow* rows, TurningLanes* beside, CompositeCopy* copies,
+                      BodyVelocity* velocities, const Lanes* held, float step_s, const SweepRule& rule),
+                     (kind, batches, rows, beside, copies, velocities, held, step_s, rule))
 
 }  // namespace meld::physics

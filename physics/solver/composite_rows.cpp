@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "physics/bodies/denormals.h"
+#include "physics/solver/turning/turning_lanes.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {
@@ -203,6 +204,18 @@ void CompositeRows::sweep(Contacts& contacts, std::uint32_t block, BodyVelocity*
     if (empty()) return;
     each_stretch(contacts, block, [&](RowKind kind, std::span<Batch> batches, const CompositeRow* rows, const Lanes* held) {
         sweep_rows(kind, batches, rows, copies_.data(), velocities, held, step_s, rule);
+    });
+}
+
+void CompositeRows::resist_turning(Contacts& contacts, std::uint32_t block, TurningLanes* pairs, TurningLanes* obstacles,
+                                   BodyVelocity* velocities, float step_s, const SweepRule& rule) {
+    if (empty()) return;
+    TurningLanes* beside = pairs + contacts.plain_pairs(block).size();
+    each_stretch(contacts, block, [&](RowKind kind, std::span<const Batch> batches, const CompositeRow* rows, const Lanes* held) {
+        // They come last.
+        if (batches.data() == contacts.mixed_obstacles(block).data()) beside = obstacles + contacts.plain_obstacles(block).size();
+        resist_turning_of_rows(kind, batches, rows, beside, copies_.data(), velocities, held, step_s, rule);
+        beside += batches.size();
     });
 }
 

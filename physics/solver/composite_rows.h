@@ -50,6 +50,11 @@ void warm_start_rows(RowKind kind, std::span<const Batch> batches, const Composi
 void sweep_rows(RowKind kind, std::span<Batch> batches, const CompositeRow* rows, CompositeCopy* copies, BodyVelocity* velocities,
                 const Lanes* held, float step_s, const SweepRule& rule);
 
+// Friction against rolling and spinning (turning/turning_lanes.h); `beside`: one for each batch.
+struct TurningLanes;
+void resist_turning_of_rows(RowKind kind, std::span<const Batch> batches, const CompositeRow* rows, TurningLanes* beside,
+                            CompositeCopy* copies, BodyVelocity* velocities, const Lanes* held, float step_s, const SweepRule& rule);
+
 class CompositeRows {
   public:
     // After new batches. Contacts of shapes have copies of their own, entries behind those of the bodies (rows_of_shapes.cpp).
@@ -81,6 +86,9 @@ class CompositeRows {
 
     void warm_start(Contacts& contacts, std::uint32_t block, BodyVelocity* velocities);
     void sweep(Contacts& contacts, std::uint32_t block, BodyVelocity* velocities, float step_s, const SweepRule& rule);
+    // The same before a sweep. `pairs` and `obstacles`: beside the batches of the block.
+    void resist_turning(Contacts& contacts, std::uint32_t block, TurningLanes* pairs, TurningLanes* obstacles, BodyVelocity* velocities,
+                        float step_s, const SweepRule& rule);
     std::span<const CompositeRow> rows_of(std::size_t block) const {
         return std::span(rows_).subspan(first_row_[block], first_row_[block + 1] - first_row_[block]);
     }

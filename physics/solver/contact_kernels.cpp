@@ -2,6 +2,7 @@
 // b) the surfaces separate with v_b - v_a - (u_a + u_b) x n, so no lever arm is needed.
 #include "physics/solver/kernels.h"
 #include "physics/solver/lane_contacts.h"
+#include "physics/solver/turning/turning_lanes.h"
 
 namespace meld::physics {
 
@@ -92,6 +93,27 @@ MELD_INLINE void sweep_kernel(std::span<Batch> batches, BodyVelocity* velocities
 MELD_INLINE void sweep_adhesive_kernel(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
                                        const SweepRule& rule) {
     sweep_batches<true>(batches, adhesion, step_s, velocities, rule);
+}
+
+// The inverse moment of inertia of a sphere is its inverse surface mass times the square of its curvature.
+MELD_INLINE void resist_turning_kernel(std::span<const Batch> batches, TurningLanes* beside, const Lanes* adhesion, float step_s,
+                                       BodyVelocity* velocities, const SweepRule& rule) {
+    for (std::size_t n = 0; n < batches.size(); ++n) {
+        const Batch& batch = batches[n];
+        TurningLanes& own = beside[n];
+        Lanes pressed = batch.normal_impulse;
+        if (adhesion != nullptr) pressed += adhesion[n] * step_s;
+        if (!may_resist(own, pressed)) continue;
+        LaneVelocities a = load(velocities, batch.a), b = load(velocities, batch.b);
+        const Lanes a_ease = a.inverse_surface_mass * own.a_curvature, b_ease = b.inverse_surface_mass * own.b_curvature;
+        const Vector change =
+            resist(own, {batch.nx, batch.ny, batch.nz}, pressed, own.b_curvature * b.surface - own.a_curvature * a.surface,
+                   a_ease * own.a_curvature + b_ease * own.b_curvature, rule);
+        a.surface = a.surface - a_ease * change;
+        b.surface = b.surface + b_ease * change;
+        store(velocities, batch.a, a);
+        store(velocities, batch.b, b);
+    }
 }
 
 // The lanes that bounce, for bodies that separate at this speed.
@@ -188,6 +210,10 @@ MELD_KERNEL_VARIANTS(sweep_adhesive,
                      (std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule),
                      (batches, adhesion, step_s, velocities, rule))
 
+MELD_KERNEL_VARIANTS(resist_turning,
+                     (std::span<const Batch> batches, TurningLanes* beside, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
+                      const SweepRule& rule),
+                     (batches, beside, adhesion, step_s, velocities, rule))
 MELD_KERNEL_VARIANTS(bounce, (std::span<Batch> batches, std::span<Bounce> bounces, BodyVelocity* velocities, const BounceRule& rule),
                      (batches, bounces, velocities, rule))
 MELD_KERNEL_VARIANTS(look_for_bounces,

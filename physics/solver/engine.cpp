@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -164,5 +165,7 @@ double World::least_radius_m() const {
 bool World::bounces() const {
     return std::any_of(materials.begin(), materials.end(), [](const Material& material) { return material.restitution > 0; });
 }
+
+bool World::resists_turning() const { return std::any_of(materials.begin(), materials.end(), std::mem_fn(&Material::resists_turning)); }
 
 }  // namespace meld::physics

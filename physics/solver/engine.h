@@ -81,6 +81,7 @@ struct World {
     double least_radius_m() const;
     bool has_features() const { return tables.size() > 1; }
     bool bounces() const;
+    bool resists_turning() const;
 };
 
 class Engine {

@@ -25,6 +25,11 @@ void sweep(std::span<Batch> batches, BodyVelocity* velocities, const SweepRule& 
 // The same with latches: lane i's normal impulse may go down to -adhesion[i] * step_s, and friction counts it from there.
 void sweep_adhesive(std::span<Batch> batches, const Lanes* adhesion, float step_s, BodyVelocity* velocities, const SweepRule& rule);
 
+// Friction against rolling and spinning, before a sweep (turning/turning_lanes.h). `beside`: one a batch; `adhesion`: as above, or null.
+struct TurningLanes;
+void resist_turning(std::span<const Batch> batches, TurningLanes* beside, const Lanes* adhesion, float step_s, BodyVelocity* velocities,
+                    const SweepRule& rule);
+
 // What one sweep would change if every contact saw the present velocities: the sum of squares of the changes of normal impulses, and of the
 // impulses themselves.
 struct SquareSums {

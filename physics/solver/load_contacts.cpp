@@ -57,16 +57,16 @@ void LoadContacts::before_bounces(const Contacts& contacts) {
     for (Lane& lane : lanes_) lane.before = whole_impulse(batch_of(contacts, lane), lane.lane);
 }
 
-void LoadContacts::end_substep(const Contacts& contacts, const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites,
-                               Loads& loads) {
+void LoadContacts::end_substep(const Contacts& contacts, const ShapeContacts& shapes, const TurningFriction& turning, const Bodies& bodies,
+                               const Composites& composites, Loads& loads) {
     if (!pressing_) return;
     pressing_ = false;
-    end_shapes(shapes, bodies, composites, loads);
+    end_shapes(contacts, shapes, turning, bodies, composites, loads);
     // Behind those of shapes.
     const std::uint32_t turn = 2 * substep_ + 1;
-    const auto push = [&](const Lane& lane, const Side& side, std::uint32_t slot, Vec3 impulse, Vec3 towards_contact) {
+    const auto push = [&](const Lane& lane, const Side& side, std::uint32_t slot, Vec3 impulse, Vec3 towards_contact, Vec3 torque) {
         if (side.composite == kNoComposite || composites.all()[side.composite].asleep != 0) return;
-        loads.push(composites, side.composite, side.member, impulse, cross(bodies.place[slot].radius * towards_contact, impulse),
+        loads.push(composites, side.composite, side.member, impulse, cross(bodies.place[slot].radius * towards_contact, impulse) + torque,
                    {turn, lane.block});
     };
     for (Lane& lane : lanes_) {
@@ -80,8 +80,9 @@ void LoadContacts::end_substep(const Contacts& contacts, const ShapeContacts& sh
             lane.bounced = bounces[lane.batch].impulse[i];
         }
         if (impulse == Vec3{}) continue;
-        push(lane, lane.a, batch.a[i], -impulse, normal);
-        if (!lane.obstacle) push(lane, lane.b, batch.b[i], impulse, -normal);
+        const Vec3 torque = turning.torque(contacts, lane.block, lane.obstacle, lane.batch, i);
+        push(lane, lane.a, batch.a[i], -impulse, normal, -torque);
+        if (!lane.obstacle) push(lane, lane.b, batch.b[i], impulse, -normal, torque);
     }
 }
 

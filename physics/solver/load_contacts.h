@@ -9,6 +9,7 @@
 
 #include "physics/solver/contacts.h"
 #include "physics/solver/shape_contacts.h"
+#include "physics/solver/turning/turning_friction.h"
 #include "physics/statics/loads.h"
 
 namespace meld::physics {
@@ -27,8 +28,8 @@ class LoadContacts {
     void before_relaxation(const ShapeContacts& shapes, const Bodies& bodies);
     // At the beginning of a substep, whose contacts will press; and at its end.
     void begin_substep() { pressing_ = true, noted_ = renewed_ = relaxed_ = false, ++substep_; }
-    void end_substep(const Contacts& contacts, const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites,
-                     Loads& loads);
+    void end_substep(const Contacts& contacts, const ShapeContacts& shapes, const TurningFriction& turning, const Bodies& bodies,
+                     const Composites& composites, Loads& loads);
     std::size_t bytes() const { return lanes_.capacity() * sizeof(Lane) + shape_lanes_.capacity() * sizeof(ShapeLoadLane); }
 
   private:
@@ -60,7 +61,8 @@ class LoadContacts {
     static Both by_points(const ShapeContacts& shapes, const ShapeLoadLane& lane, const Bodies& bodies);
     static Both by_bounces(const ShapeContacts& shapes, ShapeLoadLane& lane, const Bodies& bodies);
     void find_shapes(const ShapeContacts& shapes, std::size_t blocks, const Bodies& bodies, const Composites& composites);
-    void end_shapes(const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites, Loads& loads);
+    void end_shapes(const Contacts& contacts, const ShapeContacts& shapes, const TurningFriction& turning, const Bodies& bodies,
+                    const Composites& composites, Loads& loads);
 
     std::vector<Lane> lanes_;
     std::vector<ShapeLoadLane> shape_lanes_;

@@ -76,7 +76,8 @@ void LoadContacts::before_relaxation(const ShapeContacts& shapes, const Bodies& 
     }
 }
 
-void LoadContacts::end_shapes(const ShapeContacts& shapes, const Bodies& bodies, const Composites& composites, Loads& loads) {
+void LoadContacts::end_shapes(const Contacts& contacts, const ShapeContacts& shapes, const TurningFriction& turning, const Bodies& bodies,
+                              const Composites& composites, Loads& loads) {
     const auto push = [&](const ShapeLoadLane& lane, const Side& side, const Pull& pull) {
         if (side.composite == kNoComposite || composites.all()[side.composite].asleep != 0 || pull.force == Vec3{}) return;
         loads.push(composites, side.composite, side.member, pull.force, pull.torque, {2 * substep_, lane.block});
@@ -88,6 +89,8 @@ void LoadContacts::end_shapes(const ShapeContacts& shapes, const Bodies& bodies,
             const Both now = by_points(shapes, lane, bodies);
             add_pull(done.a, now.a, 1), add_pull(done.b, now.b, 1);
         }
+        const Vec3 torque = turning.torque_of_shapes(contacts, shapes, lane.block, lane.batch, lane.lane);
+        add_pull(done.a, {{}, torque}, -1), add_pull(done.b, {{}, torque}, 1);
         push(lane, lane.a, done.a), push(lane, lane.b, done.b);
     }
 }

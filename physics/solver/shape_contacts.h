@@ -118,6 +118,11 @@ void sweep_shapes(std::span<ShapeBatch> batches, const MovedLanes* moved, BodyVe
 void sweep_held_shapes(std::span<ShapeBatch> batches, const HeldPoints* held, float step_s, const MovedLanes* moved,
                        BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule);
 
+// Friction against rolling and spinning (turning/turning_lanes.h). `beside`, and `held` unless it is null: one for each batch.
+struct TurningLanes;
+void resist_turning_of_shapes(std::span<const ShapeBatch> batches, TurningLanes* beside, const HeldPoints* held, float step_s,
+                              const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule);
+
 class ShapeContacts {
   public:
     // What it needs of the scene.
@@ -177,6 +182,8 @@ class ShapeContacts {
     void warm_start(std::uint32_t block, BodyVelocity* velocities) const;
     // Latches hold for `step_s`, the duration of a substep.
     void sweep(std::uint32_t block, BodyVelocity* velocities, const SweepRule& rule, float step_s);
+    // Friction against rolling and spinning, before a sweep. `beside`: one for each batch of the block.
+    void resist_turning(std::uint32_t block, TurningLanes* beside, BodyVelocity* velocities, float step_s, const SweepRule& rule) const;
     // At the start of a step (block_actuation.cpp): makes room for latches; lets all points of a block go; and has the points of one of its
     // lanes (eight a batch) hold with a force between them, at a place in the world. The points share it so that its lever arms are those
     // of the place, or of the nearest place between the points, also when they have been found anew. Nothing if there are none.
@@ -199,6 +206,9 @@ class ShapeContacts {
                                          : std::span<ShapeBatch>();
     }
     std::span<const ShapeBatch> batches(std::size_t block) const { return const_cast<ShapeContacts*>(this)->batches(block); }
+    // How many there are, and the number of a block's first one.
+    std::size_t batch_count() const { return batches_.size(); }
+    std::size_t first_batch(std::size_t block) const { return block + 1 < first_.size() ? first_[block] : 0; }
     // Eight a batch.
     std::span<ShapeLane> lanes(std::size_t block) {
         return block + 1 < first_.size() ? std::span(lanes_).subspan(kLanes * first_[block], kLanes * (first_[block + 1] - first_[block]))
@@ -224,6 +234,8 @@ class ShapeContacts {
 
     // For CompositeRows, which lays out copies of composites and keeps their velocities and masses.
     std::span<MovedLanes> moved_lanes() { return moved_; }
+    // The entries that the solver moves in a lane of a batch with MovedLanes.
+    BodyPair moved_in(const ShapeBatch& batch, int i) const { return {moved_[batch.moved].a[i], moved_[batch.moved].b[i]}; }
     MovedLanes& add_moved(ShapeBatch& batch);
     void forget_moved();
     // Makes room for the copies' entries, up to this many in all.

@@ -1,6 +1,7 @@
 // The passes over contacts of bodies with shapes (shape_contacts.h).
 #include "physics/solver/lane_contacts.h"
 #include "physics/solver/shape_contacts.h"
+#include "physics/solver/turning/turning_lanes.h"
 
 namespace meld::physics {
 
@@ -193,6 +194,31 @@ MELD_INLINE void sweep_held_shapes_kernel(std::span<ShapeBatch> batches, const H
     sweep_points<true>(batches, held, step_s, moved, velocities, turnings, rule);
 }
 
+// All points of two bodies press on one patch each, and resist together.
+MELD_INLINE void resist_turning_of_shapes_kernel(std::span<const ShapeBatch> batches, TurningLanes* beside, const HeldPoints* held,
+                                                 float step_s, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings,
+                                                 const SweepRule& rule) {
+    each_batch(batches, moved, [&](const ShapeBatch& batch, const auto& arms) MELD_INLINE_CALL {
+        const std::ptrdiff_t n = &batch - batches.data();
+        Lanes pressed = lanes(0);
+        for (std::uint32_t p = 0; p < batch.used; ++p) {
+            pressed += batch.points[p].normal_impulse;
+            if (held != nullptr) pressed += held[n].force[p] * step_s;
+        }
+        TurningLanes& own = beside[n];
+        if (!may_resist(own, pressed)) return;
+        LaneBodies a = load_bodies(velocities, turnings, arms.a_slots), b = load_bodies(velocities, turnings, arms.b_slots);
+        const Vector spin = own.b_curvature * b.moving.surface - own.a_curvature * a.moving.surface;
+        const Tensors ease = (a.moving.inverse_mass * own.a_curvature * own.a_curvature) * a.turning +
+                             (b.moving.inverse_mass * own.b_curvature * own.b_curvature) * b.turning;
+        const Vector change = resist(own, {batch.nx, batch.ny, batch.nz}, pressed, spin, ease, rule);
+        a.moving.surface = a.moving.surface - (a.moving.inverse_mass * own.a_curvature) * (a.turning * change);
+        b.moving.surface = b.moving.surface + (b.moving.inverse_mass * own.b_curvature) * (b.turning * change);
+        store(velocities, arms.a_slots, a.moving);
+        store(velocities, arms.b_slots, b.moving);
+    });
+}
+
 }  // namespace
 
 MELD_KERNEL_VARIANTS(follow_shapes, (std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s),
@@ -211,5 +237,10 @@ MELD_KERNEL_VARIANTS(sweep_held_shapes,
                      (std::span<ShapeBatch> batches, const HeldPoints* held, float step_s, const MovedLanes* moved,
                       BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule),
                      (batches, held, step_s, moved, velocities, turnings, rule))
+
+MELD_KERNEL_VARIANTS(resist_turning_of_shapes,
+                     (std::span<const ShapeBatch> batches, TurningLanes* beside, const HeldPoints* held, float step_s,
+                      const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings, const SweepRule& rule),
+                     (batches, beside, held, step_s, moved, velocities, turnings, rule))
 
 }  // namespace meld::physics

@@ -7,7 +7,7 @@ Usage: composites_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 import random
 import sys
 
-from tumble_test import held_and_thrown, main, other_shapes, range_and_kills
+from tumble_test import held_and_thrown, main, other_shapes, range_and_kills, turning_friction
 
 PROGRAM = """
 type action force(node, float, float, float) while.
@@ -68,7 +68,7 @@ def case(seed):
     world = (f"seed = {seed}\n[[body]]\npositions = {unique}\n"
              f'[motion]\nkind = "bodies"\nground = 0\nsteps = {rng.choice([3, 6, 12])}\n'
              f"friction = {rng.choice([0.2, 0.6])}\nrestitution = {rng.choice([0, 0, 0.4, 0.8])}\nsleep_ticks = {rng.choice([0, 4, 12])}\n"
-             f"deepest_overlap = 0.9\n")
+             f"deepest_overlap = 0.9\n" + turning_friction(seed))
     world += rng.choice(['solver = "pgs20"\n', "", "", ""]) + rng.choice(['lowest = 0.2\nlost = "remove"\n', "", "", ""])
     if rng.random() < 0.4:
         world += f"breaking_force = {rng.uniform(20, 300):.1f}\n"

@@ -81,6 +81,11 @@ def shape(rng, world_radius):
     return text
 
 
+def turning_friction(seed):
+    """Every third world resists rolling and spinning."""
+    return "rolling_friction = 0.03\nspinning_friction = 0.02\n" if seed % 3 == 0 else ""
+
+
 def compound(rng):
     """Two or three solids that are held together, and catoms that are such bodies."""
     text = '[[motion.compound]]\nname = "thing"\n'
@@ -135,7 +140,7 @@ def case(seed):
              f"[[body]]\npositions = [[-30, 0, 2.5], [-28.2, 0.3, 2.5], [35, 1, 6], [-40, 0, 1.2], [-40.2, 0, 2.8]]\n"
              f'[motion]\nkind = "bodies"\nground = 0\nsteps = {rng.choice([6, 12])}\nspacing = {rng.choice([1.4, 1.7])}\n'
              f"friction = {rng.choice([0.2, 0.5, 0.9])}\nrestitution = {rng.choice([0, 0, 0.3, 0.8])}\n"
-             f"sleep_ticks = {rng.choice([0, 4, 30])}\ndeepest_overlap = 0.9\n")
+             f"sleep_ticks = {rng.choice([0, 4, 30])}\ndeepest_overlap = 0.9\n" + turning_friction(seed))
     world += rng.choice(['solver = "pgs20"\n', "", "", ""]) + rng.choice(['lowest = 0.3\nlost = "remove"\n', "", ""])
     world += shape(rng, radius).split("radius")[0]
     speed = 12 * radius ** 0.5

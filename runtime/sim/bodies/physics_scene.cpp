@@ -75,6 +75,13 @@ Result<void> add_features(const World& world, PhysicsScene& out) {
     return {};
 }
 
+physics::Material material_of(const World& world, const Surface& s) {
+    return {.friction = static_cast<float>(s.friction),
+            .restitution = static_cast<float>(s.restitution),
+            .rolling_m = static_cast<float>(2 * world.radius * s.rolling_friction),
+            .spinning_m = static_cast<float>(2 * world.radius * s.spinning_friction)};
+}
+
 Result<void> add_obstacles(const World& world, physics::Scene& scene) {
     const PhysicsOptions& p = world.physics;
     std::vector<ObstacleOptions> all = p.obstacles;
@@ -85,8 +92,11 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
         all.insert(all.begin(), ground);
     }
     for (const ObstacleOptions& o : all) {
-        const auto material = scene.add_material({.friction = static_cast<float>(o.friction.value_or(p.friction)),
-                                                  .restitution = static_cast<float>(o.restitution.value_or(p.restitution))});
+        const auto material =
+            scene.add_material(material_of(world, {.friction = o.friction.value_or(p.friction),
+                                                   .restitution = o.restitution.value_or(p.restitution),
+                                                   .rolling_friction = o.rolling_friction.value_or(p.rolling_friction),
+                                                   .spinning_friction = o.spinning_friction.value_or(p.spinning_friction)}));
         if (!material) return fail(fmt::format("{}: {}", o.place, material.error().problem), material.error().suggestion);
         const auto added = scene.add_obstacle(world::shape_of(o, 2 * world.radius), *material);
         if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
@@ -145,7 +155,7 @@ RadiusRange both(const RadiusRange& a, const RadiusRange& b) {
 BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const {
     MELD_EXPECT(id < physics::kMaxBodies && id < first_placed_ + world_.placed.size(), "catom {}", id);
     const PhysicsOptions& p = world_.physics;
-    Surface surface{p.friction, p.restitution};
+    Surface surface{p.friction, p.restitution, p.rolling_friction, p.spinning_friction};
     physics::BodySpec spec;
     spec.id = static_cast<physics::BodyId>(id);
     spec.position_m = to_metres(world_, position);
@@ -171,6 +181,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         if (group.turned) spec.orientation = turned_by({}, (std::numbers::pi / 180) * vector_of(*group.turned));
         surface.friction = group.friction.value_or(surface.friction);
         surface.restitution = group.restitution.value_or(surface.restitution);
+        surface.rolling_friction = group.rolling_friction.value_or(surface.rolling_friction);
+        surface.spinning_friction = group.spinning_friction.value_or(surface.spinning_friction);
     }
     if (id >= first_placed_) {
         const world::PlacedCatom& placed = world_.placed[id - first_placed_];
@@ -205,11 +217,10 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
         if (world_.physics.joints[joint].where.contains(id, cell, position)) bodies.push_back(body);
 }
 
-Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
+Result<std::map<Surface, std::uint8_t>> add_materials(const World& world, PhysicsScene& scene, const std::set<Surface>& surfaces) {
     std::map<Surface, std::uint8_t> materials;
     for (const Surface& s : surfaces) {
-        const auto made =
-            scene.scene->add_material({.friction = static_cast<float>(s.friction), .restitution = static_cast<float>(s.restitution)});
+        const auto made = scene.scene->add_material(material_of(world, s));
         if (!made) return tl::unexpected<Error>(made.error());
         materials[s] = *made;
     }
@@ -217,7 +228,7 @@ Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const
 }
 
 Result<void> BodyMaker::add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces) {
-    auto added = sim::add_materials(scene, surfaces);
+    auto added = sim::add_materials(world_, scene, surfaces);
     if (!added) return tl::unexpected<Error>(added.error());
     materials_ = std::move(*added);
     return {};

@@ -42,11 +42,12 @@ Result<PhysicsScene> make_physics_scene(const world::World& world, RadiusRange r
 // The body of a catom.
 struct Surface {
     double friction = 0, restitution = 0;
+    double rolling_friction = 0, spinning_friction = 0;  // Diameters.
     auto operator<=>(const Surface&) const = default;
 };
 
 // Adds a material for each, in the same order on all processes.
-Result<std::map<Surface, std::uint8_t>> add_materials(PhysicsScene& scene, const std::set<Surface>& surfaces);
+Result<std::map<Surface, std::uint8_t>> add_materials(const world::World& world, PhysicsScene& scene, const std::set<Surface>& surfaces);
 
 // Gives catoms their bodies: a first pass examines all of them; then the scene is made to fit the bodies of all processes, and their
 // materials are added in the same way everywhere; then each catom's body is made. Computing its properties twice saves the memory for

@@ -161,7 +161,7 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     if (!subdomain.alone()) physics_.scene->share();
-    if (auto added = add_materials(physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
+    if (auto added = add_materials(world_, physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
     // A home takes some room besides that of its bodies.
     physics_.scene->reserve(subdomain.ensemble.owned_count() + loading_.homes.size(), subdomain.next_id());
     if (!subdomain.alone()) divided_.emplace(subdomain, *physics_.scene, *subdomain.partition);

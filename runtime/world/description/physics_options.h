@@ -70,6 +70,7 @@ struct CatomGroup {
     Region where;
     std::optional<double> radius;  // Metres
     std::optional<double> mass, inertia, friction, restitution;
+    std::optional<double> rolling_friction, spinning_friction;  // As in PhysicsOptions.
     std::optional<bool> fixed;
     std::optional<bool> connected;                          // At the start, those of this group that touch are connected.
     std::optional<double> breaking_force, breaking_torque;  // As in PhysicsOptions.
@@ -110,7 +111,7 @@ struct ObstacleOptions {
     double cell = 1;                           // For a terrain: the distance between two of its points.
     std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
     Shape shape;                               // For a mesh: one whose surface() is made of triangles.
-    std::optional<double> friction, restitution;
+    std::optional<double> friction, restitution, rolling_friction, spinning_friction;
     std::string place;
 };
 
@@ -167,6 +168,8 @@ struct PhysicsOptions {
     Vec3 gravity{0, 0, -9.81};
     double linear_damping = 0, angular_damping = 0;  // Shares per second.
     double mass = 1, inertia = 0.4, friction = 0.5, restitution = 0;
+    // The radii of the patch on which surfaces press on each other, in diameters.
+    double rolling_friction = 0, spinning_friction = 0;
     BodyForm form;
     std::vector<CompoundForm> compounds;
     double spacing = 1;            // Between cells at the start, in diameters.
@@ -192,6 +195,12 @@ struct PhysicsOptions {
 
     // At the start, or when programs make them.
     bool has_joints() const { return !joints.empty() || !joint_kinds.empty(); }
+    // Of any catom or obstacle.
+    bool resists_turning() const {
+        const auto resists = [](const auto& one) { return one.rolling_friction.value_or(0) > 0 || one.spinning_friction.value_or(0) > 0; };
+        return rolling_friction > 0 || spinning_friction > 0 || std::ranges::any_of(groups, resists) ||
+               std::ranges::any_of(obstacles, resists);
+    }
     bool has_forms() const {
         return !form.is_sphere() || std::ranges::any_of(groups, [](const CatomGroup& g) { return g.form && !g.form->is_sphere(); });
     }

@@ -46,8 +46,9 @@ void read_mesh(const Section& section, ObstacleOptions& obstacle) {
 void read_obstacle(TomlReader& reader, const toml::table& table, const std::string& name, Touched touched, ObstacleOptions& obstacle) {
     const std::initializer_list<std::string_view> of_form = {"kind",    "normal", "offset",  "centre", "size",
                                                              "degrees", "cell",   "heights", "shape"};
-    const std::initializer_list<std::string_view> all = {"kind", "normal",  "offset", "centre",   "size",       "degrees",
-                                                         "cell", "heights", "shape",  "friction", "restitution"};
+    const std::initializer_list<std::string_view> all = {
+        "kind",     "normal",      "offset",           "centre",           "size", "degrees", "cell", "heights", "shape",
+        "friction", "restitution", "rolling_friction", "spinning_friction"};
     const Section section(reader, table, name, touched == Touched::Yes ? all : of_form);
     obstacle.place = reader.place(table.source());
     section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain", "mesh"});
@@ -64,17 +65,22 @@ void read_obstacle(TomlReader& reader, const toml::table& table, const std::stri
     section.read_positive("cell", obstacle.cell);
     if (obstacle.kind == "terrain") read_heights(reader, section, name, obstacle);
     if (obstacle.kind == "mesh") read_mesh(section, obstacle);
-    if (touched == Touched::Yes) read_surface(section, obstacle.friction, obstacle.restitution);
+    if (touched == Touched::Yes)
+        read_surface(section, {obstacle.friction, obstacle.restitution, obstacle.rolling_friction, obstacle.spinning_friction});
 }
 
 }  // namespace
 
-void read_surface(const Section& section, std::optional<double>& friction, std::optional<double>& restitution) {
+void read_surface(const Section& section, const SurfaceKeys& surface) {
     constexpr double kMost = std::numeric_limits<double>::max();
-    double value = 0;
-    if (section.has("friction")) section.read_number("friction", value, 0, kMost), friction = value;
-    value = 0;
-    if (section.has("restitution")) section.read_number("restitution", value, 0, 1), restitution = value;
+    const auto read = [&](const char* key, std::optional<double>& value, double most) {
+        double number = 0;
+        if (section.has(key)) section.read_number(key, number, 0, most), value = number;
+    };
+    read("friction", surface.friction, kMost);
+    read("restitution", surface.restitution, 1);
+    read("rolling_friction", surface.rolling_friction, kMost);
+    read("spinning_friction", surface.spinning_friction, kMost);
 }
 
 void read_obstacles(TomlReader& reader, const toml::table& table, std::string_view owner, Touched touched,

@@ -10,7 +10,11 @@
 
 namespace meld::world {
 
-void read_surface(const Section& section, std::optional<double>& friction, std::optional<double>& restitution);
+// What contacts need to know of a surface; friction against turning is by the radius of the patch, in diameters.
+struct SurfaceKeys {
+    std::optional<double>&friction, &restitution, &rolling_friction, &spinning_friction;
+};
+void read_surface(const Section& section, const SurfaceKeys& surface);
 
 enum class Touched { Yes, No };
 // The tables [[OWNER.obstacle]] of a table [OWNER]. Those that nothing touches have no friction and no restitution.

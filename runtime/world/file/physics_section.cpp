@@ -60,9 +60,10 @@ void read_feature(TomlReader& reader, const toml::table& table, const FeatureOpt
 }
 
 void read_group(TomlReader& reader, const toml::table& table, std::span<const CompoundForm> compounds, CatomGroup& group) {
-    const Section section(reader, table, "[[motion.catoms]]",
-                          {"where", "radius", "mass", "inertia", "friction", "restitution", "fixed", "connected", "breaking_force",
-                           "breaking_torque", "velocity", "spin", "shape", "edges", "length", "height", "rounding", "turned"});
+    const Section section(reader, table, "[[motion.catoms]]", {"where",    "radius",      "mass",     "inertia",   "breaking_force",
+                                                               "friction", "restitution", "fixed",    "connected", "breaking_torque",
+                                                               "velocity", "spin",        "shape",    "edges",     "rolling_friction",
+                                                               "length",   "height",      "rounding", "turned",    "spinning_friction"});
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
     double value = 1;
@@ -71,7 +72,7 @@ void read_group(TomlReader& reader, const toml::table& table, std::span<const Co
     if (section.has("mass")) section.read_positive("mass", value), group.mass = value;
     value = 0.4;
     if (section.has("inertia")) section.read_number("inertia", value, 1e-6, 1), group.inertia = value;
-    read_surface(section, group.friction, group.restitution);
+    read_surface(section, {group.friction, group.restitution, group.rolling_friction, group.spinning_friction});
     bool fixed = false;
     if (section.has("fixed")) section.read("fixed", fixed), group.fixed = fixed;
     bool connected = false;
@@ -192,9 +193,9 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
                            "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",        "friction",
                            "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks",    "sleep_speed",
                            "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",          "noise",
-                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "breaking_torque",
-                           "shape",          "edges",           "length",          "height",      "rounding",       "joint",
-                           "lamp",           "compound",        "joint_kind"});
+                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "rolling_friction",
+                           "shape",          "edges",           "length",          "height",      "rounding",       "spinning_friction",
+                           "lamp",           "compound",        "joint_kind",      "joint",       "breaking_torque"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -215,6 +216,8 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     if (const auto form = read_form(section, p.compounds)) p.form = *form;
     section.read_number("friction", p.friction, 0, kMost);
     section.read_number("restitution", p.restitution, 0, 1);
+    section.read_number("rolling_friction", p.rolling_friction, 0, kMost);
+    section.read_number("spinning_friction", p.spinning_friction, 0, kMost);
     section.read_number("spacing", p.spacing, 0.9, kMost);
     double ground = 0;
     if (section.has("ground")) section.read_number("ground", ground), p.ground = ground;
@@ -245,6 +248,9 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
         section.wrong("engine", "the engine \"ode\" makes no joints later", "write engine = \"blocks\", or take [[motion.joint_kind]] out");
     if (p.has_joints() && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no joints", "write engine = \"blocks\", or take the joints out");
+    if (p.resists_turning() && p.engine == "hash")
+        section.wrong("engine", "the engine \"hash\" has no friction against rolling and spinning",
+                      "write engine = \"blocks\", or take rolling_friction and spinning_friction out");
     for (const CatomGroup& group : p.groups) smallest_m = std::min(smallest_m, 2 * group.radius.value_or(smallest_m / 2));
     smallest_m = least_thickness(p, diameter_m, smallest_m);
     check_forms(reader, section, p);

@@ -153,6 +153,27 @@ velocity = [1, 0, 0]
     EXPECT_FALSE(p.groups[0].friction);
 }
 
+TEST(PhysicsSection, HasThePatchesThatResistRollingAndSpinning) {
+    const World world = world_of(kFree + R"toml(rolling_friction = 0.01
+[[motion.obstacle]]
+kind = "plane"
+spinning_friction = 0.02
+[[motion.catoms]]
+where = "id < 2"
+rolling_friction = 0
+spinning_friction = 0.03
+)toml");
+    const PhysicsOptions& p = world.physics;
+    EXPECT_TRUE(p.resists_turning());
+    EXPECT_EQ(p.rolling_friction, 0.01);
+    EXPECT_EQ(p.spinning_friction, 0);
+    EXPECT_FALSE(p.obstacles[0].rolling_friction);
+    EXPECT_EQ(p.obstacles[0].spinning_friction, 0.02);
+    EXPECT_EQ(p.groups[0].rolling_friction, 0);
+    EXPECT_EQ(p.groups[0].spinning_friction, 0.03);
+    EXPECT_FALSE(world_of(kFree).physics.resists_turning());
+}
+
 TEST(PhysicsSection, OnlyBlocksAreSoftUnlessToldOtherwise) {
     EXPECT_EQ(world_of(kFree).physics.solver, "soft");
     EXPECT_EQ(world_of(kFree + "engine = \"hash\"\n").physics.solver, "pgs20");
@@ -169,6 +190,10 @@ TEST(PhysicsSection, SaysWhatIsWrongAndWhere) {
         {"mass = 0", "w.toml:5:8: [motion] mass = 0 is not a number above zero"},
         {"mass = nan", "w.toml:5:8: [motion] mass = nan is not a number above zero"},
         {"friction = -1", "w.toml:5:12: [motion] friction = -1 is less than 0"},
+        {"rolling_friction = -1", "w.toml:5:20: [motion] rolling_friction = -1 is less than 0"},
+        {"engine = \"hash\"\nspinning_friction = 0.1",
+         "w.toml:5:10: the engine \"hash\" has no friction against rolling and spinning. write engine = \"blocks\", or take "
+         "rolling_friction and spinning_friction out"},
         {"restitution = 2", "w.toml:5:15: [motion] restitution = 2 is not between 0 and 1"},
         {"spacing = 0.5", "w.toml:5:11: [motion] spacing = 0.5 is less than 0.9"},
         {"gravity = 9.81", "w.toml:5:11: [motion] gravity is not a point [x, y, z] of three finite numbers"},
