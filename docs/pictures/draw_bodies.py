@@ -56,8 +56,16 @@ def moment(recording, tick):
     return Moment(times[step], data["Points"][first:first + count].astype(float), diameters, rows("colour"), labels, lines)
 
 
+def rotation(turned):
+    """The matrix that turns about a vector, by its length in degrees."""
+    angle = np.radians(np.linalg.norm(turned))
+    x, y, z = np.array(turned, float) / (np.linalg.norm(turned) or 1)
+    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
+
+
 def obstacles(recording, ground):
-    """Polygons and planes of the recorded world: arrays of corners in space, and (normal, offset)."""
+    """Polygons and planes of the recorded world: arrays of corners in space, and (normal, offset). Of solids, boxes alone."""
     motion = tomllib.loads(recording["meld/world"].asstr()[()]).get("motion", {})
     ground = motion.get("ground") if ground is None else ground
     polygons, planes = [], [] if ground is None else [(np.array([0, 0, 1.0]), ground)]
@@ -68,11 +76,10 @@ def obstacles(recording, ground):
             normal = np.array(one.get("normal", [0, 0, 1]), float)
             planes.append((normal / np.linalg.norm(normal), one.get("offset", 0) / np.linalg.norm(normal)))
         elif one["kind"] == "box":
-            turn = np.radians(one.get("degrees", 0))
-            turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-            corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * one.get("size", [1, 1, 1]) @ turned + centre
+            turned = rotation(one.get("turned", [0, 0, one.get("degrees", 0)]))
+            corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * one.get("size", [1, 1, 1]) @ turned.T + centre
             polygons += [corners[face] for face in ([0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5])]
-        else:
+        elif one["kind"] == "terrain":
             heights, cell = np.array(one["heights"], float), one.get("cell", 1)
             y, x = np.indices(heights.shape)
             points = np.stack([x * cell, y * cell, heights], axis=-1) + centre

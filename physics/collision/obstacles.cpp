@@ -28,9 +28,11 @@ Result<Bounds> check(Plane& plane) {
     return Bounds{};
 }
 
+double norm_of(Quat q) { return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z); }
+
 Result<Bounds> check(Box& box) {
     const Quat q = box.orientation;
-    const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    const double norm = norm_of(q);
     if (!is_finite(box.centre) || !is_finite(box.size_m) || !(norm > 0) || !std::isfinite(norm))
         return fail("the box has a number that is not finite, or no orientation");
     if (!(box.size_m.x > 0 && box.size_m.y > 0 && box.size_m.z > 0))
@@ -40,6 +42,18 @@ Result<Bounds> check(Box& box) {
     const double half_diagonal = length(box.size_m) / 2;
     const Vec3 around{half_diagonal, half_diagonal, half_diagonal};
     return Bounds{box.centre - around, box.centre + around};
+}
+
+Result<Bounds> check(Solid& solid) {
+    const Quat q = solid.orientation;
+    const double norm = norm_of(q);
+    if (!is_finite(solid.centre) || !(norm > 0) || !std::isfinite(norm))
+        return fail("an obstacle has a centre that is not finite, or no orientation");
+    if (auto fine = physics::check(solid.shape); !fine) return tl::unexpected(fine.error());
+    solid.orientation = {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
+    const double radius = solid.shape.radius_m();
+    const Vec3 around{radius, radius, radius};
+    return Bounds{solid.centre - around, solid.centre + around};
 }
 
 Result<Bounds> check(Terrain& terrain) {
@@ -91,14 +105,37 @@ Result<std::uint32_t> Obstacles::add(Shape shape, std::uint8_t material) {
     auto bounds = std::visit([](auto& one) { return check(one); }, shape);
     if (!bounds) return tl::unexpected(bounds.error());
     Entry& entry = entries_.emplace_back(std::move(shape), material, bounds->low, bounds->high);
+    entry.parts = parts_of(entry.shape);
     if (const Mesh* mesh = std::get_if<Mesh>(&entry.shape)) entry.surface.emplace(*mesh);
     return static_cast<std::uint32_t>(entries_.size() - 1);
 }
 
-int Obstacles::parts(std::size_t obstacle) const {
-    const Shape& shape = entries_[obstacle].shape;
-    return std::holds_alternative<Plane>(shape) || std::holds_alternative<Box>(shape) ? 1 : kMaxSurfaceContacts;
+std::vector<Obstacles::Entry::Part> Obstacles::parts_of(const Shape& shape) {
+    std::vector<Entry::Part> parts;
+    const auto add = [&](const BodyShape& own, Vec3 centre, Quat turn) {
+        parts.push_back({own, centre, turn, {{own.core_m, own.rounding_m}, pose_of(centre, turn)}});
+    };
+    if (const Box* box = std::get_if<Box>(&shape)) add({0.5 * box->size_m, 0}, box->centre, box->orientation);
+    const Solid* solid = std::get_if<Solid>(&shape);
+    if (solid == nullptr) return parts;
+    if (!solid->shape.is_compound()) add(solid->shape, solid->centre, solid->orientation);
+    for (const ShapePart& part : solid->shape.parts)
+        add(physics::solid_of(part), solid->centre + rotate(solid->orientation, part.at_m), product(solid->orientation, part.turn));
+    return parts;
 }
+
+int Obstacles::parts(std::size_t obstacle) const { return is_surface(obstacle) || solids(obstacle) > 1 ? kMaxSurfaceContacts : 1; }
+
+namespace {
+
+// Whether a point may be nearer than `reach_m` to a solid that is no compound.
+bool reaches(const BodyShape& solid, Vec3 place, Quat turn, Vec3 at, double reach_m) {
+    const double reach = reach_m + solid.rounding_m;
+    const Vec3 outside = solid.from_core(rotate(conjugate(turn), at - place));
+    return dot(outside, outside) < reach * reach;
+}
+
+}  // namespace
 
 bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const {
     const Entry& entry = entries_[obstacle];
@@ -114,21 +151,23 @@ bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, do
                            apart(-box->size_m.z / 2, box->size_m.z / 2, local.z)};
         return dot(outside, outside) < reach * reach;
     }
-    return true;
+    if (!std::holds_alternative<Solid>(entry.shape)) return true;
+    return std::ranges::any_of(entry.parts,
+                               [&](const Entry::Part& part) { return reaches(part.shape, part.centre, part.turn, centre, reach); });
+}
+
+bool Obstacles::solid_may_reach(std::size_t obstacle, std::size_t solid, Vec3 centre, double radius_m, double reach_m) const {
+    if (solids(obstacle) <= 1) return may_reach(obstacle, centre, radius_m, reach_m);
+    const Entry::Part& part = entries_[obstacle].parts[solid];
+    return reaches(part.shape, part.centre, part.turn, centre, radius_m + reach_m);
 }
 
 namespace {
 
-// From the box's surface to a point beside it, both in the box's frame.
-Vec3 from_box(const Box& box, Vec3 local) {
-    const auto beyond = [](double at, double size) { return at - std::clamp(at, -size / 2, size / 2); };
-    return {beyond(local.x, box.size_m.x), beyond(local.y, box.size_m.y), beyond(local.z, box.size_m.z)};
-}
-
 double depth_in(const Plane& plane, Vec3 centre, double radius_m) { return radius_m + plane.offset_m - dot(plane.normal, centre); }
 
 double depth_in(const Box& box, Vec3 centre, double radius_m) {
-    const Vec3 local = rotate(conjugate(box.orientation), centre - box.centre), outside = from_box(box, local);
+    const Vec3 local = rotate(conjugate(box.orientation), centre - box.centre), outside = BodyShape{0.5 * box.size_m, 0}.from_core(local);
     if (outside != Vec3{}) return radius_m - length(outside);
     return radius_m +
            std::min({box.size_m.x / 2 - std::abs(local.x), box.size_m.y / 2 - std::abs(local.y), box.size_m.z / 2 - std::abs(local.z)});
@@ -144,18 +183,19 @@ std::optional<SurfaceContact> meeting(const Plane& plane, Vec3 centre, double ra
     return SurfaceContact{plane.normal, gap};
 }
 
-// Advances by the distance to the box repeatedly, which never leads into it (conservative advancement).
-std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius_m, Vec3 path) {
+// Where a sphere on its path meets a solid that is no compound. Advances by the distance to it repeatedly, which never leads into it
+// (conservative advancement).
+std::optional<SurfaceContact> meeting(const BodyShape& solid, Vec3 place, Quat turn, Vec3 centre, double radius_m, Vec3 path) {
     constexpr int kMaxSteps = 64;
     // A path that comes this near, as a share of the radius, touches.
     constexpr double kNear = 1e-4;
-    const Quat into = conjugate(box.orientation);
-    const Vec3 start = rotate(into, centre - box.centre), way = rotate(into, path);
+    const Quat into = conjugate(turn);
+    const Vec3 start = rotate(into, centre - place), way = rotate(into, path);
     const double far = length(way);
     double gone = 0;
     for (int i = 0; i < kMaxSteps; ++i) {
-        const Vec3 outside = from_box(box, start + (gone / far) * way);
-        const double distance = length(outside), gap = distance - radius_m;
+        const Vec3 outside = solid.from_core(start + (gone / far) * way);
+        const double distance = length(outside), gap = distance - solid.rounding_m - radius_m;
         if (gap > kNear * radius_m) {
             gone += gap;
             if (gone > far) return std::nullopt;
@@ -163,7 +203,7 @@ std::optional<SurfaceContact> meeting(const Box& box, Vec3 centre, double radius
         }
         if (i == 0) return std::nullopt;
         const Vec3 normal = (1 / distance) * outside;
-        return SurfaceContact{rotate(box.orientation, normal), gap - gone / far * dot(normal, way)};
+        return SurfaceContact{rotate(turn, normal), gap - gone / far * dot(normal, way)};
     }
     return std::nullopt;
 }
@@ -189,11 +229,70 @@ std::optional<SurfaceContact> meeting(const Terrain& terrain, Vec3 centre, doubl
 
 std::string_view Obstacles::kind(std::size_t obstacle) const {
     constexpr std::string_view kKinds[] = {"plane", "box", "terrain", "mesh"};
-    return kKinds[entries_[obstacle].shape.index()];
+    const Shape& shape = entries_[obstacle].shape;
+    const Solid* solid = std::get_if<Solid>(&shape);
+    if (solid == nullptr) return kKinds[shape.index()];
+    const BodyShape& form = solid->shape;
+    return form.is_compound()   ? "compound"
+           : form.is_sphere()   ? "sphere"
+           : form.is_cylinder() ? "cylinder"
+           : form.core_m.y > 0  ? "box"
+                                : "capsule";
 }
 
 double Obstacles::depth(std::size_t obstacle, Vec3 centre, double radius_m) const {
-    return std::max(0.0, std::visit([&](const auto& shape) { return depth_in(shape, centre, radius_m); }, entries_[obstacle].shape));
+    return std::max(0.0, std::visit(
+                             [&](const auto& shape) -> double {
+                                 if constexpr (!std::is_same_v<decltype(shape), const Solid&>) return depth_in(shape, centre, radius_m);
+                                 std::array<SurfaceContact, kMaxSurfaceContacts> contacts;
+                                 return collide_sphere(obstacle, centre, radius_m, 0, contacts) == 0 ? 0 : -contacts[0].gap_m;
+                             },
+                             entries_[obstacle].shape));
+}
+
+// The contacts with solids, the deepest first.
+int Obstacles::collide_sphere(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
+                              std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) const {
+    const Core sphere{{}, radius_m};
+    const Pose pose = pose_of(centre, {});
+    int count = 0;
+    for (const Entry::Part& part : entries_[obstacle].parts) {
+        Manifold found;
+        AxisHint hint = kNoAxis;
+        physics::collide(sphere, pose, part.placed.core, part.placed.pose, reach_m, hint, found);
+        if (found.count == 0 || !(found.points[0].gap_m < reach_m)) continue;
+        const SurfaceContact contact{-found.normal, found.points[0].gap_m};
+        int at = std::min(count, kMaxSurfaceContacts - 1);
+        if (count == kMaxSurfaceContacts && !(contact.gap_m < contacts[static_cast<std::size_t>(at)].gap_m)) continue;
+        for (; at > 0 && contact.gap_m < contacts[static_cast<std::size_t>(at - 1)].gap_m; --at)
+            contacts[static_cast<std::size_t>(at)] = contacts[static_cast<std::size_t>(at - 1)];
+        contacts[static_cast<std::size_t>(at)] = contact;
+        count = std::min(count + 1, kMaxSurfaceContacts);
+    }
+    return count;
+}
+
+// Of the solids that the sphere does not touch, the one that it meets first.
+std::optional<SurfaceContact> Obstacles::meet_solids(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const {
+    std::optional<SurfaceContact> first;
+    double least = 0;
+    for (const Entry::Part& part : entries_[obstacle].parts) {
+        const auto met = meeting(part.shape, part.centre, part.turn, centre, radius_m, path);
+        if (!met) continue;
+        const double gone = met->gap_m / -dot(met->normal, path);
+        if (!first || gone < least) first = met, least = gone;
+    }
+    return first;
+}
+
+void Obstacles::collide_solid(std::size_t obstacle, std::size_t solid, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
+                              Manifold& found) const {
+    const Entry& entry = entries_[obstacle];
+    if (const Plane* plane = std::get_if<Plane>(&entry.shape))
+        return collide_with_plane(core, pose, plane->normal, plane->offset_m, reach_m, hint, found);
+    MELD_CHECK(solid < entry.parts.size(), "obstacle {} has no solid {}", obstacle, solid);
+    const PlacedSolid& other = entry.parts[solid].placed;
+    physics::collide(core, pose, other.core, other.pose, reach_m, hint, found);
 }
 
 std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path,
@@ -203,6 +302,8 @@ std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre,
         [&](const auto& shape) -> std::optional<SurfaceContact> {
             if constexpr (std::is_same_v<decltype(shape), const Mesh&>)
                 return entry.surface->meet(shape, centre, radius_m, path, touched);
+            else if constexpr (std::is_same_v<decltype(shape), const Box&> || std::is_same_v<decltype(shape), const Solid&>)
+                return meet_solids(obstacle, centre, radius_m, path);
             else
                 return meeting(shape, centre, radius_m, path);
         },
@@ -232,6 +333,8 @@ std::optional<double> Obstacles::first_on(std::size_t obstacle, const Ray& ray) 
     if (!part_within(ray, entry.low, entry.high)) return std::nullopt;
     if (const Box* box = std::get_if<Box>(&entry.shape)) return met_by(*box, ray);
     if (const Terrain* terrain = std::get_if<Terrain>(&entry.shape)) return physics::first_on(*terrain, ray);
+    if (const Solid* solid = std::get_if<Solid>(&entry.shape))
+        return physics::first_on(solid->shape, solid->centre, solid->orientation, ray);
     return entry.surface->first_on(std::get<Mesh>(entry.shape), ray);
 }
 
@@ -258,6 +361,7 @@ int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double rad
         return physics::collide(*terrain, centre, radius_m, reach_m, contacts);
     if (const Mesh* mesh = std::get_if<Mesh>(&entries_[obstacle].shape))
         return entries_[obstacle].surface->collide(*mesh, centre, radius_m, reach_m, contacts);
+    if (std::holds_alternative<Solid>(entries_[obstacle].shape)) return collide_sphere(obstacle, centre, radius_m, reach_m, contacts);
     MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
     enter_ode_thread();
     const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];

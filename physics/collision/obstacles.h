@@ -1,5 +1,5 @@
-// Obstacles: planes, boxes, terrain and meshes. For boxes each worker has its own ODE geometries, so dCollide runs on all workers without
-// sharing anything that it writes; all others are computed here.
+// Obstacles: planes, boxes, terrain, meshes, and solids of all shapes that bodies have. For spheres on boxes each worker has its own ODE
+// geometries, so dCollide runs on all workers without sharing anything that it writes; all others are computed here.
 #pragma once
 
 #include <array>
@@ -32,7 +32,14 @@ struct Box {
     Quat orientation = {};
 };
 
-using Shape = std::variant<Plane, Box, Terrain, Mesh>;
+// A solid as bodies are, or a compound of several, which are one obstacle. The origin of the shape's frame is at `centre`.
+struct Solid {
+    BodyShape shape = {};
+    Vec3 centre = {};
+    Quat orientation = {};
+};
+
+using Shape = std::variant<Plane, Box, Terrain, Mesh, Solid>;
 
 class Obstacles {
   public:
@@ -45,15 +52,21 @@ class Obstacles {
     Result<std::uint32_t> add(Shape shape, std::uint8_t material);
     std::size_t count() const { return entries_.size(); }
     const Shape& shape(std::size_t obstacle) const { return entries_[obstacle].shape; }
-    // "plane", "box", "terrain" or "mesh".
+    // "plane", "box", "terrain" or "mesh"; of a solid "sphere", "capsule", "cylinder", "box" or "compound".
     std::string_view kind(std::size_t obstacle) const;
     std::uint8_t material(std::size_t obstacle) const { return entries_[obstacle].material; }
     // How many contacts with this obstacle a body can have.
     int parts(std::size_t obstacle) const;
     // Whether a sphere that touches it may meet another part of it ahead.
-    bool can_be_met_again(std::size_t obstacle) const { return std::holds_alternative<Mesh>(entries_[obstacle].shape); }
+    bool can_be_met_again(std::size_t obstacle) const {
+        return std::holds_alternative<Mesh>(entries_[obstacle].shape) || solids(obstacle) > 1;
+    }
     // Whether a sphere may come as near as `reach_m`; may be true without need, but is never false by mistake.
     bool may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const;
+    // Of how many solids it consists: those of a compound, 1 for other boxes and solids, 0 for all others.
+    std::size_t solids(std::size_t obstacle) const { return entries_[obstacle].parts.size(); }
+    // As may_reach, of one solid of a compound. Of others, whose solid is 0, the whole obstacle.
+    bool solid_may_reach(std::size_t obstacle, std::size_t solid, Vec3 centre, double radius_m, double reach_m) const;
     // How deep a sphere is in the obstacle, m, 0 if it does not touch it. A mesh has no inside.
     double depth(std::size_t obstacle, Vec3 centre, double radius_m) const;
     // Where a sphere that moves along `path` meets the obstacle: the normal there, and as gap the component of the way along it, so that an
@@ -65,7 +78,14 @@ class Obstacles {
     std::optional<double> first_on(std::size_t obstacle, const Ray& ray) const;
 
     // Whether it is made of triangles: terrain or a mesh.
-    bool is_surface(std::size_t obstacle) const { return entries_[obstacle].shape.index() >= 2; }
+    bool is_surface(std::size_t obstacle) const {
+        const Shape& shape = entries_[obstacle].shape;
+        return std::holds_alternative<Terrain>(shape) || std::holds_alternative<Mesh>(shape);
+    }
+    // Where a body that is no sphere touches a plane, or one of the solids of another obstacle that is no surface, nearer than `reach_m`
+    // (core_contacts.h). Points are seen from the body's centre.
+    void collide_solid(std::size_t obstacle, std::size_t solid, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
+                       Manifold& found) const;
     // Where a body that is no sphere touches such a surface, nearer than `reach_m` (surface_contacts.h); returns the number of manifolds.
     int collide_shape(std::size_t obstacle, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
                       std::array<Manifold, kMaxSurfaceContacts>& found) const;
@@ -83,7 +103,19 @@ class Obstacles {
         Vec3 low, high;
         // Of a mesh.
         std::optional<MeshSurface> surface;
+        // Of a box or a solid: each solid, its own rotation, and where it is.
+        struct Part {
+            BodyShape shape;
+            Vec3 centre;
+            Quat turn;
+            PlacedSolid placed;
+        };
+        std::vector<Part> parts = {};
     };
+    static std::vector<Entry::Part> parts_of(const Shape& shape);
+    int collide_sphere(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
+                       std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) const;
+    std::optional<SurfaceContact> meet_solids(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const;
     struct Geometries;
     std::vector<Entry> entries_;
     std::vector<std::unique_ptr<Geometries>> geometries_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 namespace meld::physics {
 
@@ -12,13 +13,47 @@ OdeShapes::~OdeShapes() {
     for (const dHeightfieldDataID data : heights_) dGeomHeightfieldDataDestroy(data);
 }
 
-dGeomID OdeShapes::add(const Shape& shape) {
-    const dGeomID geom = std::visit([this](const auto& one) { return make(one); }, shape);
+std::size_t OdeShapes::add(const Shape& shape) {
+    const std::size_t before = geoms_.size();
+    std::visit(
+        [this](const auto& one) {
+            if constexpr (std::is_same_v<decltype(one), const Solid&>)
+                make_parts(one);
+            else
+                keep(make(one));
+        },
+        shape);
+    return geoms_.size() - before;
+}
+
+dGeomID OdeShapes::keep(dGeomID geom) {
     // A geometry computes its box when first asked; asking now means that no thread writes to it later.
     std::array<dReal, 6> box;
     dGeomGetAABB(geom, box.data());
     geoms_.push_back(geom);
     return geom;
+}
+
+void OdeShapes::make_parts(const Solid& solid) {
+    const auto put = [&](const BodyShape& shape, Vec3 at, Quat turn) {
+        const dGeomID geom = make_form(shape, nullptr);
+        dGeomSetPosition(geom, at.x, at.y, at.z);
+        const dQuaternion q = {turn.w, turn.x, turn.y, turn.z};
+        dGeomSetQuaternion(geom, q);
+        keep(geom);
+    };
+    if (!solid.shape.is_compound()) put(solid.shape, solid.centre, solid.orientation);
+    for (const ShapePart& part : solid.shape.parts)
+        put(solid_of(part), solid.centre + rotate(solid.orientation, part.at_m), product(solid.orientation, part.turn));
+}
+
+dGeomID make_form(const BodyShape& shape, dSpaceID space) {
+    if (shape.is_sphere()) return dCreateSphere(space, shape.rounding_m);
+    if (shape.is_cylinder()) return dCreateCylinder(space, shape.core_m.x + shape.rounding_m, 2 * (shape.core_m.z + shape.rounding_m));
+    if (shape.core_m.x == 0) return dCreateCapsule(space, shape.rounding_m, 2 * shape.core_m.z);
+    const Vec3 rounding{shape.rounding_m, shape.rounding_m, shape.rounding_m};
+    const Vec3 edges = 2 * (shape.core_m + rounding);
+    return dCreateBox(space, edges.x, edges.y, edges.z);
 }
 
 dGeomID OdeShapes::make(const Plane& plane) {

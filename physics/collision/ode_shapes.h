@@ -19,21 +19,28 @@ class OdeShapes {
     OdeShapes(const OdeShapes&) = delete;
     OdeShapes& operator=(const OdeShapes&) = delete;
 
-    // A geometry without a space, at its position.
-    dGeomID add(const Shape& shape);
+    // Geometries without a space, in their places: one, or those of the parts of a compound; returns their number.
+    std::size_t add(const Shape& shape);
+    // Of all shapes, one behind another.
     std::size_t count() const { return geoms_.size(); }
     dGeomID operator[](std::size_t index) const { return geoms_[index]; }
 
   private:
+    dGeomID keep(dGeomID geom);
     dGeomID make(const Plane& plane);
     dGeomID make(const Box& box);
     dGeomID make(const Terrain& terrain);
     dGeomID make(const Mesh& mesh);
+
+    void make_parts(const Solid& solid);
 
     std::vector<dGeomID> geoms_;
     std::vector<dHeightfieldDataID> heights_;
     // ODE keeps pointers to these.
     std::vector<std::unique_ptr<std::vector<double>>> points_;
 };
+
+// A geometry of a shape that is no compound, in a space or without one. Boxes and cylinders have sharp edges.
+dGeomID make_form(const BodyShape& shape, dSpaceID space);
 
 }  // namespace meld::physics

@@ -44,6 +44,8 @@ struct Mirror {
     std::vector<dJointID> held;
     std::vector<dJointFeedback> held_forces;
     OdeShapes obstacles;
+    // By obstacle: its first geometry.
+    std::vector<std::uint32_t> first_of_obstacle;
     double damped_for_s = 0;
 
     Mirror() = default;
@@ -170,7 +172,7 @@ class OdeEngine final : public Engine {
     void load_rest(ByteReader& in) override { joints_fine_ = world_.joints.read(in); }
 
   private:
-    // What a geom of a body knows: its slot, and which part of it the geom is. Of an obstacle, its number.
+    // What a geom of a body knows: its slot, and which part of it the geom is. Of an obstacle, its number instead.
     static void set_data(dGeomID geom, std::size_t index, std::size_t part = 0) {
         dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::uintptr_t>(std::uint64_t{part} << 32 | index)));
     }
@@ -180,7 +182,7 @@ class OdeEngine final : public Engine {
     std::uint32_t number_of(dGeomID geom) const {
         const std::uint32_t index = index_of(geom);
         return dGeomGetBody(geom) ? mirror_->first_form[index] + static_cast<std::uint32_t>(part_of(geom))
-                                  : static_cast<std::uint32_t>(mirror_->forms.size()) + index;
+                                  : static_cast<std::uint32_t>(mirror_->forms.size() + part_of(geom)) + mirror_->first_of_obstacle[index];
     }
 
     // Setting a rotation would normalize it again, and change its last bits.
@@ -247,7 +249,8 @@ class OdeEngine final : public Engine {
                 add_parts(body, slot, world_.shapes.kind(shape).shape);
                 continue;
             }
-            const dGeomID form = shape == 0 ? dCreateSphere(mirror_->space, radius) : form_of(world_.shapes.kind(shape).shape);
+            const dGeomID form =
+                shape == 0 ? dCreateSphere(mirror_->space, radius) : make_form(world_.shapes.kind(shape).shape, mirror_->space);
             dGeomSetBody(form, body);
             set_data(form, slot);
             mirror_->forms.push_back(form);
@@ -255,9 +258,13 @@ class OdeEngine final : public Engine {
         mirror_->held_forces.resize(world_.joints.all().size());
         for (const Joint& joint : world_.joints.all()) hold(joint);
         for (std::size_t i = 0; i < world_.obstacles.count(); ++i) {
-            const dGeomID geom = mirror_->obstacles.add(world_.obstacles.shape(i));
-            set_data(geom, i);
-            dSpaceAdd(mirror_->space, geom);
+            const std::size_t first = mirror_->obstacles.count(), parts = mirror_->obstacles.add(world_.obstacles.shape(i));
+            mirror_->first_of_obstacle.push_back(static_cast<std::uint32_t>(first));
+            for (std::size_t part = 0; part < parts; ++part) {
+                const dGeomID geom = mirror_->obstacles[first + part];
+                set_data(geom, i, part);
+                dSpaceAdd(mirror_->space, geom);
+            }
         }
         stale_ = true;
     }
@@ -265,7 +272,7 @@ class OdeEngine final : public Engine {
     void add_parts(dBodyID body, std::uint32_t slot, const BodyShape& shape) {
         for (std::size_t i = 0; i < shape.parts.size(); ++i) {
             const ShapePart& part = shape.parts[i];
-            const dGeomID form = form_of(solid_of(part));
+            const dGeomID form = make_form(solid_of(part), mirror_->space);
             const dQuaternion turn = {part.turn.w, part.turn.x, part.turn.y, part.turn.z};
             dGeomSetBody(form, body);
             dGeomSetOffsetPosition(form, part.at_m.x, part.at_m.y, part.at_m.z);
@@ -273,17 +280,6 @@ class OdeEngine final : public Engine {
             set_data(form, slot, i);
             mirror_->forms.push_back(form);
         }
-    }
-
-    // ODE's boxes and cylinders have sharp edges.
-    dGeomID form_of(const BodyShape& shape) const {
-        if (shape.is_sphere()) return dCreateSphere(mirror_->space, shape.rounding_m);
-        if (shape.is_cylinder())
-            return dCreateCylinder(mirror_->space, shape.core_m.x + shape.rounding_m, 2 * (shape.core_m.z + shape.rounding_m));
-        if (shape.core_m.x == 0) return dCreateCapsule(mirror_->space, shape.rounding_m, 2 * shape.core_m.z);
-        const Vec3 rounding{shape.rounding_m, shape.rounding_m, shape.rounding_m};
-        const Vec3 edges = 2 * (shape.core_m + rounding);
-        return dCreateBox(mirror_->space, edges.x, edges.y, edges.z);
     }
 
     static void put(dBodyID body, Vec3 place, Quat turn) {

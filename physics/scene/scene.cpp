@@ -190,20 +190,20 @@ double Scene::depth_in(std::uint32_t obstacle, const BodySpec& spec) const {
 double Scene::depth_in(std::uint32_t obstacle, const PlacedSolid& solid) const {
     const Core& core = solid.core;
     const Pose& pose = solid.pose;
-    Manifold found;
     AxisHint hint = kNoAxis;
-    found.count = 0;
-    if (const Plane* plane = std::get_if<Plane>(&world_->obstacles.shape(obstacle)))
-        collide_with_plane(core, pose, plane->normal, plane->offset_m, 0, hint, found);
-    else if (const Box* box = std::get_if<Box>(&world_->obstacles.shape(obstacle)))
-        collide(core, pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), 0, hint, found);
     double depth = 0;
     const auto note = [&](const Manifold& points) {
         for (int p = 0; p < points.count; ++p) depth = std::max(depth, -points.points[static_cast<std::size_t>(p)].gap_m);
     };
-    note(found);
+    const Obstacles& obstacles = world_->obstacles;
+    for (std::size_t i = 0; !obstacles.is_surface(obstacle) && i < std::max<std::size_t>(obstacles.solids(obstacle), 1); ++i) {
+        Manifold found;
+        found.count = 0, hint = kNoAxis;
+        obstacles.collide_solid(obstacle, i, core, pose, 0, hint, found);
+        note(found);
+    }
     // A mesh has no inside.
-    if (!std::holds_alternative<Terrain>(world_->obstacles.shape(obstacle))) return depth;
+    if (!std::holds_alternative<Terrain>(obstacles.shape(obstacle))) return depth;
     std::array<Manifold, kMaxSurfaceContacts> parts;
     const int count = world_->obstacles.collide_shape(obstacle, core, pose, 0, hint, parts);
     for (int part = 0; part < count; ++part) note(parts[static_cast<std::size_t>(part)]);

@@ -28,7 +28,11 @@ bool load_solids(const ShapeContacts::Setup& setup, const ShapeBatch& batch, int
             slot < setup.bodies.count() ? setup.shapes.of(setup.bodies.properties[slot].id) : BodyShapes::Index{0};
         return index == 0 ? std::size_t{0} : setup.shapes.kind(index).shape.parts.size();
     };
-    const std::size_t ones = parts_of(batch.a[i]), others = lane.obstacle == kNoSlot ? parts_of(batch.b[i]) : 0;
+    // An obstacle of one solid is no compound.
+    const std::size_t of_obstacle = lane.obstacle < setup.obstacles.count() ? setup.obstacles.solids(lane.obstacle) : 0;
+    const std::size_t ones = parts_of(batch.a[i]), others = lane.obstacle == kNoSlot ? parts_of(batch.b[i])
+                                                            : of_obstacle > 1        ? of_obstacle
+                                                                                     : 0;
     lane.of_compound = ones + others > 0;
     if (!lane.of_compound) return true;
     lane.a_solid = in.read<std::uint8_t>(), lane.b_solid = in.read<std::uint8_t>();

@@ -157,7 +157,8 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const std::uint32_t a = chosen.slots.first, b = chosen.slots.second;
         const bool obstacle = chosen.obstacle != kNoSlot;
         const std::span<const ShapePart> ones = parts_of(setup, a), others = obstacle ? std::span<const ShapePart>() : parts_of(setup, b);
-        if (ones.empty() && others.empty()) return sort(chosen);
+        const std::size_t solids = obstacle ? setup.obstacles.solids(chosen.obstacle) : others.size();
+        if (ones.empty() && (obstacle ? solids <= 1 : others.empty())) return sort(chosen);
         chosen.of_compound = true;
         const Vec3 centre = centre_of(bodies.place[a]);
         const double apart = obstacle ? 0 : length(centre_of(bodies.place[b]) - centre);
@@ -165,9 +166,9 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
             return parts.empty() ? bodies.place[slot].radius : physics::reach_m(parts[solid]);
         };
         for (std::size_t i = 0; i < std::max<std::size_t>(ones.size(), 1); ++i)
-            for (std::size_t j = 0; j < std::max<std::size_t>(others.size(), 1); ++j) {
+            for (std::size_t j = 0; j < std::max<std::size_t>(solids, 1); ++j) {
                 const double own = radius(ones, a, i);
-                const bool may_meet = obstacle ? setup.obstacles.may_reach(chosen.obstacle, centre, own, reach_m)
+                const bool may_meet = obstacle ? setup.obstacles.solid_may_reach(chosen.obstacle, j, centre, own, reach_m)
                                                : apart < own + radius(others, b, j) + reach_m;
                 if (!may_meet && i + j > 0) continue;
                 chosen.a_solid = static_cast<std::uint8_t>(i), chosen.b_solid = static_cast<std::uint8_t>(j);
@@ -317,12 +318,7 @@ void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, in
     const Core a = core_of(setup, batch.a[i]);
     const Pose& a_pose = poses_[batch.a[i]];
     if (lane.obstacle == kNoSlot) return collide(a, a_pose, core_of(setup, batch.b[i]), poses_[batch.b[i]], reach_m, lane.axis, found);
-    const Shape& shape = setup.obstacles.shape(lane.obstacle);
-    if (const Plane* plane = std::get_if<Plane>(&shape))
-        return collide_with_plane(a, a_pose, plane->normal, plane->offset_m, reach_m, lane.axis, found);
-    const Box* box = std::get_if<Box>(&shape);
-    MELD_CHECK(box != nullptr, "obstacle {} has no parts here", lane.obstacle);
-    collide(a, a_pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), reach_m, lane.axis, found);
+    setup.obstacles.collide_solid(lane.obstacle, 0, a, a_pose, reach_m, lane.axis, found);
 }
 
 void ShapeContacts::collide_solids(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m,
@@ -335,12 +331,9 @@ void ShapeContacts::collide_solids(const Setup& setup, const ShapeBatch& batch, 
         if (length(b.pose.centre - a.pose.centre) >= around(a.core) + around(b.core) + reach_m) return;
         collide(a.core, a.pose, b.core, b.pose, reach_m, lane.axis, found);
     } else {
-        if (!setup.obstacles.may_reach(lane.obstacle, a.pose.centre, around(a.core), reach_m)) return;
-        const Shape& shape = setup.obstacles.shape(lane.obstacle);
-        if (const Plane* plane = std::get_if<Plane>(&shape))
-            collide_with_plane(a.core, a.pose, plane->normal, plane->offset_m, reach_m, lane.axis, found);
-        else if (const Box* box = std::get_if<Box>(&shape))
-            collide(a.core, a.pose, {0.5 * box->size_m, 0}, pose_of(box->centre, box->orientation), reach_m, lane.axis, found);
+        if (!setup.obstacles.solid_may_reach(lane.obstacle, lane.b_solid, a.pose.centre, around(a.core), reach_m)) return;
+        if (!setup.obstacles.is_surface(lane.obstacle))
+            setup.obstacles.collide_solid(lane.obstacle, lane.b_solid, a.core, a.pose, reach_m, lane.axis, found);
     }
     shift_points(found, a.pose.centre - body.centre);
 }

@@ -91,7 +91,7 @@ struct ShapeLane {
     // The same in all parts.
     std::uint8_t touching = 0;
     std::uint8_t part = kNoPart;
-    // Whether a or b is a compound, and which of their solids these are.
+    // Whether a or b, which may be an obstacle, is a compound, and which of their solids these are.
     bool of_compound = false;
     std::uint8_t a_solid = 0, b_solid = 0;
 

@@ -33,6 +33,8 @@ turn(A, W, X, Y, Z) :- orientation(A, W, X, Y, Z).
 BODIES = '[motion]\nkind = "bodies"\n'
 DISC = 'lattice = "hex"\n[[body]]\nshape = "sphere(5.1)"\n'
 OBSTACLE = "[[motion.obstacle]]\n"
+PAIR = ('[[motion.compound]]\nname = "pair"\n[[motion.compound.part]]\nshape = "sphere"\n'
+        '[[motion.compound.part]]\nshape = "sphere"\nat = [1.5, 0, 0]\n')
 EXACT = "[motion.sense]\nposition = 0\norientation = 0\ngyro = 0\naccelerometer = 0\nrange = 0\n"
 # They fly through each other's beams, and to other processes.
 CROWD = AHEAD + TURNS + PULLS + """type action force(node, float, float, float) while.
@@ -133,6 +135,15 @@ class Sensors(InstrumentCase):
         self.write("wall.obj", "v 2 -1 -1\nv 2 1 -1\nv 2 1 2\nv 2 -1 2\nf 1 2 3\nf 1 3 4\n")
         for thing, metres in ((OBSTACLE + 'kind = "box"\ncentre = [3, 0, 0]\nsize = [1, 1, 1]', 2),
                               (OBSTACLE + 'kind = "box"\ncentre = [3, 0, 0]\nsize = [1, 1, 1]\ndegrees = 45', 2.5 - math.sqrt(0.5)),
+                              (OBSTACLE + 'kind = "box"\ncentre = [3, 0, 0]\nsize = [1, 1, 1]\nturned = [0, 45, 0]', 2.5 - math.sqrt(0.5)),
+                              (OBSTACLE + 'kind = "box"\ncentre = [3, 0, 0]\nsize = [1, 1, 1]\nrounding = 0.1\nturned = [0, 0, 45]',
+                               2.4 - 0.4 * math.sqrt(2)),
+                              (OBSTACLE + 'kind = "sphere"\ncentre = [4, 0, 0]\ndiameter = 3', 2),
+                              (OBSTACLE + 'kind = "cylinder"\ncentre = [4, 0, 0]\ndiameter = 3\nheight = 5', 2),
+                              (OBSTACLE + 'kind = "cylinder"\ncentre = [4, 0, 0]\ndiameter = 3\nheight = 5\nturned = [0, 90, 0]', 1),
+                              (OBSTACLE + 'kind = "capsule"\ncentre = [4, 0, 0]\nlength = 5\nturned = [0, -90, 0]', 1),
+                              # A row of two balls, whose first one the origin is at.
+                              (OBSTACLE + 'kind = "pair"\ncentre = [4, 0, 0]\nturned = [0, 0, 180]\n' + PAIR, 1.5),
                               (OBSTACLE + 'kind = "terrain"\ncentre = [1, -4, -1]\ncell = 4\nheights = [[0, 2], [0, 2], [0, 2]]', 2.5),
                               (OBSTACLE + 'kind = "mesh"\nshape = "mesh(\'wall.obj\', scale = 1)"', 1.5),
                               ('[[motion.catoms]]\nwhere = "id == 1"\nshape = "cube"', 2),

@@ -312,6 +312,12 @@ class Points(InRange):
                                 ('kind = "box"\ncentre = [0, 0, 0]\nsize = [0.5, 1, 2]', {(0, 2), (1, 2)}),
                                 ('kind = "box"\ncentre = [0.5, 0.75, 0.5]\nsize = [0.5, 0.5, 1]\ndegrees = 45', {(0, 1), (0, 2), (1, 2)}),
                                 ('kind = "box"\ncentre = [0.5, 0.5, 0.5]\nsize = [0.5, 0.5, 1]\ndegrees = 45', {(0, 2), (1, 2)}),
+                                ('kind = "box"\ncentre = [0, 0, 1.2]\nsize = [1, 1, 1]\nturned = [0, 45, 0]', {(0, 2), (1, 2)}),
+                                ('kind = "box"\ncentre = [0, 0, 1.2]\nsize = [1, 1, 1]', {(0, 1), (0, 2), (1, 2)}),
+                                ('kind = "sphere"\ncentre = [0, 0, 1]\ndiameter = 2', {(0, 2), (1, 2)}),
+                                ('kind = "cylinder"\ncentre = [0, 0, 1]\nheight = 2', {(0, 2), (1, 2)}),
+                                ('kind = "cylinder"\ncentre = [0, 0, 1]\nheight = 0.5', {(0, 1), (0, 2), (1, 2)}),
+                                ('kind = "capsule"\ncentre = [0, 3, 0.5]\nlength = 7\nturned = [90, 0, 0]', {(0, 2), (1, 2)}),
                                 ('kind = "terrain"\ncentre = [-4, -4, -0.1]\ncell = 4\nheights = [[0, 0, 0], [0, 1, 0], [0, 0, 0]]',
                                  {(0, 2), (1, 2)}),
                                 ('kind = "mesh"\nshape = "mesh(\'wall.obj\', scale = 1)"', {(0, 2), (1, 2)})):

@@ -1,10 +1,14 @@
 #include "runtime/show/picture/obstacles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
-#include <numbers>
+#include <optional>
 
+#include "runtime/show/picture/solid.h"
+#include "runtime/world/description/obstacles.h"
 #include "runtime/world/shapes/surface.h"
 
 namespace meld::picture {
@@ -37,16 +41,42 @@ void add_piece(const render::Scene& scene, const Vec& normal, const Vec& at, std
     add_quad(centre - u - v, centre + u - v, centre + u + v, centre - u + v, out);
 }
 
-void add_box(const ObstacleOptions& o, std::vector<render::Triangle>& out) {
-    const float angle = static_cast<float>(o.degrees * std::numbers::pi / 180);
-    const Vec size = vec(o.size) / 2;
-    std::array<Vec, 3> half = {size.x() * Vec(std::cos(angle), std::sin(angle), 0), size.y() * Vec(-std::sin(angle), std::cos(angle), 0),
-                               size.z() * Vec::UnitZ()};
+Vec vec(const physics::Vec3& at) { return vec(world::Vec3{at.x, at.y, at.z}); }
+
+Eigen::Quaternionf turn_of(const physics::Quat& q) { return Eigen::Quaterniond(q.w, q.x, q.y, q.z).cast<float>(); }
+
+void add_box(const Vec& centre, const Vec& half, const Eigen::Quaternionf& turn, std::vector<render::Triangle>& out) {
+    const std::array<Vec, 3> ways = {turn * (half.x() * Vec::UnitX()), turn * (half.y() * Vec::UnitY()), turn * (half.z() * Vec::UnitZ())};
     for (std::size_t axis = 0; axis < 3; ++axis)
         for (const float side : {-1.0F, 1.0F}) {
-            const Vec centre = vec(o.centre) + side * half[axis], u = side * half[(axis + 1) % 3], v = half[(axis + 2) % 3];
-            add_quad(centre - u - v, centre + u - v, centre + u + v, centre - u + v, out);
+            const Vec middle = centre + side * ways[axis], u = side * ways[(axis + 1) % 3], v = ways[(axis + 2) % 3];
+            add_quad(middle - u - v, middle + u - v, middle + u + v, middle - u + v, out);
         }
+}
+
+// As catoms of this form are drawn; edges that are not round leave nothing between their lines.
+void add_round(const Vec& centre, const physics::BodyShape& shape, const Eigen::Quaternionf& turn, std::vector<render::Triangle>& out) {
+    render::Scene alone;
+    alone.places = {centre};
+    alone.rounded = {{vec(shape.core_m), static_cast<float>(shape.rounding_m), turn}};
+    alone.colours = {render::kObstacle};
+    const Solid skin = solid_of(alone);
+    for (const auto& [a, b, c] : skin.faces) {
+        const render::Triangle face = {skin.places[a], skin.places[b], skin.places[c]};
+        if ((face[1] - face[0]).cross(face[2] - face[0]).squaredNorm() > 0) out.push_back(face);
+    }
+}
+
+void add_solid(const physics::Solid& solid, std::vector<render::Triangle>& out) {
+    const auto add = [&](const physics::BodyShape& shape, const physics::Vec3& at, const physics::Quat& turn) {
+        if (shape.rounding_m == 0 && !shape.is_cylinder())
+            add_box(vec(at), vec(shape.core_m), turn_of(turn), out);
+        else
+            add_round(vec(at), shape, turn_of(turn), out);
+    };
+    if (!solid.shape.is_compound()) return add(solid.shape, solid.centre, solid.orientation);
+    for (const physics::ShapePart& part : solid.shape.parts)
+        add(physics::solid_of(part), solid.centre + rotate(solid.orientation, part.at_m), product(solid.orientation, part.turn));
 }
 
 // Cells are split as the physics does it: from the corner of least row and column to that of greatest.
@@ -75,8 +105,8 @@ void add_obstacles(const world::World& world, render::Scene& scene) {
     if (!world.is_free() && !points) return;
     if (!points && world.physics.ground) scene.ground = static_cast<float>(*world.physics.ground);
     for (const ObstacleOptions& o : points ? world.links->obstacles : world.physics.obstacles) {
-        if (o.kind == "box") {
-            add_box(o, scene.obstacles);
+        if (world::is_solid(o)) {
+            add_solid(world::solid_of(o, 1, world.physics.compounds), scene.obstacles);
         } else if (o.kind == "terrain") {
             add_terrain(o, scene.obstacles);
         } else if (o.kind == "mesh") {

@@ -98,7 +98,7 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
                                                    .rolling_friction = o.rolling_friction.value_or(p.rolling_friction),
                                                    .spinning_friction = o.spinning_friction.value_or(p.spinning_friction)}));
         if (!material) return fail(fmt::format("{}: {}", o.place, material.error().problem), material.error().suggestion);
-        const auto added = scene.add_obstacle(world::shape_of(o, 2 * world.radius), *material);
+        const auto added = scene.add_obstacle(world::shape_of(o, 2 * world.radius, p.compounds), *material);
         if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
     }
     return {};

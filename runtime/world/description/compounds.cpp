@@ -12,7 +12,7 @@ physics::Vec3 scaled(double factor, const Vec3& v) { return {factor * v[0], fact
 
 }  // namespace
 
-physics::BodyShape shape_of(const CompoundForm& compound, double diameter, std::size_t place) {
+physics::PlacedCompound placed_compound(const CompoundForm& compound, double diameter, std::size_t place) {
     std::vector<physics::ShapePart> parts;
     for (const CompoundPart& part : compound.parts) {
         const BodyForm::Core core = part.form.core(part.diameter / 2);
@@ -22,9 +22,13 @@ physics::BodyShape shape_of(const CompoundForm& compound, double diameter, std::
         if (part.turned != Vec3{}) made.turn = physics::turned_by({}, scaled(std::numbers::pi / 180, part.turned));
         made.share = part.share.value_or(physics::solid_of(made).volume_m3());
     }
-    physics::BodyShape shape = physics::compound_of(std::move(parts)).shape;
-    shape.name = static_cast<std::uint32_t>(place);
-    return shape;
+    physics::PlacedCompound made = physics::compound_of(std::move(parts));
+    made.shape.name = static_cast<std::uint32_t>(place);
+    return made;
+}
+
+physics::BodyShape shape_of(const CompoundForm& compound, double diameter, std::size_t place) {
+    return placed_compound(compound, diameter, place).shape;
 }
 
 std::vector<physics::BodyShape> compounds_of(const PhysicsOptions& options, double diameter) {

@@ -13,6 +13,8 @@ namespace meld::world {
 // The parts of a compound from its centre of mass, with lengths in the unit in which a diameter of the world is `diameter`. The name of the
 // shape is its place among the compounds of the world.
 physics::BodyShape shape_of(const CompoundForm& compound, double diameter, std::size_t place);
+// The same, and where its centre of mass is from the origin of its parts.
+physics::PlacedCompound placed_compound(const CompoundForm& compound, double diameter, std::size_t place);
 // Of all compounds of a world.
 std::vector<physics::BodyShape> compounds_of(const PhysicsOptions& options, double diameter);
 

@@ -103,11 +103,14 @@ struct JointOptions {
 
 // An obstacle. Lengths in catom diameters.
 struct ObstacleOptions {
-    std::string kind = "plane";  // "plane", "box", "terrain" or "mesh".
+    std::string kind = "plane";  // "plane", "box", "terrain", "mesh", "sphere", "cylinder", "capsule" or the name of a compound.
     Vec3 normal{0, 0, 1};        // For a plane; behind it is solid.
     double offset = 0;           // For a plane, from the origin along its normal.
     Vec3 centre{}, size{1, 1, 1};
     double degrees = 0;                        // For a box: its rotation about the z axis.
+    Vec3 turned{};                             // For solids: by the length of this vector in degrees, about it.
+    BodyForm form;                             // For solids but boxes, which have a size; of these the rounding.
+    double diameter = 1;                       // For solids but boxes.
     double cell = 1;                           // For a terrain: the distance between two of its points.
     std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
     Shape shape;                               // For a mesh: one whose surface() is made of triangles.

@@ -2,10 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <initializer_list>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
+#include "runtime/base/did_you_mean.h"
+#include "runtime/world/description/obstacles.h"
 #include "runtime/world/file/motion_keys.h"
 #include "runtime/world/shapes/surface.h"
 
@@ -43,25 +48,74 @@ void read_mesh(const Section& section, ObstacleOptions& obstacle) {
                       "write mesh('part.stl', ...), if need be inside move, rotate and scale");
 }
 
-void read_obstacle(TomlReader& reader, const toml::table& table, const std::string& name, Touched touched, ObstacleOptions& obstacle) {
-    const std::initializer_list<std::string_view> of_form = {"kind",    "normal", "offset",  "centre", "size",
-                                                             "degrees", "cell",   "heights", "shape"};
-    const std::initializer_list<std::string_view> all = {
-        "kind",     "normal",      "offset",           "centre",           "size", "degrees", "cell", "heights", "shape",
-        "friction", "restitution", "rolling_friction", "spinning_friction"};
-    const Section section(reader, table, name, touched == Touched::Yes ? all : of_form);
-    obstacle.place = reader.place(table.source());
-    section.read_choice("kind", obstacle.kind, {"plane", "box", "terrain", "mesh"});
-    refuse_keys_of_others(section, obstacle.kind,
+constexpr std::array<std::string_view, 7> kKinds = {"plane", "box", "terrain", "mesh", "sphere", "cylinder", "capsule"};
+
+// Of the keys that are there.
+void refuse_keys(const Section& section, const ObstacleOptions& obstacle) {
+    refuse_keys_of_others(section, obstacle.form.compound ? "compound" : obstacle.kind,
                           {{"plane", {"normal", "offset"}},
-                           {"box", {"centre", "size", "degrees"}},
+                           {"box", {"centre", "size", "degrees", "turned", "rounding"}},
                            {"terrain", {"centre", "cell", "heights"}},
-                           {"mesh", {"shape"}}});
+                           {"mesh", {"shape"}},
+                           {"sphere", {"centre", "diameter"}},
+                           {"cylinder", {"centre", "diameter", "height", "rounding", "turned"}},
+                           {"capsule", {"centre", "diameter", "length", "turned"}},
+                           {"compound", {"centre", "turned"}}});
+}
+
+void read_kind(const Section& section, const std::string& name, std::span<const CompoundForm> compounds, ObstacleOptions& obstacle) {
+    std::string kind = obstacle.kind;
+    section.read("kind", kind);
+    const auto compound = std::ranges::find(compounds, kind, &CompoundForm::name);
+    if (std::ranges::find(kKinds, kind) != kKinds.end()) {
+        obstacle.kind = kind;
+    } else if (compound != compounds.end()) {
+        obstacle.kind = obstacle.form.kind = kind, obstacle.form.compound = static_cast<std::size_t>(compound - compounds.begin());
+    } else {
+        std::vector<std::string_view> choices(kKinds.begin(), kKinds.end());
+        for (const CompoundForm& known : compounds) choices.push_back(known.name);
+        section.wrong("kind", fmt::format("{} kind = \"{}\" does not exist", name, kind), did_you_mean(kind, choices));
+    }
+}
+
+// How large a solid is, and how it is turned.
+void read_solid(const Section& section, ObstacleOptions& obstacle) {
+    constexpr double kMostDegrees = 1e6;
+    section.read("turned", obstacle.turned);
+    if (!(std::hypot(obstacle.turned[0], obstacle.turned[1], obstacle.turned[2]) <= kMostDegrees))
+        section.wrong("turned", "an obstacle is turned by more than a million degrees",
+                      "write turned = [0, 0, 90]: about z, by 90 degrees");
+    if (section.has("turned") && section.has("degrees"))
+        section.wrong("degrees", "a box is turned by degrees about z, and by turned",
+                      fmt::format("take degrees out; turned = [0, 0, {}] is the same", obstacle.degrees));
+    obstacle.form.kind = obstacle.kind;
+    // Unless it is given.
+    obstacle.form.rounding = 0;
+    section.read_positive("diameter", obstacle.diameter);
+    obstacle.form.length = obstacle.kind == "cylinder" ? 1 : 2;
+    section.read_positive(obstacle.kind == "cylinder" ? "height" : "length", obstacle.form.length);
+    section.read_number("rounding", *obstacle.form.rounding, 0);
+    const double least = obstacle.kind == "box" ? std::ranges::min(obstacle.size) : std::min(obstacle.form.length, obstacle.diameter);
+    if (section.has("rounding") && !(2 * *obstacle.form.rounding < least))
+        section.wrong("rounding", fmt::format("edges rounded by {} leave nothing of the {}", *obstacle.form.rounding, obstacle.kind),
+                      fmt::format("write less than half of its least edge, {}", least / 2));
+}
+
+void read_obstacle(TomlReader& reader, const toml::table& table, const std::string& name, Touched touched,
+                   std::span<const CompoundForm> compounds, ObstacleOptions& obstacle) {
+    std::vector<std::string_view> keys = {"kind",    "normal", "offset",   "centre", "size",     "degrees", "cell",
+                                          "heights", "shape",  "diameter", "height", "rounding", "length",  "turned"};
+    if (touched == Touched::Yes) keys.insert(keys.end(), {"friction", "restitution", "rolling_friction", "spinning_friction"});
+    const Section section(reader, table, name, keys);
+    obstacle.place = reader.place(table.source());
+    read_kind(section, name, compounds, obstacle);
+    refuse_keys(section, obstacle);
     section.read("normal", obstacle.normal);
     section.read_number("offset", obstacle.offset);
     section.read("centre", obstacle.centre);
     section.read("size", obstacle.size);
     section.read_number("degrees", obstacle.degrees);
+    if (is_solid(obstacle)) read_solid(section, obstacle);
     section.read_positive("cell", obstacle.cell);
     if (obstacle.kind == "terrain") read_heights(reader, section, name, obstacle);
     if (obstacle.kind == "mesh") read_mesh(section, obstacle);
@@ -84,14 +138,14 @@ void read_surface(const Section& section, const SurfaceKeys& surface) {
 }
 
 void read_obstacles(TomlReader& reader, const toml::table& table, std::string_view owner, Touched touched,
-                    std::vector<ObstacleOptions>& all) {
+                    std::span<const CompoundForm> compounds, std::vector<ObstacleOptions>& all) {
     const toml::node* node = table.get("obstacle");
     if (!node) return;
     const std::string name = fmt::format("[[{}.obstacle]]", owner);
-    if (node->is_table()) return read_obstacle(reader, *node->as_table(), name, touched, all.emplace_back());
+    if (node->is_table()) return read_obstacle(reader, *node->as_table(), name, touched, compounds, all.emplace_back());
     if (!node->is_array_of_tables())
         return reader.wrong(node->source(), fmt::format("[{}] obstacle {}", owner, type_mismatch(*node, "tables " + name)));
-    for (const toml::node& each : *node->as_array()) read_obstacle(reader, *each.as_table(), name, touched, all.emplace_back());
+    for (const toml::node& each : *node->as_array()) read_obstacle(reader, *each.as_table(), name, touched, compounds, all.emplace_back());
 }
 
 }  // namespace meld::world

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -17,8 +18,9 @@ struct SurfaceKeys {
 void read_surface(const Section& section, const SurfaceKeys& surface);
 
 enum class Touched { Yes, No };
-// The tables [[OWNER.obstacle]] of a table [OWNER]. Those that nothing touches have no friction and no restitution.
+// The tables [[OWNER.obstacle]] of a table [OWNER]. Those that nothing touches have no friction and no restitution. They may be
+// `compounds`, by their names.
 void read_obstacles(TomlReader& reader, const toml::table& table, std::string_view owner, Touched touched,
-                    std::vector<ObstacleOptions>& all);
+                    std::span<const CompoundForm> compounds, std::vector<ObstacleOptions>& all);
 
 }  // namespace meld::world

@@ -236,7 +236,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     read_noise(reader, section.find("noise"), p.noise);
     each_table(reader, table, "motion", "feature",
                [&](const toml::table& t) { read_feature(reader, t, feature_of_size(diameter_m), p.features.emplace_back()); });
-    read_obstacles(reader, table, "motion", Touched::Yes, p.obstacles);
+    read_obstacles(reader, table, "motion", Touched::Yes, p.compounds, p.obstacles);
     each_table(reader, table, "motion", "sensor", [&](const toml::table& t) { read_sensor(reader, t, p.sensors.emplace_back()); });
     each_table(reader, table, "motion", "lamp", [&](const toml::table& t) { read_lamp(reader, t, p.lamps.emplace_back()); });
     each_table(reader, table, "motion", "catoms",

@@ -62,7 +62,7 @@ void read_range(TomlReader& reader, const toml::table& table, World& world) {
     }
     section.read("sight", links.sight);
     section.read_number("thickness", links.thickness, 0);
-    read_obstacles(reader, table, "links", Touched::No, links.obstacles);
+    read_obstacles(reader, table, "links", Touched::No, {}, links.obstacles);
     for (const char* key : {"thickness", "obstacle"})
         if (section.has(key) && !links.sight)
             section.wrong(key, fmt::format("[links] {} says what is in the way of sight, and sight does not matter here", key),
