@@ -109,6 +109,7 @@ double depth_of(const Feature& feature) {
             return feature.depth_m + feature.length_m;
         case FeatureKind::Plate:
         case FeatureKind::Latch:
+        case FeatureKind::Electrode:
             break;
     }
     return 0;
@@ -124,7 +125,8 @@ Result<std::vector<Feature>> check_features(std::vector<Feature> features) {
             return fail(fmt::format("feature {} points nowhere", i), "Give it a direction that is not zero");
         f.direction = (1 / norm) * f.direction;
         for (const double value :
-             {f.strength, f.depth_m, f.length_m, f.area_m2, f.cover_m, f.permittivity, f.range_m, f.power_w, f.switching_j})
+             {f.strength, f.depth_m, f.length_m, f.area_m2, f.cover_m, f.permittivity, f.range_m, f.power_w, f.switching_j, f.current_a,
+              f.saturation, f.resistance_ohm, f.thermal_resistance_k_w, f.cooling_s, f.ambient_k, f.hottest_k, f.derating_per_k})
             if (!std::isfinite(value) || value < 0)
                 return fail(fmt::format("feature {} has the value {}", i, value),
                             "Give finite values that are not negative; which way a magnet points is switched");
@@ -132,7 +134,11 @@ Result<std::vector<Feature>> check_features(std::vector<Feature> features) {
         if ((f.kind == FeatureKind::Dipole || f.kind == FeatureKind::TwoPole) && f.depth_m == 0)
             return fail(fmt::format("the magnet of feature {} lies in the surface, where its force would be infinite", i),
                         "Give it a depth");
-        if (f.kind == FeatureKind::Plate && (f.cover_m == 0 || f.permittivity == 0))
+        if (f.current_a > 0 && f.kind != FeatureKind::Dipole && f.kind != FeatureKind::TwoPole)
+            return fail(fmt::format("feature {} has a current, and is no magnet", i), "Leave its current out");
+        if (f.current_a > 0 && f.thermal_resistance_k_w > 0 && f.cooling_s == 0)
+            return fail(fmt::format("the coil of feature {} warms in no time", i), "Give it the time constant of its cooling");
+        if ((f.kind == FeatureKind::Plate || f.kind == FeatureKind::Electrode) && (f.cover_m == 0 || f.permittivity == 0))
             return fail(fmt::format("the plate of feature {} is bare, so its force would be infinite", i),
                         "Give it a cover and its permittivity");
     }
@@ -171,9 +177,21 @@ Interaction interact(const Feature& first, const FeaturePose& a, const Feature& 
         case FeatureKind::Plate:
             return two_plates(first, a, second, b, range, charge_j);
         case FeatureKind::Latch:
+        case FeatureKind::Electrode:
             break;
     }
     return {};
+}
+
+double holding_force_n(const Feature& first, const FeaturePose& a, const Feature& second, const FeaturePose& b, double& charge_j) {
+    charge_j = 0;
+    if (first.kind != second.kind || !holds(first.kind)) return 0;
+    if (!(length(b.surface - a.surface) < std::min(first.range_m, second.range_m))) return 0;
+    if (first.kind == FeatureKind::Latch) return std::min(first.strength, second.strength);
+    const double volts = a.sign * first.strength - b.sign * second.strength;
+    const PlatePull pull = plates(first, second, volts, 0);
+    charge_j = pull.capacitance_f * volts * volts;
+    return pull.force_n;
 }
 
 }  // namespace meld::physics

@@ -20,6 +20,8 @@ enum class FeatureKind : std::uint8_t {
     Plate,
     // Holds with a force of up to strength, N, once it has met another latch.
     Latch,
+    // A plate that holds another like a latch once the two have met, with the force of plates that touch. It has no force from afar.
+    Electrode,
 };
 
 struct Feature {
@@ -31,13 +33,27 @@ struct Feature {
     double area_m2 = 0.01;
     double cover_m = 1e-4;
     double permittivity = 3;
-    // Two features that face each other do not act across a wider gap; their force falls to zero there. For a latch: the widest gap that it
-    // closes.
+    // Two features that face each other do not act across a wider gap; their force falls to zero there. For a latch or an electrode: the
+    // widest gap that it closes.
     double range_m = 0.1;
     // Power while on, and energy of each switching on.
     double power_w = 0;
     double switching_j = 0;
+    // Of an electromagnet (coils.h): the current at which it has its strength, but for saturation; 0: a permanent magnet. The strength that
+    // its iron never exceeds; 0: any. What the coil warms by, and how fast it does; 0: it stays cold.
+    double current_a = 0;
+    double saturation = 0;
+    double resistance_ohm = 0;
+    double thermal_resistance_k_w = 0;
+    double cooling_s = 0;
+    double ambient_k = 293.15;
+    // A coil that is hotter is switched off, or gets less of its current; 0: never.
+    double hottest_k = 0;
+    double derating_per_k = 0;
 };
+
+// Whether it holds what touches it, by the contacts.
+inline bool holds(FeatureKind kind) { return kind == FeatureKind::Latch || kind == FeatureKind::Electrode; }
 
 inline constexpr std::size_t kMaxFeatures = 32;
 
@@ -81,9 +97,15 @@ struct FeaturePose {
 };
 // The interaction about the surface points (including the torques of forces that act deeper), cut off at the smaller of the ranges: along
 // the line between two dipoles, poles or plates, an attraction or repulsion falls monotonically with their distance, to 0. Plates of unlike
-// polarity attract; like plates of one voltage do nothing. Latches and features of different kinds do nothing here. `charge_j` receives C
-// V^2 of plates.
+// polarity attract; like plates of one voltage do nothing. Features that hold, and those of different kinds, do nothing here.
+// `charge_j` receives C V^2 of plates.
 Interaction interact(const Feature& first, const FeaturePose& first_pose, const Feature& second, const FeaturePose& second_pose,
                      double& charge_j);
+
+// The force, N, with which two features hold each other that have met: the smaller strength of two latches; of electrodes the force of
+// plates at no gap, by the difference of their potentials, and `charge_j` receives C V^2. Of other features, and across a gap wider than
+// the smaller of their ranges, 0.
+double holding_force_n(const Feature& first, const FeaturePose& first_pose, const Feature& second, const FeaturePose& second_pose,
+                       double& charge_j);
 
 }  // namespace meld::physics

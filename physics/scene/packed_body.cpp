@@ -8,7 +8,7 @@ namespace meld::physics {
 
 namespace {
 
-// Its shape follows if it is no sphere, and what its connections carry at most if somebody wants loads.
+// Its shape follows if it is no sphere, what its connections carry at most if somebody wants loads, and its currents and heat.
 struct PackedBody {
     Place place;
     Orientation orientation;
@@ -30,6 +30,7 @@ void pack_body(const World& world, std::uint32_t slot, ByteWriter& out) {
                          bodies.energy.empty() ? 0 : bodies.energy[slot]});
     if ((bodies.properties[slot].flags & kShaped) != 0) write_shape(world.shapes.shape(id), out);
     if (world.loads.wanted()) out.write(world.loads.limits_of(id));
+    if (world.coils.possible()) world.coils.write(id, out);
 }
 
 Result<void> unpack_body(World& world, ByteReader& in, const std::function<bool(const Place&)>& is_ours) {
@@ -53,6 +54,7 @@ Result<void> unpack_body(World& world, ByteReader& in, const std::function<bool(
     if (world.has_features()) bodies.features[slot] = body.features, bodies.energy[slot] = body.energy_j;
     bodies.restore_masses(slot);
     if (world.loads.wanted()) world.loads.set_limits(id, in.read<BreakingLimits>());
+    if (world.coils.possible()) world.coils.read(id, in);
     return {};
 }
 

@@ -232,6 +232,7 @@ Result<void> Scene::add_body(const BodySpec& given) {
                                     .flags = static_cast<std::uint8_t>((spec.fixed ? kFixed : 0) | (spec.shape ? kShaped : 0)),
                                     .still_ticks = 0};
     world_->shapes.forget(spec.id);
+    world_->coils.forget(spec.id);
     if (spec.shape)
         if (auto set = world_->shapes.set(spec.id, *spec.shape); !set) return set;
     const BodyState state{spec.position_m, spec.orientation, spec.linear_velocity_m_s, spec.angular_velocity_rad_s};
@@ -305,8 +306,8 @@ Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     if (const BodyShapes::Index index = world_->shapes.of(body); index != 0) {
         const BodyShape& shape = world_->shapes.kind(index).shape;
         for (const Feature& feature : world_->tables[table]) {
-            if (shape.is_compound() && feature.kind == FeatureKind::Latch)
-                return fail(fmt::format("body {} is a compound, and compounds have no latches", body),
+            if (shape.is_compound() && holds(feature.kind))
+                return fail(fmt::format("body {} is a compound, and compounds have no latches and no electrodes", body),
                             "Use magnets or plates, or another shape");
             if (const Vec3 d = feature.direction; shape.way_out_m(d) == 0)
                 return fail(
@@ -321,6 +322,7 @@ Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     const std::uint32_t slot = bodies.slot(body);
     bodies.features[slot] = {};
     bodies.features[slot].table = table;
+    world_->coils.forget(body);
     engine_->body_changed(slot, false);
     return {};
 }
@@ -338,9 +340,28 @@ Result<void> Scene::set_features(BodyId body, std::uint32_t on, std::uint32_t re
                     "Switch only bits below that number");
     if (state.on == on && state.reversed == reversed) return {};
     for (std::size_t i = 0; i < table.size(); ++i)
-        if ((on & ~state.on) >> i & 1) bodies.energy[slot] += table[i].switching_j;
+        if ((on & ~state.on) >> i & 1) {
+            bodies.energy[slot] += table[i].switching_j;
+            if (is_supplied(table[i])) world_->coils.supply(table, body, i, rated_supply(table[i]));
+        }
     state.on = on, state.reversed = reversed;
     engine_->body_changed(slot, false);
+    return {};
+}
+
+Result<void> Scene::set_supply(BodyId body, std::size_t feature, double level) {
+    if (auto fine = known(body); !fine) return fine;
+    Bodies& bodies = world_->bodies;
+    bodies.need_features();
+    const std::uint32_t slot = bodies.slot(body);
+    const std::vector<Feature>& table = world_->tables[bodies.features[slot].table];
+    if (feature >= table.size() || !is_supplied(table[feature]))
+        return fail(fmt::format("feature {} of body {} takes no current and no voltage", feature, body),
+                    "Supply plates, and magnets with a current");
+    if (!std::isfinite(level) || level < 0)
+        return fail(fmt::format("feature {} of body {} is supplied with {}", feature, body, level),
+                    "Give a value that is not negative; which way a magnet points is switched");
+    if (world_->coils.supply(table, body, feature, level)) engine_->body_changed(slot, false);
     return {};
 }
 

@@ -122,6 +122,9 @@ class Scene {
     Result<void> set_feature_table(BodyId body, std::uint16_t table);
     // Bit i of `on`: feature i is on; of `reversed`: its magnet points inwards.
     Result<void> set_features(BodyId body, std::uint32_t on, std::uint32_t reversed);
+    // The current of an electromagnet, A, or the voltage of a plate or an electrode, V, from now on, while it is on. What is switched on
+    // has the current or the voltage of its table until then. Errors: another feature; a value that is negative or not finite.
+    Result<void> set_supply(BodyId body, std::size_t feature, double level);
 
     // Connections (scene_connections.cpp) hold two bodies rigidly where they are. Bodies that connections join, however indirectly, move as
     // one composite from the next step on: it has the sums of their masses, momenta and angular momenta, and they do not touch each other.
@@ -229,6 +232,10 @@ class Scene {
     // The sum of the normal forces on the body divided by its surface, Pa.
     double pressure(BodyId body);
     double energy_drawn_j(BodyId body) const;
+    // Of the coil of a magnet; of other features that of their surroundings.
+    double temperature_k(BodyId body, std::size_t feature) const;
+    // Whether any coil has yet to warm or cool by more than this, K, as it is switched now. Cost: in proportion to the warm ones.
+    bool warming(double by_k) const;
     bool asleep(BodyId body) const;
     bool fixed(BodyId body) const;
     std::size_t awake_bodies() const;

@@ -97,6 +97,15 @@ double Scene::energy_drawn_j(BodyId body) const {
     return bodies.energy.empty() ? 0 : bodies.energy[bodies.slot(body)];
 }
 
+double Scene::temperature_k(BodyId body, std::size_t feature) const {
+    const Bodies& bodies = world_->bodies;
+    const std::uint32_t slot = bodies.slot(body);
+    const std::vector<Feature>& table = world_->tables[bodies.features.empty() ? 0 : bodies.features[slot].table];
+    return feature < table.size() ? world_->coils.kelvin(table[feature], body, feature) : Feature{}.ambient_k;
+}
+
+bool Scene::warming(double by_k) const { return world_->coils.warming(world_->tables, world_->bodies, by_k); }
+
 bool Scene::fixed(BodyId body) const { return (world_->bodies.properties[world_->bodies.slot(body)].flags & kFixed) != 0; }
 bool Scene::asleep(BodyId body) const { return engine_->asleep(world_->bodies.slot(body)); }
 std::size_t Scene::awake_bodies() const { return engine_->awake_bodies(); }
@@ -231,7 +240,7 @@ std::uint64_t Scene::tick() const { return world_->tick; }
 StageTimes Scene::stage_times() const { return world_->times; }
 std::size_t Scene::bytes() const {
     const LastGood& kept = world_->last_good;
-    return world_->bodies.bytes() + engine_->bytes() + kept.velocity.capacity() * sizeof(BodyVelocity) +
+    return world_->bodies.bytes() + world_->coils.bytes() + engine_->bytes() + kept.velocity.capacity() * sizeof(BodyVelocity) +
            kept.place.capacity() * sizeof(Place) + kept.orientation.capacity() * sizeof(Orientation);
 }
 double Scene::residual() { return engine_->residual(); }

@@ -16,11 +16,11 @@ namespace meld::physics {
 
 void BlockEngine::begin_actuation(double dt_s, Workers& workers) {
     const bool latches = std::any_of(world_.tables.begin(), world_.tables.end(), [](const auto& table) {
-        return std::any_of(table.begin(), table.end(), [](const Feature& feature) { return feature.kind == FeatureKind::Latch; });
+        return std::any_of(table.begin(), table.end(), [](const Feature& feature) { return holds(feature.kind); });
     });
     if (latches) contacts_.need_adhesion();
     if (latches) shape_contacts_.need_holds();
-    begin_feature_wrenches(world_, feature_wrenches_, dt_s, workers);
+    for (const std::uint32_t slot : begin_feature_wrenches(world_, feature_wrenches_, dt_s, workers)) body_changed(slot, false);
 }
 
 void BlockEngine::actuate_block(std::uint32_t block) {

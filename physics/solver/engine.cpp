@@ -143,8 +143,9 @@ void World::add_table(std::vector<Feature> features) {
     for (const Feature& feature : features) {
         feature_range = std::max(feature_range, feature.range_m);
         feature_depth = std::max(feature_depth, depth_of(feature));
-        if (feature.kind == FeatureKind::Latch) latch_range = std::max(latch_range, feature.range_m);
+        if (holds(feature.kind)) latch_range = std::max(latch_range, feature.range_m);
     }
+    coils.add_table(features);
     tables.push_back(std::move(features));
 }
 

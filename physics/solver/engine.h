@@ -10,6 +10,7 @@
 #include "physics/bodies/actuation.h"
 #include "physics/bodies/bodies.h"
 #include "physics/bodies/body_shape.h"
+#include "physics/bodies/coils.h"
 #include "physics/bodies/composites.h"
 #include "physics/bodies/material.h"
 #include "physics/bodies/reports.h"
@@ -49,6 +50,7 @@ struct World {
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};
+    Coils coils;
     // The greatest of all tables; the last is of latches.
     double feature_range = 0, feature_depth = 0, latch_range = 0;
     std::vector<TouchEvent> events;

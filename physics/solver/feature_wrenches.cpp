@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
 
 #include "physics/bodies/actuation.h"
@@ -69,19 +68,17 @@ void find_reaching(const World& world, std::uint32_t slot, std::uint32_t other, 
         const double way = shape == 0 ? place.radius : world.shapes.kind(shape).shape.way_out_m(table[i].direction);
         const Vec3 direction = rotate(turned, table[i].direction), lever = way * direction, to_other = apart - lever;
         if (dot(to_other, to_other) > farthest * farthest) continue;
-        const double sign = (state.reversed >> i & 1) != 0 ? -1.0 : 1.0;
+        const double sign = ((state.reversed >> i & 1) != 0 ? -1.0 : 1.0) * world.coils.share(bodies.properties[slot].id, i);
         found.of[found.count++] = {&table[i], {position(place) + lever, direction, sign}, lever};
     }
 }
 
-// Two latches hold if they are nearer than the smaller of their ranges.
-std::optional<HeldPlace> held_by(const Reaching::One& first, const Reaching::One& second) {
-    const Vec3 one = first.pose.surface, other = second.pose.surface;
-    if (!(length(other - one) < std::min(first.feature->range_m, second.feature->range_m))) return std::nullopt;
+// Where two features hold each other that have met, if they do; `force_n` is above 0.
+HeldPlace held_by(const Reaching::One& first, const Reaching::One& second, double force_n) {
     const Vec3 facing = first.pose.direction - second.pose.direction;
     const double faces = length(facing);
     const Vec3 axis = faces > 0 ? (1 / faces) * facing : first.pose.direction;
-    return HeldPlace{0.5 * (one + other), axis, std::min(first.feature->strength, second.feature->strength)};
+    return {0.5 * (first.pose.surface + second.pose.surface), axis, force_n};
 }
 
 }  // namespace
@@ -93,9 +90,10 @@ void add_wrench(Wrench& wrench, Vec3 force, Vec3 torque) {
         wrench.torque[2] += static_cast<float>(torque.z);
 }
 
-void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers) {
+std::vector<std::uint32_t> begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers) {
     Bodies& bodies = world.bodies;
     MELD_EXPECT(bodies.features.size() == bodies.count() && bodies.energy.size() == bodies.count(), "{} bodies", bodies.count());
+    std::vector<std::uint32_t> changed = world.coils.step(world.tables, bodies, dt_s, workers);
     wrenches.resize(bodies.count());
     workers.run((bodies.count() + kWrenchesPerJob - 1) / kWrenchesPerJob, [&](int, std::size_t job) {
         for (std::size_t slot = job * kWrenchesPerJob; slot < std::min(bodies.count(), (job + 1) * kWrenchesPerJob); ++slot) {
@@ -107,6 +105,7 @@ void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double 
                 if (state.on >> i & 1) bodies.energy[slot] += table[i].power_w * dt_s;
         }
     });
+    return changed;
 }
 
 // Charging a plate takes C V^2 from its supply, shared by both bodies; discharging returns nothing. Bodies that sleep keep their charge.
@@ -135,27 +134,28 @@ double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::ui
     const Near a_near = near_features(a_table, a_state.on, a_turn, normal, a_place.radius, b_place.radius, distance, range, depth);
     if (a_near.count == 0) return 0;
     const Near b_near = near_features(b_table, b_state.on, b_turn, -normal, b_place.radius, a_place.radius, distance, range, depth);
-    const auto pose = [](const Place& place, Quat turned, const Feature& feature, std::uint32_t reversed, std::uint8_t index) {
+    const auto pose = [&](std::uint32_t slot, const Place& place, Quat turned, const Feature& feature, std::uint8_t index) {
         const Vec3 direction = rotate(turned, feature.direction);
-        return FeaturePose{position(place) + place.radius * direction, direction, (reversed >> index & 1) != 0 ? -1.0 : 1.0};
+        const double sign = (bodies.features[slot].reversed >> index & 1) != 0 ? -1.0 : 1.0;
+        return FeaturePose{position(place) + place.radius * direction, direction,
+                           sign * world.coils.share(bodies.properties[slot].id, index)};
     };
     double held = 0;
     for (std::uint8_t i = 0; i < a_near.count; ++i)
         for (std::uint8_t j = 0; j < b_near.count; ++j) {
             const Feature &first = a_table[a_near.index[i]], &second = b_table[b_near.index[j]];
             if (first.kind != second.kind) continue;
-            const FeaturePose first_pose = pose(a_place, a_turn, first, a_state.reversed, a_near.index[i]);
-            const FeaturePose second_pose = pose(b_place, b_turn, second, b_state.reversed, b_near.index[j]);
-            if (first.kind == FeatureKind::Latch) {
-                if (length(second_pose.surface - first_pose.surface) < std::min(first.range_m, second.range_m))
-                    held += std::min(first.strength, second.strength);
-                continue;
-            }
+            const FeaturePose first_pose = pose(a, a_place, a_turn, first, a_near.index[i]);
+            const FeaturePose second_pose = pose(b, b_place, b_turn, second, b_near.index[j]);
             double charge = 0;
-            const Interaction done = interact(first, first_pose, second, second_pose, charge);
-            const Vec3 a_lever = a_place.radius * first_pose.direction, b_lever = b_place.radius * second_pose.direction;
-            add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(a_lever, done.force_n));
-            add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(b_lever, done.force_n));
+            if (holds(first.kind)) {
+                held += holding_force_n(first, first_pose, second, second_pose, charge);
+            } else {
+                const Interaction done = interact(first, first_pose, second, second_pose, charge);
+                const Vec3 a_lever = a_place.radius * first_pose.direction, b_lever = b_place.radius * second_pose.direction;
+                add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(a_lever, done.force_n));
+                add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(b_lever, done.force_n));
+            }
             a_state.charge_j += static_cast<float>(charge / 2);
             b_state.charge_j += static_cast<float>(charge / 2);
         }
@@ -173,14 +173,15 @@ void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std
     for (const Reaching::One& first : std::span(of_a.of).first(of_a.count))
         for (const Reaching::One& second : std::span(of_b.of).first(of_b.count)) {
             if (first.feature->kind != second.feature->kind) continue;
-            if (first.feature->kind == FeatureKind::Latch) {
-                if (const auto held = held_by(first, second)) hold(*held);
-                continue;
-            }
             double charge = 0;
-            const Interaction done = interact(*first.feature, first.pose, *second.feature, second.pose, charge);
-            add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(first.lever, done.force_n));
-            add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(second.lever, done.force_n));
+            if (holds(first.feature->kind)) {
+                const double force = holding_force_n(*first.feature, first.pose, *second.feature, second.pose, charge);
+                if (force > 0) hold(held_by(first, second, force));
+            } else {
+                const Interaction done = interact(*first.feature, first.pose, *second.feature, second.pose, charge);
+                add_wrench(wrenches[a], -done.force_n, done.first_torque_nm - cross(first.lever, done.force_n));
+                add_wrench(wrenches[b], done.force_n, done.second_torque_nm + cross(second.lever, done.force_n));
+            }
             bodies.features[a].charge_j += static_cast<float>(charge / 2);
             bodies.features[b].charge_j += static_cast<float>(charge / 2);
         }

@@ -11,8 +11,9 @@ namespace meld::physics {
 // Adds a force and a torque.
 void add_wrench(Wrench& wrench, Vec3 force_n, Vec3 torque_nm);
 
-// Call these in this order in each step. First: sets all wrenches to zero and adds the energy that features draw while they are on.
-void begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers);
+// Call these in this order in each step. First: sets all wrenches to zero, adds the energy that features draw while they are on, and warms
+// coils; returns the slots of the bodies whose features have changed their strength.
+std::vector<std::uint32_t> begin_feature_wrenches(World& world, std::vector<Wrench>& wrenches, double dt_s, Workers& workers);
 // Then, for each pair whose surfaces are nearer than the world's range, with `normal` from a to b: adds what their features do to each
 // other. Returns the force of the latches that hold, N, which the wrenches do not include.
 double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m);

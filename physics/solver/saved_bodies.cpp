@@ -33,6 +33,9 @@ struct SavedFeatures {
     std::uint32_t table;
 };
 
+// Whether bodies have magnets and the like, and some of these currents, voltages or heat.
+enum class HasFeatures : std::uint8_t { No, Yes, Supplied };
+
 SavedBody saved(const Bodies& bodies, std::uint32_t slot) {
     const Place& place = bodies.place[slot];
     const Orientation& orientation = bodies.orientation[slot];
@@ -86,11 +89,14 @@ void save_bodies(const World& world, std::span<const std::uint32_t> slots, ByteW
     for (const std::uint32_t slot : slots) out.write(saved(bodies, slot));
     for (const std::uint32_t slot : slots)
         if ((bodies.properties[slot].flags & kShaped) != 0) write_shape(world.shapes.shape(bodies.properties[slot].id), out);
-    out.write(!bodies.features.empty());
+    const bool supplied =
+        std::ranges::any_of(slots, [&](std::uint32_t slot) { return !world.coils.of(bodies.properties[slot].id).empty(); });
+    out.write(bodies.features.empty() ? HasFeatures::No : supplied ? HasFeatures::Supplied : HasFeatures::Yes);
     for (std::size_t i = 0; !bodies.features.empty() && i < slots.size(); ++i) {
         const Bodies::FeatureState& f = bodies.features[slots[i]];
         out.write(SavedFeatures{bodies.energy[slots[i]], f.on, f.reversed, f.charge_j, f.table});
     }
+    for (std::size_t i = 0; supplied && i < slots.size(); ++i) world.coils.write(bodies.properties[slots[i]].id, out);
     // The array is there if a body was ever pushed; mostly all have been let go.
     out.write(!bodies.wrenches.empty());
     for (std::uint32_t i = 0; !bodies.wrenches.empty() && i < slots.size(); ++i) {
@@ -114,13 +120,22 @@ Result<void> load_bodies(World& world, Holds holds, ByteReader& in) {
         if (shape.is_sphere() || !check(shape)) return damaged_snapshot("has an invalid shape");
         if (auto set = world.shapes.set(bodies.properties[slot].id, shape); !set) return set;
     }
-    const bool has_features = in.read<bool>();
+    const auto saved_features = in.read<HasFeatures>();
+    const bool has_features = saved_features != HasFeatures::No;
     if (has_features) bodies.need_features();
     for (std::uint32_t i = 0; has_features && i < count; ++i) {
         const auto saved = in.read<SavedFeatures>();
         if (saved.table >= world.tables.size()) return damaged_snapshot(fmt::format("names a table of features {}", saved.table));
         bodies.features[first + i] = {saved.on, saved.reversed, saved.charge_j, 0, static_cast<std::uint16_t>(saved.table)};
         bodies.energy[first + i] = saved.energy_j;
+    }
+    if (saved_features == HasFeatures::Supplied && !world.coils.possible()) return damaged_snapshot("has currents of bodies without coils");
+    for (std::uint32_t i = 0; i < count && !in.failed(); ++i) {
+        const BodyId id = bodies.properties[first + i].id;
+        if (saved_features == HasFeatures::Supplied)
+            world.coils.read(id, in);
+        else
+            world.coils.forget(id);
     }
     if (!in.read<bool>()) return {};
     bodies.need_wrenches();

@@ -64,6 +64,7 @@ enum class BodyQuantity {
     Accelerometer,
     Range,
     Light,
+    Temperature,
     Pressure,
     Energy
 };

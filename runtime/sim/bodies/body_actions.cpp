@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/bodies/coils.h"
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
@@ -37,7 +38,7 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
     acting_ = subdomain.totals.actions > 0;
     asked_.clear(), asked_drives_.clear(), asked_joints_.clear(), asked_lamps_.clear();
     if (!acting_) return {};
-    switched_.clear();
+    switched_.clear(), supplied_.clear();
     refuse_those_of_other_worlds(subdomain, ActionInfo::Performer::Bodies);
     for (const eval::Action& action : subdomain.actions()) {
         const ActionKind kind = subdomain.kind_of(action);
@@ -45,6 +46,7 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
         const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(action.catom));
         switch (kind) {
             case ActionKind::Magnet:
+            case ActionKind::Supply:
             case ActionKind::Latch:
                 if (!switch_feature(subdomain, physics, action)) report_failed(subdomain, action.catom, kind, Refusal::NoSuchFeature);
                 break;
@@ -91,31 +93,47 @@ Result<void> BodyActions::take(Subdomain& subdomain, PhysicsScene& physics, cons
         }
     }
     if (divided != nullptr) notify_holders(subdomain, *divided, true);
+    return set_features(*physics.scene);
+}
+
+Result<void> BodyActions::set_features(physics::Scene& scene) const {
     for (const Switched& s : switched_)
-        if (physics.scene->has(s.body))
-            if (auto done = physics.scene->set_features(s.body, s.features.on, s.features.reversed); !done) return done;
+        if (scene.has(s.body))
+            if (auto done = scene.set_features(s.body, s.features.on, s.features.reversed); !done) return done;
+    for (const Supplied& s : supplied_)
+        if (scene.has(s.body))
+            if (auto done = scene.set_supply(s.body, s.feature, s.level); !done) return done;
     return {};
 }
 
 // Processes with a ghost of a body must push and switch it in the same way, because they move their ghosts themselves.
 void BodyActions::notify_holders(Subdomain& subdomain, const DividedBodies& divided, bool switches) {
     std::vector<ByteWriter> out(static_cast<std::size_t>(subdomain.comm.processes()));
-    const auto notify = [&](const auto& record, bool is_switch) {
+    const auto notify = [&](const auto& record, Notice notice) {
         for (const int holder : divided.holders_of(record.body)) {
-            out[static_cast<std::size_t>(holder)].write(is_switch);
+            out[static_cast<std::size_t>(holder)].write(notice);
             out[static_cast<std::size_t>(holder)].write(record);
         }
     };
-    for (const AppliedWrench& p : applied_) notify(p, false);
-    if (switches)
-        for (const Switched& s : switched_) notify(s, true);
+    for (const AppliedWrench& p : applied_) notify(p, Notice::Wrench);
+    if (switches) {
+        for (const Switched& s : switched_) notify(s, Notice::Switched);
+        for (const Supplied& s : supplied_) notify(s, Notice::Supplied);
+    }
     received_.clear();
     for (const comm::Packet& packet : exchange_bytes(subdomain, out))
         for (ByteReader in(packet.bytes, "forces and switched features"); !in.done();) {
-            if (in.read<bool>())
-                switched_.push_back(in.read<Switched>());
-            else
-                received_.push_back(in.read<AppliedWrench>());
+            switch (in.read<Notice>()) {
+                case Notice::Wrench:
+                    received_.push_back(in.read<AppliedWrench>());
+                    break;
+                case Notice::Switched:
+                    switched_.push_back(in.read<Switched>());
+                    break;
+                case Notice::Supplied:
+                    supplied_.push_back(in.read<Supplied>());
+                    break;
+            }
         }
 }
 
@@ -136,12 +154,18 @@ void BodyActions::follow(Subdomain& subdomain, const DividedBodies& divided) {
     notify_holders(subdomain, divided, false);
 }
 
-// magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On).
+// magnet(A, Feature, Polarity): 1 points out, -1 in, 0 is off; latch(A, Feature, On); supply(A, Feature, Level): what is below 0 points in.
 bool BodyActions::switch_feature(Subdomain& subdomain, const PhysicsScene& physics, const eval::Action& action) {
-    const i64 feature = action.arguments[0].integer, value = action.arguments[1].integer;
+    const i64 feature = action.arguments[0].integer;
     if (feature < 0 || feature >= static_cast<i64>(physics.features.size())) return false;
-    const bool latches = physics.features[static_cast<std::size_t>(feature)].kind == physics::FeatureKind::Latch;
-    if (latches != (subdomain.kind_of(action) == ActionKind::Latch) || value < -1 || value > 1) return false;
+    const physics::Feature& switched = physics.features[static_cast<std::size_t>(feature)];
+    const ActionKind kind = subdomain.kind_of(action);
+    const bool supplies = kind == ActionKind::Supply, latches = switched.kind == physics::FeatureKind::Latch;
+    // What is not a number counts as 0.
+    const double level = supplies && std::isfinite(action.arguments[1].real) ? action.arguments[1].real : 0;
+    const i64 value = supplies ? (level > 0) - (level < 0) : action.arguments[1].integer;
+    if (supplies ? !is_supplied(switched) : latches != (kind == ActionKind::Latch)) return false;
+    if (value < -1 || value > 1) return false;
     const auto body = static_cast<physics::BodyId>(subdomain.ensemble.id(action.catom));
     MELD_ASSERT(feature < 32, "feature {}", feature);
     const std::uint32_t bit = std::uint32_t{1} << feature;
@@ -149,6 +173,8 @@ bool BodyActions::switch_feature(Subdomain& subdomain, const PhysicsScene& physi
     physics::SwitchedFeatures& now = switched_.back().features;
     now.on = value != 0 ? now.on | bit : now.on & ~bit;
     now.reversed = value < 0 ? now.reversed | bit : now.reversed & ~bit;
+    if (value != 0 && is_supplied(switched))
+        supplied_.push_back({body, static_cast<std::uint32_t>(feature), supplies ? std::abs(level) : rated_supply(switched)});
     return true;
 }
 

@@ -1,5 +1,5 @@
-// The actions of programs on their bodies: magnet, latch, force, torque, roll; and those that connect them, make joints of them, drive
-// these, or dim their lamps, which body_connections.h, joint_changes.h, body_joints.h and lamps.h carry out.
+// The actions of programs on their bodies: magnet, supply, latch, force, torque, roll; and those that connect them, make joints of them,
+// drive these, or dim their lamps, which body_connections.h, joint_changes.h, body_joints.h and lamps.h carry out.
 #pragma once
 
 #include <optional>
@@ -52,8 +52,17 @@ class BodyActions {
         physics::BodyId body;
         physics::SwitchedFeatures features;
     };
+    // The current of an electromagnet, A, or the voltage of a plate, V.
+    struct Supplied {
+        physics::BodyId body;
+        std::uint32_t feature;
+        double level;
+    };
+    // What processes with ghosts are told about.
+    enum class Notice : std::uint8_t { Wrench, Switched, Supplied };
     static physics::Vec3 vector_of(const Subdomain& subdomain, const eval::Action& action);
     AppliedWrench& applied_to(physics::BodyId body);
+    Result<void> set_features(physics::Scene& scene) const;
     bool switch_feature(Subdomain& subdomain, const PhysicsScene& physics, const eval::Action& action);
     void notify_holders(Subdomain& subdomain, const DividedBodies& divided, bool switches);
     template <class Act>
@@ -65,6 +74,7 @@ class BodyActions {
     // Of our bodies and of ghosts.
     std::vector<AppliedWrench> applied_, received_;
     std::vector<Switched> switched_;
+    std::vector<Supplied> supplied_;
     std::vector<AskedConnection> asked_;
     std::vector<AskedDrive> asked_drives_;
     std::vector<AskedJoint> asked_joints_;

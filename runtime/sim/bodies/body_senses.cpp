@@ -46,6 +46,7 @@ double threshold_of(BodyQuantity quantity, const world::SenseOptions& sense) {
         case BodyQuantity::Joint:
         case BodyQuantity::Range:
         case BodyQuantity::Light:
+        case BodyQuantity::Temperature:
             break;
     }
     MELD_CHECK(false, "touches have no threshold");
@@ -108,7 +109,7 @@ void BodySenses::find_sensor(const Subdomain& subdomain, const BodySense& sense)
     else if (sense.quantity == BodyQuantity::Connected)
         connected_ = base;
     else if (sense.quantity != BodyQuantity::Load && sense.quantity != BodyQuantity::Joint && sense.quantity != BodyQuantity::Range &&
-             sense.quantity != BodyQuantity::Light)
+             sense.quantity != BodyQuantity::Light && sense.quantity != BodyQuantity::Temperature)
         sensors_.push_back({sense, *base, subdomain.module.columns[subdomain.module.predicates[*base].column].own_dirty,
                             threshold_of(sense.quantity, world_->physics.sense)});
 }
@@ -130,7 +131,10 @@ Result<void> BodySenses::start(Subdomain& subdomain, const world::World& world) 
             return fail(fmt::format("the program reads {} with {} arguments, and catoms that move freely have no cells", name, arity + 1),
                         "Read position, or give the world [motion] kind = \"lattice\"");
     for (const BodySense& sense : body_senses()) find_sensor(subdomain, sense);
-    return {};
+    temperatures_.start(subdomain, BodyQuantity::Temperature);
+    if (!temperatures_.active() || std::ranges::any_of(world.physics.features, &world::FeatureOptions::warms)) return {};
+    return fail(fmt::format("{}: the program reads coil(A, Feature, Kelvin), and no magnet of the world has a coil that warms", world.path),
+                "Write [[motion.feature]] with current, resistance, thermal_resistance and cooling");
 }
 
 void BodySenses::note_obstacles(Subdomain& subdomain, std::span<const physics::TouchEvent> events) {
@@ -173,10 +177,21 @@ void BodySenses::sense(Subdomain& subdomain, PhysicsScene& physics, const Divide
         });
     };
     each_catom([&](int worker, Catom c) { sense_catom(subdomain, *physics.scene, c, worker); });
+    if (temperatures_.active()) sense_temperatures(subdomain, physics);
     if (!touches_at_ || physics.features.empty()) return;
     each_catom([&](int worker, Catom c) {
         if (subdomain.owned(c)) write_contacts(subdomain, physics, c, worker);
     });
+}
+
+void BodySenses::sense_temperatures(Subdomain& subdomain, const PhysicsScene& physics) const {
+    temperatures_.sense(
+        subdomain, physics.features.size(),
+        [&](Catom c, std::size_t feature) -> std::optional<double> {
+            if (physics.features[feature].thermal_resistance_k_w == 0) return std::nullopt;
+            return physics.scene->temperature_k(static_cast<physics::BodyId>(subdomain.ensemble.id(c)), feature);
+        },
+        [&](double last, double now) { return std::abs(now - last) > world_->physics.sense.temperature; });
 }
 
 void BodySenses::sum_normal_forces(Subdomain& subdomain, const physics::Scene& scene, const DividedBodies* divided) {
@@ -248,6 +263,7 @@ tuple::Numbers BodySenses::measure(const Subdomain& subdomain, const physics::Sc
         case BodyQuantity::Joint:
         case BodyQuantity::Range:
         case BodyQuantity::Light:
+        case BodyQuantity::Temperature:
             break;
     }
     MELD_CHECK(false, "touches are not measured");

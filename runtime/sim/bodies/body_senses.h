@@ -10,6 +10,7 @@
 #include "runtime/module/abi/senses.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/bodies/sensor_facts.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {
@@ -25,10 +26,12 @@ class BodySenses {
   public:
     // Whether the program senses accelerations, by either word.
     static bool senses_acceleration(const Subdomain& subdomain);
-    // Finds which quantities the program reads. Errors: it reads one that only a lattice has.
+    // Finds which quantities the program reads. Errors: it reads one that only a lattice has, or temperatures where
+    // nothing warms.
     Result<void> start(Subdomain& subdomain, const world::World& world);
     // Touches of obstacles that began and ended; call it after each step.
     void note_obstacles(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    bool senses_temperatures() const { return temperatures_.active(); }
     bool senses_connections() const { return connected_.has_value(); }
     // Two catoms of this process are connected from now on, or no longer.
     void note_connection(Subdomain& subdomain, physics::BodyId one, physics::BodyId other, bool holds) const;
@@ -43,6 +46,7 @@ class BodySenses {
         u64 dirty;      // The bits to mark at a catom whose fact changes.
         double threshold;
     };
+    void sense_temperatures(Subdomain& subdomain, const PhysicsScene& physics) const;
     void find_sensor(const Subdomain& subdomain, const BodySense& sense);
     // For this process's bodies; the neighbouring process knows the contacts at the border.
     void sum_normal_forces(Subdomain& subdomain, const physics::Scene& scene, const DividedBodies* divided);
@@ -60,6 +64,7 @@ class BodySenses {
     std::vector<ExactSum> normal_force_n_;              // By slot of the scene.
     std::optional<u32> touches_obstacle_, touches_at_;  // contact(A, Obstacle), contact(A, Other, Feature).
     std::optional<u32> connected_;                      // connected(A, Other).
+    SensorFacts temperatures_;                          // coil(A, Feature, Kelvin).
 };
 
 }  // namespace meld::sim

@@ -175,9 +175,18 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     if (range_finders_.active()) range_finders_.sense(subdomain, *physics_.scene, *surroundings_);
     if (light_sensors_.active()) light_sensors_.sense(subdomain, *physics_.scene, *surroundings_, lamps_.shining());
     bodies_ = subdomain.ensemble.owned_count();
-    subdomain.set_moving(awake_ > 0);
+    subdomain.set_moving(goes_on());
     subdomain.set_motion_bytes(physics_.scene->bytes());
     return {};
+}
+
+// Bodies may sleep while coils warm or cool that a program looks at, or that will be switched off or weaker.
+bool FreeMotion::goes_on() const {
+    if (awake_ > 0) return true;
+    constexpr double kLeast_k = 0.01;
+    const bool matters = senses_.senses_temperatures() ||
+                         std::ranges::any_of(physics_.features, [](const physics::Feature& feature) { return feature.hottest_k > 0; });
+    return matters && physics_.scene->warming(std::max(kLeast_k, world_.physics.sense.temperature));
 }
 
 void FreeMotion::connect_bodies(Subdomain& subdomain) {

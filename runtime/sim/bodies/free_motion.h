@@ -91,6 +91,8 @@ class FreeMotion : public SimModule {
     void find_in_range(Subdomain& subdomain);
     // After the first step: adds the touches that began in it to those of immovable and connected catoms.
     void note_fixed_touches(Subdomain& subdomain, std::span<const physics::TouchEvent> events);
+    // Whether something will change, as far as this process knows.
+    bool goes_on() const;
     void connect_bodies(Subdomain& subdomain);
     void drive_joints(Subdomain& subdomain);
     void change_joints(Subdomain& subdomain);

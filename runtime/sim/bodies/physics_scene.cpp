@@ -47,13 +47,17 @@ physics::Feature feature_of(const FeatureOptions& o, physics::Vec3 direction) {
     static const std::pair<std::string_view, physics::FeatureKind> kinds[] = {{"dipole", physics::FeatureKind::Dipole},
                                                                               {"two-pole", physics::FeatureKind::TwoPole},
                                                                               {"plate", physics::FeatureKind::Plate},
-                                                                              {"latch", physics::FeatureKind::Latch}};
+                                                                              {"latch", physics::FeatureKind::Latch},
+                                                                              {"electrode", physics::FeatureKind::Electrode}};
     physics::Feature f;
     for (const auto& [name, kind] : kinds)
         if (o.kind == name) f.kind = kind;
     f.direction = direction;
     f.strength = o.strength, f.depth_m = o.depth, f.length_m = o.length, f.area_m2 = o.area, f.cover_m = o.cover;
     f.permittivity = o.permittivity, f.range_m = o.range, f.power_w = o.power, f.switching_j = o.switching;
+    f.current_a = o.current, f.saturation = o.saturation, f.resistance_ohm = o.resistance;
+    f.thermal_resistance_k_w = o.thermal_resistance, f.cooling_s = o.cooling, f.ambient_k = o.ambient;
+    f.hottest_k = o.hottest, f.derating_per_k = o.derating;
     return f;
 }
 

@@ -150,7 +150,7 @@ Result<void> FreeMotion::resumed(Subdomain& subdomain) {
     moved_ = begun;
     bodies_ = subdomain.ensemble.owned_count();
     awake_ = begun ? physics_.scene->awake_bodies() : bodies_;
-    subdomain.set_moving(awake_ > 0);
+    subdomain.set_moving(goes_on());
     subdomain.set_motion_bytes(physics_.scene->bytes());
     return {};
 }

@@ -15,10 +15,13 @@ namespace meld::world {
 // A magnet, plate or latch of a catom. SI units; see docs/physics.md for the meaning of each number. Lengths are for catoms of a metre and
 // follow the diameter unless given.
 struct FeatureOptions {
-    std::string kind = "dipole";  // "dipole", "two-pole", "plate" or "latch".
+    std::string kind = "dipole";  // "dipole", "two-pole", "plate", "electrode" or "latch".
     int count = 0;                // 6, 12 or 24 directions; 0: `directions`.
     std::vector<Vec3> directions;
     double strength = 1, depth = 0.05, length = 0.1, area = 0.01, cover = 1e-4, permittivity = 3, range = 0.1, power = 0, switching = 0;
+    // Of the coil of a magnet; 0: it has none.
+    double current = 0, saturation = 0, resistance = 0, thermal_resistance = 0, cooling = 0, ambient = 293.15, hottest = 0, derating = 0;
+    bool warms() const { return thermal_resistance > 0; }
     std::string place;  // "world.toml:12:5"
 };
 
@@ -134,6 +137,7 @@ struct SenseOptions {
     double accelerometer = 0.1;  // m/s^2
     double range = 0.01;         // Diameters
     double light = 0.02;         // Relative to the former value.
+    double temperature = 0.5;    // K
 };
 
 // The standard deviations of what instruments show, for each axis.

@@ -14,7 +14,7 @@ void refuse_keys_of_others(const Section& section, std::string_view kind, std::i
     for (const KeysOfKind& other : kinds)
         for (const std::string_view key : other.keys)
             if (!own.has(key) && section.has(key))
-                section.wrong(key, fmt::format("a {} has no {}", kind, key),
+                section.wrong(key, fmt::format("{} {} has no {}", kind.starts_with('e') ? "an" : "a", kind, key),
                               own.keys.empty() ? fmt::format("{} is of a {}", key, other.kind)
                                                : fmt::format("it has {}; {} is of a {}", fmt::join(own.keys, ", "), key, other.kind));
 }

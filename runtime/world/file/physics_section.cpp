@@ -26,18 +26,49 @@ FeatureOptions feature_of_size(double diameter_m) {
     return feature;
 }
 
+// The current of an electromagnet, and what it does to iron and coil. A key that needs another one is an error without it.
+void read_coil(const Section& section, FeatureOptions& feature) {
+    const bool magnet = feature.kind == "dipole" || feature.kind == "two-pole";
+    if (!magnet && section.has("current"))
+        return section.wrong("current", fmt::format("this is a coil's, and the feature is of the kind {}", feature.kind),
+                             "current is of magnets; plates have a voltage");
+    const std::pair<const char*, double*> positive[] = {
+        {"current", &feature.current},       {"saturation", &feature.saturation},
+        {"resistance", &feature.resistance}, {"thermal_resistance", &feature.thermal_resistance},
+        {"cooling", &feature.cooling},       {"ambient", &feature.ambient},
+        {"hottest", &feature.hottest},       {"derating", &feature.derating}};
+    for (const auto& [key, value] : positive) section.read_positive(key, *value);
+    const std::pair<const char*, const char*> needs[] = {{"saturation", "current"},
+                                                         {"resistance", "current"},
+                                                         {"thermal_resistance", "resistance"},
+                                                         {"cooling", "thermal_resistance"},
+                                                         {"thermal_resistance", "cooling"},
+                                                         {"ambient", "thermal_resistance"},
+                                                         {"hottest", "thermal_resistance"},
+                                                         {"derating", "hottest"}};
+    for (const auto& [key, needed] : needs)
+        if (section.has(key) && !section.has(needed))
+            return section.wrong(key, fmt::format("a magnet with {} needs {} too", key, needed),
+                                 fmt::format("give the magnet a {}, or take {} out", needed, key));
+    if (section.has("hottest") && feature.hottest <= feature.ambient)
+        section.wrong("hottest", fmt::format("the limit of {} K is not above the {} K around the coil", feature.hottest, feature.ambient),
+                      "give both in kelvins");
+}
+
 void read_feature(TomlReader& reader, const toml::table& table, const FeatureOptions& defaults, FeatureOptions& feature) {
     feature = defaults;
     const Section section(
         reader, table, "[[motion.feature]]",
-        {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching"});
+        {"kind", "directions", "strength", "depth", "length", "area", "cover", "permittivity", "range", "power", "switching", "current",
+         "saturation", "resistance", "thermal_resistance", "cooling", "ambient", "hottest", "derating"});
     feature.place = reader.place(table.source());
-    section.read_choice("kind", feature.kind, {"dipole", "two-pole", "plate", "latch"});
+    section.read_choice("kind", feature.kind, {"dipole", "two-pole", "plate", "latch", "electrode"});
     refuse_keys_of_others(section, feature.kind,
                           {{"dipole", {"strength", "depth"}},
                            {"two-pole", {"strength", "depth", "length"}},
                            {"plate", {"strength", "area", "cover", "permittivity"}},
-                           {"latch", {"strength"}}});
+                           {"latch", {"strength"}},
+                           {"electrode", {"strength", "area", "cover", "permittivity"}}});
     const toml::node* directions = section.find("directions");
     if (directions && directions->is_integer()) {
         section.read_count("directions", feature.count, 0);
@@ -57,6 +88,7 @@ void read_feature(TomlReader& reader, const toml::table& table, const FeatureOpt
     for (const auto& [key, value] : positive) section.read_positive(key, *value);
     section.read_number("power", feature.power, 0, kMost);
     section.read_number("switching", feature.switching, 0, kMost);
+    read_coil(section, feature);
 }
 
 void read_group(TomlReader& reader, const toml::table& table, std::span<const CompoundForm> compounds, CatomGroup& group) {
@@ -98,7 +130,7 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
     if (!node->is_table()) return reader.wrong(node->source(), "[motion] sense " + type_mismatch(*node, "a table [motion.sense]"));
     const Section section(reader, *node->as_table(), "[motion.sense]",
                           {"position", "orientation", "velocity", "acceleration", "pressure", "energy", "load", "joint", "joint_speed",
-                           "gyro", "accelerometer", "range", "light"});
+                           "gyro", "accelerometer", "range", "light", "coil"});
     const std::pair<const char*, double*> thresholds[] = {{"position", &sense.position},
                                                           {"orientation", &sense.orientation},
                                                           {"velocity", &sense.velocity},
@@ -111,7 +143,8 @@ void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense)
                                                           {"gyro", &sense.gyro},
                                                           {"accelerometer", &sense.accelerometer},
                                                           {"range", &sense.range},
-                                                          {"light", &sense.light}};
+                                                          {"light", &sense.light},
+                                                          {"coil", &sense.temperature}};
     for (const auto& [key, value] : thresholds) section.read_number(key, *value, 0, kMost);
 }
 
