@@ -24,7 +24,7 @@ inline bool is_supplied(const Feature& feature) {
 inline double rated_supply(const Feature& feature) { return is_coil(feature) ? feature.current_a : feature.strength; }
 
 // The strength of an electromagnet at a current, A: s = s_l / (1 + s_l / s_m), where s_l = strength * current / rated current is that of
-// the coil without saturation and s_m the saturation (the law of Froehlich and Kennelly: R. Bozorth, "Ferromagnetism", 1951, ch. 11). So
+// the coil without saturation and s_m the saturation (the law of Froehlich and Kennelly: R. Bozorth, "Ferromagnetism", 1951). So
 // the force between two grows with the square of their current at first, and ends at that of two saturated cores.
 double strength_at(const Feature& coil, double current_a);
 // The share of its current that a coil gets at a temperature, K: 1 up to the limit, less by `derating_per_k` for each kelvin above it.
