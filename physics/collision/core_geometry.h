@@ -23,6 +23,8 @@ inline CoreKind kind_of(const Core& core) {
     return core.half_m.x > 0 ? CoreKind::Cylinder : core.half_m.z > 0 ? CoreKind::Line : CoreKind::Point;
 }
 
+inline double& part(Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+inline double part(const Vec3& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 inline Vec3 into(const Pose& pose, Vec3 v) { return {dot(v, pose.axes[0]), dot(v, pose.axes[1]), dot(v, pose.axes[2])}; }
 inline Vec3 out_of(const Pose& pose, Vec3 v) { return v.x * pose.axes[0] + (v.y * pose.axes[1] + v.z * pose.axes[2]); }
 
@@ -36,6 +38,15 @@ inline void add(Manifold& found, Vec3 at, double gap_m, double reach_m) {
     if (gap_m > reach_m || found.count == kMaxManifoldPoints) return;
     found.points[static_cast<std::size_t>(found.count++)] = {at, gap_m};
 }
+
+// The point of a core's surface that is nearest to a point, both in the core's frame: the direction out of the core there, and how far
+// along it the point is (negative: inside).
+struct OnCore {
+    Vec3 on, out;
+    double distance;
+};
+// Of a box or a line.
+OnCore nearest_on(Vec3 half, Vec3 point);
 
 // A point on each of two cores, from the centre of the first body.
 struct LineEnds {

@@ -58,7 +58,7 @@ void ShapeContacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint3
             if (lane->is_part()) out.write(lane->part);
             if (lane->obstacle == kNoSlot) out.write(addresses.address(batch.b[i]));
             if (lane->of_compound) out.write(lane->a_solid), out.write(lane->b_solid);
-            out.write(lane->axis), out.write(lane->points), out.write(lane->touching);
+            out.write(lasting(lane->axis)), out.write(lane->points), out.write(lane->touching);
             out.write(std::array{batch.nx[i], batch.ny[i], batch.nz[i]});
             for (std::size_t p = 0; p < lane->points; ++p) out.write(numbers_of(batch.points[p], i));
         }
@@ -137,7 +137,7 @@ std::vector<ShapeContacts::Ended> ShapeContacts::take_out(const Bodies& bodies, 
             Kept& kept = kept_.emplace_back();
             kept.key = swapped ? key_of(b, a, false) : key_of(a, obstacle ? code_of(lane) : b, obstacle);
             kept.solids = solids_of(lane, swapped);
-            kept.axis = swapped ? kNoAxis : lane.axis;
+            kept.axis = swapped ? kNoAxis : lasting(lane.axis);
             kept.points = lane.points, kept.touching = lane.touching;
             const float sign = swapped ? -1.0f : 1.0f;
             for (std::size_t p = 0; p < lane.points; ++p) {

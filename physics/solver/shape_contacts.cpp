@@ -16,7 +16,7 @@ namespace meld::physics {
 
 namespace {
 
-constexpr std::size_t kShapeBlocksPerJob = 2, kTurnedPerJob = 4096;
+constexpr std::size_t kShapeBlocksPerJob = 2;
 // As for spheres (contacts.cpp).
 constexpr std::size_t kShapeSegment = 384;
 constexpr int kShapeColours = 64;
@@ -150,7 +150,10 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
             .obstacle = chosen.obstacle, .of_compound = chosen.of_compound, .a_solid = chosen.a_solid, .b_solid = chosen.b_solid};
         Manifold found;
         collide_lane(setup, pair, 0, lane, reach.near_m, found);
-        place(chosen, found.count);
+        Chosen known = chosen;
+        if (chosen.obstacle == kNoSlot && found.count == 0)
+            known.apart_until_m = apart_until(chosen.slots.first, chosen.slots.second, found);
+        place(known, found.count);
     };
     // Those of the solids of two bodies that may meet however the bodies turn, and the first ones.
     const auto sort_solids = [&](Chosen chosen, double reach_m) {
@@ -256,6 +259,7 @@ void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::v
                     ++counts[b];
                     lane->obstacle = chosen->obstacle, lane->part = chosen->part;
                     lane->of_compound = chosen->of_compound, lane->a_solid = chosen->a_solid, lane->b_solid = chosen->b_solid;
+                    lane->apart_until_m = chosen->apart_until_m;
                     set_materials(setup, batch, i, *lane);
                     recall(bodies, batch, *lane, i);
                 }
@@ -270,48 +274,6 @@ void ShapeContacts::lay_out(const Setup& setup, const Reach& reach, const std::v
     prepared_ = false;
 }
 
-void ShapeContacts::turn(const Setup& setup, std::uint32_t first, std::uint32_t count) {
-    const Bodies& bodies = setup.bodies;
-    for (std::uint32_t slot = first; slot < first + count; ++slot) {
-        const BodyProperties& what = bodies.properties[slot];
-        Turning& turning = turnings_[slot];
-        const Quat turn = widened(bodies.orientation[slot]);
-        poses_[slot] = pose_of(centre_of(bodies.place[slot]), turn);
-        const BodyShapes::Index index = (what.flags & kShaped) == 0 ? BodyShapes::Index{0} : setup.shapes.of(what.id);
-        Vec3 t{1, 1, 1};
-        std::array<Vec3, 3> axes = poses_[slot].axes;
-        if (index == 0) {
-            t = (1 / static_cast<double>(what.inertia_factor)) * t;
-        } else {
-            const BodyShapes::Kind& kind = setup.shapes.kind(index);
-            t = kind.turning;
-            if (kind.has_other_axes) axes = pose_of({}, kind.principal(turn)).axes;
-        }
-        Symmetric sum;
-        const double weights[3] = {t.x, t.y, t.z};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 axis = axes[k];
-            const Vec3 weighted = weights[k] * axis;
-            sum += {weighted.x * axis.x, weighted.x * axis.y, weighted.x * axis.z,
-                    weighted.y * axis.y, weighted.y * axis.z, weighted.z * axis.z};
-        }
-        const double entries[] = {sum.xx, sum.xy, sum.xz, sum.yy, sum.yz, sum.zz};
-        for (int k = 0; k < 6; ++k) turning.entries[k] = static_cast<float>(entries[k]);
-        turning.entries[6] = turning.entries[7] = 0;
-    }
-}
-
-void ShapeContacts::turn_all(const Setup& setup, Workers& workers) {
-    const std::size_t count = setup.bodies.count(), with_motionless = setup.bodies.velocity.size();
-    MELD_EXPECT(with_motionless >= count, "{} of {} entries", with_motionless, count);
-    turnings_.assign(with_motionless, Turning{});
-    poses_.resize(count);
-    workers.run((count + kTurnedPerJob - 1) / kTurnedPerJob, [&](int, std::size_t job) {
-        const std::size_t begin = job * kTurnedPerJob;
-        turn(setup, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(std::min(count - begin, kTurnedPerJob)));
-    });
-}
-
 void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m,
                                  Manifold& found) const {
     if (lane.of_compound) return collide_solids(setup, batch, i, lane, reach_m, found);
@@ -323,12 +285,16 @@ void ShapeContacts::collide_lane(const Setup& setup, const ShapeBatch& batch, in
 
 void ShapeContacts::collide_solids(const Setup& setup, const ShapeBatch& batch, int i, ShapeLane& lane, double reach_m,
                                    Manifold& found) const {
-    found.count = 0, found.on_rim = false;
+    found.count = 0, found.on_rim = false, found.apart_m = 0;
     const Pose& body = poses_[batch.a[i]];
     const PlacedSolid a = solid_of(setup, batch.a[i], body, lane.a_solid);
     if (lane.obstacle == kNoSlot) {
         const PlacedSolid b = solid_of(setup, batch.b[i], poses_[batch.b[i]], lane.b_solid);
-        if (length(b.pose.centre - a.pose.centre) >= around(a.core) + around(b.core) + reach_m) return;
+        const double apart = length(b.pose.centre - a.pose.centre) - around(a.core) - around(b.core);
+        if (apart >= reach_m) {
+            found.apart_m = apart;
+            return;
+        }
         collide(a.core, a.pose, b.core, b.pose, reach_m, lane.axis, found);
     } else {
         if (!setup.obstacles.solid_may_reach(lane.obstacle, lane.b_solid, a.pose.centre, around(a.core), reach_m)) return;
@@ -442,8 +408,12 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
                 most = std::max(most, lane->points);
                 continue;
             }
-            collide_lane(setup, batch, i, *lane, reach_of(setup, batch, i, contact), found);
-            if (found.count == 0) {
+            const double reach_m = reach_of(setup, batch, i, contact);
+            const bool far = lane->points == 0 && lane->obstacle == kNoSlot &&
+                             lane->apart_until_m > moved_m_[batch.a[i]] + moved_m_[batch.b[i]] + reach_m;
+            if (!far) collide_lane(setup, batch, i, *lane, reach_m, found);
+            if (far || found.count == 0) {
+                if (!far && lane->obstacle == kNoSlot) lane->apart_until_m = apart_until(batch.a[i], batch.b[i], found);
                 if (lane->points != 0) empty_lane(batch, i, 0);
                 lane->points = 0;
                 if (!held_.empty()) share_holds(bodies, static_cast<std::size_t>(&batch - batches_.data()), i, 0);
@@ -587,7 +557,7 @@ bool ShapeContacts::is_moved(const ShapeBatch& batch, int i) const {
 std::size_t ShapeContacts::bytes() const {
     return moved_.capacity() * sizeof(MovedLanes) + held_.capacity() * sizeof(HeldPoints) + batches_.capacity() * sizeof(ShapeBatch) +
            lanes_.capacity() * sizeof(ShapeLane) + turnings_.capacity() * sizeof(Turning) + poses_.capacity() * sizeof(Pose) +
-           first_.capacity() * sizeof(std::uint32_t);
+           moved_m_.capacity() * sizeof(double) + first_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace meld::physics
