@@ -234,7 +234,7 @@ def cube_bridge(outcome, recorded, in_other_world):
         found, wanted = sum(bends[tick, c] for c in here), 9.81 * numpy.sum(arms[arms > 0])
         expect(len(here) == 2 and abs(found - wanted) < 0.05 * wanted, f"{here} carry {found}, not {wanted}")
 
-    fallen, path = in_other_world(lambda text: text.replace("breaking_torque = 2000", "breaking_torque = 850"))
+    fallen, path = in_other_world(lambda text: text.replace("breaking_torque = 2000", "breaking_torque = 600"))
     expect(fallen.facts["broken"] and not fallen.facts["crossed"], "weak connections carry the log")
     expect(numpy.max(numpy.array(path.positions)[:, cubes, 0]) > 6.5, "the weaker bridge does not come to the other bank")
     expect(path.positions[-1][log, 2] < -2, "the log has not fallen")
