@@ -306,14 +306,12 @@ Result<void> Scene::set_feature_table(BodyId body, std::uint16_t table) {
     if (const BodyShapes::Index index = world_->shapes.of(body); index != 0) {
         const BodyShape& shape = world_->shapes.kind(index).shape;
         for (const Feature& feature : world_->tables[table]) {
-            if (shape.is_compound() && holds(feature.kind))
-                return fail(fmt::format("body {} is a compound, and compounds have no latches and no electrodes", body),
-                            "Use magnets or plates, or another shape");
             if (const Vec3 d = feature.direction; shape.way_out_m(d) == 0)
                 return fail(
-                    fmt::format("a magnet or plate of body {} is in the direction ({:.3g}, {:.3g}, {:.3g}), where its compound has no "
-                                "part (seen from its centre of mass)",
-                                body, d.x, d.y, d.z),
+                    fmt::format(
+                        "a magnet, plate or latch of body {} is in the direction ({:.3g}, {:.3g}, {:.3g}), where its compound has no "
+                        "part (seen from its centre of mass)",
+                        body, d.x, d.y, d.z),
                     "Choose directions that lead through parts");
         }
     }

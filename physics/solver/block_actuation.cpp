@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "physics/bodies/actuation.h"
 #include "physics/solver/block_engine.h"
@@ -39,15 +40,22 @@ void BlockEngine::actuate_block(std::uint32_t block) {
         if (!contacts_.adhesion.empty()) contacts_.adhesion[contacts_.first_pair_batch(block) + n] = held;
     }
     shape_contacts_.let_go(block);
+    thread_local std::vector<ShapeContacts::CompoundHold> of_compounds;
+    of_compounds.clear();
     const std::span<const ShapeLane> lanes_of_shapes = std::as_const(shape_contacts_).lanes(block);
     for (std::size_t n = 0; n < lanes_of_shapes.size(); ++n) {
         if (lanes_of_shapes[n].obstacle != kNoSlot || !lanes_of_shapes[n].is_first()) continue;
         const ShapeBatch& batch = std::as_const(shape_contacts_).batches(block)[n / kLanes];
         const std::uint32_t a = batch.a[n % kLanes], b = batch.b[n % kLanes];
         if (a >= world_.bodies.count() || features[a].on == 0 || features[b].on == 0) continue;
-        add_shape_feature_wrenches(world_, feature_wrenches_, a, b,
-                                   [&](const HeldPlace& held) { shape_contacts_.hold(world_.bodies, block, n, held.at_m, held.force_n); });
+        add_shape_feature_wrenches(world_, feature_wrenches_, a, b, [&](const HeldPlace& held) {
+            if (lanes_of_shapes[n].of_compound)
+                of_compounds.push_back({a, b, held});
+            else
+                shape_contacts_.hold(world_.bodies, block, n, held);
+        });
     }
+    shape_contacts_.hold_compounds(shape_setup(), block, of_compounds);
 }
 
 void ShapeContacts::need_holds() {
@@ -59,15 +67,19 @@ void ShapeContacts::let_go(std::uint32_t block) {
     std::fill(held_.begin() + first_[block], held_.begin() + first_[block + 1], HeldPoints{});
 }
 
-void ShapeContacts::hold(const Bodies& bodies, std::uint32_t block, std::size_t lane, Vec3 at_m, double force_n) {
+void ShapeContacts::hold(const Bodies& bodies, std::uint32_t block, std::size_t lane, const HeldPlace& place) {
     MELD_EXPECT(held_.size() == batches_.size() && lane < lanes(block).size(), "lane {} of block {}", lane, block);
     const std::size_t batch = first_[block] + lane / kLanes;
     const int i = static_cast<int>(lane % kLanes);
-    const Vec3 moment = force_n * (at_m - centre_of(bodies.place[batches_[batch].a[i]]));
-    HeldPoints& held = held_[batch];
-    held.all[i] += static_cast<float>(force_n);
-    held.x[i] += static_cast<float>(moment.x), held.y[i] += static_cast<float>(moment.y), held.z[i] += static_cast<float>(moment.z);
+    add_hold(bodies, batch, i, place);
     share_holds(bodies, batch, i, lanes(block)[lane].points);
+}
+
+void ShapeContacts::add_hold(const Bodies& bodies, std::size_t batch, int i, const HeldPlace& place) {
+    const Vec3 moment = place.force_n * (place.at_m - centre_of(bodies.place[batches_[batch].a[i]]));
+    HeldPoints& held = held_[batch];
+    held.all[i] += static_cast<float>(place.force_n);
+    held.x[i] += static_cast<float>(moment.x), held.y[i] += static_cast<float>(moment.y), held.z[i] += static_cast<float>(moment.z);
 }
 
 void ShapeContacts::share_holds(const Bodies& bodies, std::size_t batch, int i, std::size_t points) {
@@ -80,8 +92,32 @@ void ShapeContacts::share_holds(const Bodies& bodies, std::size_t batch, int i, 
     std::array<Vec3, kMaxManifoldPoints> arms;
     for (std::size_t p = 0; p < points; ++p)
         arms[p] = radius * vector_of_lane(here.points[p].ax, here.points[p].ay, here.points[p].az, i) - at;
-    const PointShares shares = shares_of(std::span(arms).first(points));
+    std::array<double, kMaxManifoldPoints> shares;
+    shares_of(std::span(arms).first(points), std::span(shares).first(points));
     for (std::size_t p = 0; p < points; ++p) held.force[p][i] = held.all[i] * static_cast<float>(shares[p]);
+}
+
+void ShapeContacts::share_holds_anew(const Bodies& bodies, std::size_t batch, int i, std::size_t points) {
+    std::array<HeldPoint, kMaxManifoldPoints> of;
+    for (std::size_t p = 0; p < points; ++p) of[p] = {&batches_[batch], i, p, held_[batch].force[p][i], 0};
+    share_holds(bodies, batch, i, points);
+    for (std::size_t p = 0; p < points; ++p) of[p].now = held_[batch].force[p][i];
+    move_pulls(std::span(of).first(points));
+}
+
+void ShapeContacts::move_pulls(std::span<const HeldPoint> points) {
+    float gained = 0, pull = 0;
+    for (const HeldPoint& point : points) gained += std::max(point.now - point.before, 0.0f);
+    if (!(gained > 0)) return;
+    for (const HeldPoint& point : points) {
+        if (!(point.now < point.before)) continue;
+        Lanes& impulses = point.batch->points[point.number].normal_impulse;
+        const float moved = std::min(impulses[point.lane], 0.0f) * (1 - point.now / point.before);
+        impulses[point.lane] -= moved, pull += moved;
+    }
+    for (const HeldPoint& point : points)
+        if (point.now > point.before)
+            point.batch->points[point.number].normal_impulse[point.lane] += pull * (point.now - point.before) / gained;
 }
 
 }  // namespace meld::physics

@@ -78,7 +78,7 @@ HeldPlace held_by(const Reaching::One& first, const Reaching::One& second, doubl
     const Vec3 facing = first.pose.direction - second.pose.direction;
     const double faces = length(facing);
     const Vec3 axis = faces > 0 ? (1 / faces) * facing : first.pose.direction;
-    return {0.5 * (first.pose.surface + second.pose.surface), axis, force_n};
+    return {0.5 * (first.pose.surface + second.pose.surface), axis, force_n, std::min(first.feature->range_m, second.feature->range_m)};
 }
 
 }  // namespace

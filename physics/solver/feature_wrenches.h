@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/solver/engine.h"
+#include "physics/solver/latches/held_place.h"
 
 namespace meld::physics {
 
@@ -17,11 +18,6 @@ std::vector<std::uint32_t> begin_feature_wrenches(World& world, std::vector<Wren
 // Then, for each pair whose surfaces are nearer than the world's range, with `normal` from a to b: adds what their features do to each
 // other. Returns the force of the latches that hold, N, which the wrenches do not include.
 double add_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b, Vec3 normal, double gap_m);
-// Two latches that hold: in the middle between them, with up to a force, N, along an axis from a to b.
-struct HeldPlace {
-    Vec3 at_m, axis;
-    double force_n = 0;
-};
 // The same for two bodies of which at least one has a shape. Each feature is where the ray in its direction leaves the surface. Calls
 // hold() for each two latches that hold, which the wrenches do not include.
 void add_shape_feature_wrenches(World& world, std::vector<Wrench>& wrenches, std::uint32_t a, std::uint32_t b,

@@ -115,4 +115,19 @@ void CompositeRows::place_arms(ShapeContacts& shapes, std::span<const std::uint3
     });
 }
 
+MovedLanes& ShapeContacts::add_moved(ShapeBatch& batch) {
+    batch.moved = static_cast<std::uint32_t>(moved_.size());
+    MovedLanes& moved = moved_.emplace_back();
+    std::copy_n(batch.a, kLanes, moved.a), std::copy_n(batch.b, kLanes, moved.b);
+    const Lanes nothing = physics::lanes(0);
+    moved.a_scale = moved.b_scale = physics::lanes(1);
+    moved.ax = moved.ay = moved.az = moved.bx = moved.by = moved.bz = nothing;
+    return moved;
+}
+
+void ShapeContacts::forget_moved() {
+    for (ShapeBatch& batch : batches_) batch.moved = kNoSlot;
+    moved_.clear();
+}
+
 }  // namespace meld::physics

@@ -304,6 +304,10 @@ void ShapeContacts::collide_solids(const Setup& setup, const ShapeBatch& batch, 
     shift_points(found, a.pose.centre - body.centre);
 }
 
+PlacedSolid ShapeContacts::solid_at(const Setup& setup, std::uint32_t slot, std::uint8_t solid) const {
+    return solid_of(setup, slot, poses_[slot], solid);
+}
+
 void ShapeContacts::empty_lane(ShapeBatch& batch, int i, int from) const {
     for (int p = from; p < kMaxManifoldPoints; ++p) {
         ShapePoint& point = batch.points[static_cast<std::size_t>(p)];
@@ -312,42 +316,50 @@ void ShapeContacts::empty_lane(ShapeBatch& batch, int i, int from) const {
     }
 }
 
-// The points that a contact had, and which of them have given their impulses to new ones.
+// The points that a contact had, with how much they might pull, and which of them have given their impulses to new ones.
 struct ShapeContacts::Former {
     struct Point {
-        float at[3], normal[3], normal_impulse, tangent[3];
+        float at[3], normal[3], normal_impulse, tangent[3], held;
     };
     std::array<Point, kMaxManifoldPoints * kMaxSurfaceContacts> points;
     int count = 0;
     unsigned used = 0;
 
-    void add(const ShapeBatch& batch, int i, const ShapeLane& lane) {
+    void add(const ShapeBatch& batch, int i, const ShapeLane& lane, const HeldPoints* held = nullptr) {
         for (std::size_t p = 0; p < lane.points; ++p) {
             const ShapePoint& point = batch.points[p];
             points[static_cast<std::size_t>(count++)] = {{point.ax[i], point.ay[i], point.az[i]},
                                                          {batch.nx[i], batch.ny[i], batch.nz[i]},
                                                          point.normal_impulse[i],
-                                                         {point.tx[i], point.ty[i], point.tz[i]}};
+                                                         {point.tx[i], point.ty[i], point.tz[i]},
+                                                         held == nullptr ? 0 : held->force[p][i]};
         }
     }
 };
 
-// What latches hold at points that are no longer there, these points (bits) take over in equal parts. A push would be back after a sweep,
-// but a pull has a limit, and a body that hangs on most of it would fall a little whenever a point is found elsewhere.
-void ShapeContacts::hand_on_pulls(const Former& former, unsigned to, ShapeBatch& batch, int i) {
-    float pull = 0;
-    for (int q = 0; q < former.count; ++q)
-        if ((former.used >> q & 1u) == 0) pull += std::min(former.points[static_cast<std::size_t>(q)].normal_impulse, 0.0f);
-    if (pull == 0) return;
-    const float part = pull / static_cast<float>(std::popcount(to));
-    for (std::size_t p = 0; p < kMaxManifoldPoints; ++p)
-        if ((to >> p & 1u) != 0) batch.points[p].normal_impulse[i] += part;
+// What latches hold at points that are no longer there, these points (bits) take over in equal parts, and how much it might be. A push
+// would be back after a sweep, but a pull has a limit, and a body that hangs on most of it would fall a little whenever a point is found
+// elsewhere.
+void ShapeContacts::hand_on_pulls(const Former& former, unsigned to, ShapeBatch& batch, int i, HeldPoints* held) {
+    float pull = 0, most = 0;
+    for (int q = 0; q < former.count; ++q) {
+        if ((former.used >> q & 1u) != 0) continue;
+        pull += std::min(former.points[static_cast<std::size_t>(q)].normal_impulse, 0.0f);
+        most += former.points[static_cast<std::size_t>(q)].held;
+    }
+    if (pull == 0 && most == 0) return;
+    const auto parts = static_cast<float>(std::popcount(to));
+    for (std::size_t p = 0; p < kMaxManifoldPoints; ++p) {
+        if ((to >> p & 1u) == 0) continue;
+        batch.points[p].normal_impulse[i] += pull / parts;
+        if (held != nullptr) held->force[p][i] += most / parts;
+    }
 }
 
 // Each point takes the impulses of the former point that was nearest to it on body a, unless that was elsewhere; of parts, unless that had
 // another direction.
-void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found,
-                                Former& former) const {
+void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found, Former& former,
+                                HeldPoints* held) const {
     constexpr float kSamePlace = 0.2f * 0.2f, kSameRim = 2 * 2;
     const double a_share = 1 / setup.bodies.place[batch.a[i]].radius;
     const bool obstacle = lane.obstacle != kNoSlot;
@@ -377,6 +389,8 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
             if ((former.used >> q & 1u) == 0 && away < least) best = q, least = away;
         }
         point.normal_impulse[i] = point.tx[i] = point.ty[i] = point.tz[i] = 0;
+        if (held != nullptr)
+            held->force[static_cast<std::size_t>(p)][i] = best < 0 ? 0 : former.points[static_cast<std::size_t>(best)].held;
         if (best < 0) {
             fresh |= 1u << p;
             continue;
@@ -389,8 +403,10 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
         point.ty[i] = was.tangent[1] - along * batch.ny[i];
         point.tz[i] = was.tangent[2] - along * batch.nz[i];
     }
-    hand_on_pulls(former, fresh != 0 ? fresh : (1u << found.count) - 1, batch, i);
+    hand_on_pulls(former, fresh != 0 ? fresh : (1u << found.count) - 1, batch, i, held);
     if (before > found.count) empty_lane(batch, i, found.count);
+    if (held != nullptr)
+        for (int p = found.count; p < kMaxManifoldPoints; ++p) held->force[static_cast<std::size_t>(p)][i] = 0;
     lane.points = static_cast<std::uint8_t>(found.count);
 }
 
@@ -404,6 +420,8 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
         std::uint8_t most = 0;
         for (int i = 0; i < kLanes; ++i, ++lane) {
             if (batch.a[i] >= bodies.count()) continue;
+            const auto number = static_cast<std::size_t>(&batch - batches_.data());
+            HeldPoints* const held = held_.empty() ? nullptr : &held_[number];
             if (lane->is_part()) {
                 most = std::max(most, lane->points);
                 continue;
@@ -416,18 +434,20 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
                 if (!far && lane->obstacle == kNoSlot) lane->apart_until_m = apart_until(batch.a[i], batch.b[i], found);
                 if (lane->points != 0) empty_lane(batch, i, 0);
                 lane->points = 0;
-                if (!held_.empty()) share_holds(bodies, static_cast<std::size_t>(&batch - batches_.data()), i, 0);
+                if (held != nullptr)
+                    for (Lanes& force : held->force) force[i] = 0;
                 continue;
             }
             Former former;
-            former.add(batch, i, *lane);
-            take_points(setup, batch, i, *lane, found, former);
-            if (!held_.empty()) share_holds(bodies, static_cast<std::size_t>(&batch - batches_.data()), i, lane->points);
+            former.add(batch, i, *lane, held);
+            take_points(setup, batch, i, *lane, found, former, held);
+            if (held != nullptr && !lane->of_compound) share_holds_anew(bodies, number, i, lane->points);
             most = std::max(most, lane->points);
             note_depth(setup, batch, i, *lane, found, contact, worst);
         }
         batch.used = most;
     }
+    if (!held_.empty() && has_parts_) share_holds_of_compounds(bodies, block);
     return worst;
 }
 
@@ -531,21 +551,6 @@ void ShapeContacts::forget_impulses() {
     const Lanes nothing = physics::lanes(0);
     for (ShapeBatch& batch : batches_)
         for (ShapePoint& point : batch.points) point.normal_impulse = point.tx = point.ty = point.tz = nothing;
-}
-
-MovedLanes& ShapeContacts::add_moved(ShapeBatch& batch) {
-    batch.moved = static_cast<std::uint32_t>(moved_.size());
-    MovedLanes& moved = moved_.emplace_back();
-    std::copy_n(batch.a, kLanes, moved.a), std::copy_n(batch.b, kLanes, moved.b);
-    const Lanes nothing = physics::lanes(0);
-    moved.a_scale = moved.b_scale = physics::lanes(1);
-    moved.ax = moved.ay = moved.az = moved.bx = moved.by = moved.bz = nothing;
-    return moved;
-}
-
-void ShapeContacts::forget_moved() {
-    for (ShapeBatch& batch : batches_) batch.moved = kNoSlot;
-    moved_.clear();
 }
 
 bool ShapeContacts::is_moved(const ShapeBatch& batch, int i) const {

@@ -37,6 +37,7 @@
 #include "physics/collision/core_contacts.h"
 #include "physics/collision/obstacles.h"
 #include "physics/collision/pair_search.h"
+#include "physics/solver/latches/held_place.h"
 #include "runtime/base/bytes.h"
 #include "runtime/base/error.h"
 
@@ -192,7 +193,14 @@ class ShapeContacts {
     // of the place, or of the nearest place between the points, also when they have been found anew. Nothing if there are none.
     void need_holds();
     void let_go(std::uint32_t block);
-    void hold(const Bodies& bodies, std::uint32_t block, std::size_t lane, Vec3 at_m, double force_n);
+    void hold(const Bodies& bodies, std::uint32_t block, std::size_t lane, const HeldPlace& place);
+    // The same for bodies in slots a and b of which one at least is a compound (latches/compound_latches.cpp): points of all their solids
+    // that have about one normal share the force. Call it once for a block. Nothing where no solids touch at the place.
+    struct CompoundHold {
+        std::uint32_t a, b;
+        HeldPlace place;
+    };
+    void hold_compounds(const Setup& setup, std::uint32_t block, std::span<const CompoundHold> holds);
     // Restitution (shape_bounces.cpp): all points of two bodies at once, so that a face that lands flat leaves flat.
     // Without composites: the contacts of bodies that move alone. With them: those of the members of composites that move freely, each
     // with the whole composite.
@@ -309,9 +317,30 @@ class ShapeContacts {
     bool is_moved(const ShapeBatch& batch, int i) const;
     struct Former;
     // Of a lane of a batch.
+    void add_hold(const Bodies& bodies, std::size_t batch, int i, const HeldPlace& place);
     void share_holds(const Bodies& bodies, std::size_t batch, int i, std::size_t points);
-    static void hand_on_pulls(const Former& former, unsigned to, ShapeBatch& batch, int i);
-    void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found, Former& former) const;
+    // The same once points have been found anew: pulls follow the shares.
+    void share_holds_anew(const Bodies& bodies, std::size_t batch, int i, std::size_t points);
+    // Of compounds: in which lane a latch's force is kept, if in any; sharing those of a block, and that of one lane, `holder`, among the
+    // lanes of its two bodies.
+    const Part* part_held(const Setup& setup, std::span<const Part> parts, const CompoundHold& hold) const;
+    void share_holds_of_compounds(const Bodies& bodies, std::uint32_t block);
+    void share_hold_of(const Bodies& bodies, const Part& holder, std::span<const Part> lanes);
+    HeldPoints& held_of(const Part& part) { return held_[static_cast<std::size_t>(part.batch - batches_.data())]; }
+    PlacedSolid solid_at(const Setup& setup, std::uint32_t slot, std::uint8_t solid) const;
+    // `held`: with how much force points may pull, which goes on with their impulses; null: they have no latches.
+    static void hand_on_pulls(const Former& former, unsigned to, ShapeBatch& batch, int i, HeldPoints* held);
+    void take_points(const Setup& setup, ShapeBatch& batch, int i, ShapeLane& lane, const Manifold& found, Former& former,
+                     HeldPoints* held = nullptr) const;
+    // Of points that latches hold, with how much force each might pull and now may.
+    struct HeldPoint {
+        ShapeBatch* batch;
+        int lane;
+        std::size_t number;
+        float before, now;
+    };
+    // A pull goes where its limit goes: what a point may hold no more, those take over that may hold more than before.
+    static void move_pulls(std::span<const HeldPoint> points);
 
     Buffer<ShapeBatch> batches_;
     Buffer<MovedLanes> moved_;

@@ -101,6 +101,14 @@ def compound(rng):
     return text + f'[[motion.catoms]]\nwhere = "id % {rng.randint(2, 4)} == 0"\nshape = "thing"\n'
 
 
+def with_heart(world):
+    """The compound of a world with a ball that has most of its mass, so that each direction leads through a part."""
+    header = "[[motion.compound.part]]\n"
+    if "\nshare = " not in world:
+        world = world.replace(header, header + "share = 1\n")
+    return world.replace(header, header + 'shape = "sphere"\ndiameter = 0.5\nshare = 20\n' + header, 1)
+
+
 def other_shapes(rng):
     """Of some catoms, for two groups; some are compounds."""
     text = compound(rng) if rng.random() < 0.5 else ""
@@ -167,10 +175,10 @@ def case(seed):
     world += '[facts]\nsource = ["id % 9 == 0"]\ntoken = [{ where = "id % 20 == 0", args = [40] }]\n'
     if rng.random() < 0.5:
         world += f'[[event]]\ntick = {rng.randint(3, 12)}\nkill = "id % 7 == 3"\n'
-    # Compounds have no latches.
-    if rng.random() < 0.6 and not with_compounds:
+    if rng.random() < 0.6:
         world += (f'[[motion.feature]]\nkind = "latch"\ndirections = {rng.choice([6, 12])}\nstrength = {rng.choice([5, 50, 500])}\n'
                   f"range = {rng.choice([0.02, 0.1, 0.3]) * 2 * radius:.3f}\n")
+        world = with_heart(world) if with_compounds else world
     return PROGRAM, world
 
 

@@ -1,4 +1,5 @@
-// Latches on boxes, cylinders, capsules and balls beside them: with how much force they hold, where, and with the same bits everywhere.
+// Latches on boxes, cylinders, capsules, compounds and balls beside them: with how much force they hold, where, and with the same bits
+// everywhere.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,13 +25,32 @@ struct Kind {
     Vec3 direction;
     double way_m;
 };
+
+BodyShape made_of(std::vector<ShapePart> parts) { return compound_of(std::move(parts)).shape; }
+ShapePart part(const BodyShape& shape, Vec3 at, Quat turn = {}) { return {shape.core_m, shape.rounding_m, at, turn, 1}; }
+
+// Cubes, of which the latch is on the common plane of two halves, or the common line of four quarters; a slab on a ball; and a rod with a
+// ball at each end.
+const BodyShape kHalves = made_of({part(box_shape({0.5, 1, 1}, 0), {-0.25, 0, 0}), part(box_shape({0.5, 1, 1}, 0), {0.25, 0, 0})});
+const BodyShape kQuarters =
+    made_of({part(box_shape({1, 0.5, 0.5}, 0), {0, -0.25, -0.25}), part(box_shape({1, 0.5, 0.5}, 0), {0, -0.25, 0.25}),
+             part(box_shape({1, 0.5, 0.5}, 0), {0, 0.25, -0.25}), part(box_shape({1, 0.5, 0.5}, 0), {0, 0.25, 0.25})});
+const BodyShape kMushroom = made_of({part(box_shape({1, 0.8, 0.4}, 0.02), {}), part({{}, 0.3}, {0, 0, 0.4})});
+const BodyShape kBarbell = made_of({part({{}, 0.3}, {-0.7, 0, 0}), part({{}, 0.3}, {0.7, 0, 0}),
+                                    part(capsule_shape(0.1, 1.4), {}, turn_of(std::numbers::pi / 2, {0, 1, 0}))});
+
 const std::vector<Kind> kKinds = {{"cube", box_shape({1, 1, 1}, 0.02), {1, 0, 0}, 0.5},
                                   {"sharp brick", box_shape({0.6, 1, 0.8}, 0), {0, 0, -1}, 0.4},
                                   {"cylinder's cap", cylinder_shape(0.4, 0.6, 0.02), {0, 0, 1}, 0.3},
                                   {"cylinder's rim", cylinder_shape(0.4, 0.6, 0.02), {0, 1, 0}, 0.4},
                                   {"capsule's side", capsule_shape(0.25, 1.2), {0, -1, 0}, 0.25},
                                   {"capsule's end", capsule_shape(0.25, 1.2), {0, 0, 1}, 0.6},
-                                  {"ball", std::nullopt, {0, 1, 0}, 0.5}};
+                                  {"ball", std::nullopt, {0, 1, 0}, 0.5},
+                                  {"halves", kHalves, {0, 0, 1}, kHalves.way_out_m({0, 0, 1})},
+                                  {"quarters", kQuarters, {1, 0, 0}, kQuarters.way_out_m({1, 0, 0})},
+                                  {"mushroom's foot", kMushroom, {0, 0, -1}, kMushroom.way_out_m({0, 0, -1})},
+                                  {"mushroom's head", kMushroom, {0, 0, 1}, kMushroom.way_out_m({0, 0, 1})},
+                                  {"barbell's end", kBarbell, {1, 0, 0}, kBarbell.way_out_m({1, 0, 0})}};
 
 // The rotation that brings one direction to another.
 Quat turn_from(Vec3 one, Vec3 other) {
@@ -91,11 +111,12 @@ TEST_P(ShapeLatches, HoldUpToTheirForce) {
 }
 
 // A face that is pulled open about its edge: the force has half of the edge's length as its arm. A latch beside the middle has less on one
-// side and more on the other.
+// side and more on the other. It is the same for cubes of one piece and of quarters.
 TEST_P(ShapeLatches, HoldWhereTheyAre) {
-    for (const double beside : {0.0, 0.3}) {
-        for (const double side : {-1.0, 1.0})
-            for (const double share : {0.98, 1.02}) {
+    const BodyShape cube = box_shape({1, 1, 1}, 0);
+    for (const auto& [fixed, held] : {std::pair(cube, cube), std::pair(cube, kQuarters), std::pair(kQuarters, kQuarters)})
+        for (const double beside : {0.0, 0.3})
+            for (const auto& [side, share] : {std::pair(-1.0, 0.98), std::pair(-1.0, 1.02), std::pair(1.0, 0.98), std::pair(1.0, 1.02)}) {
                 auto scene = scene_with();
                 for (const BodyId id : {0u, 1u}) {
                     const auto table = need(scene->add_feature_table({{.direction = {id == 0 ? 0.5 : -0.5, beside, 0},
@@ -103,24 +124,26 @@ TEST_P(ShapeLatches, HoldWhereTheyAre) {
                                                                        .strength = kStrength,
                                                                        .range_m = kReach_m}}));
                     need(scene->add_body(
-                        {.id = id, .position_m = {id == 0 ? 0.0 : 1.0, 0, 0}, .fixed = id == 0, .shape = box_shape({1, 1, 1}, 0)}));
+                        {.id = id, .position_m = {id == 0 ? 0.0 : 1.0, 0, 0}, .fixed = id == 0, .shape = id == 0 ? fixed : held}));
                     need(scene->set_feature_table(id, table));
                     need(scene->set_features(id, 1, 0));
                 }
                 // About the edge at y = side / 2, at whose other side it opens.
                 const double most = kStrength * (0.5 - side * beside);
-                EXPECT_EQ(holds(*scene, {}, {0, 0, side * share * most}), share < 1) << beside << ", " << side << ", " << share;
+                EXPECT_EQ(holds(*scene, {}, {0, 0, side * share * most}), share < 1)
+                    << fixed.solids() << ", " << held.solids() << ", " << beside << ", " << side << ", " << share;
             }
-    }
 }
 
 // What holds presses, so what is pulled along slips only beyond the friction of the latch's force.
 TEST_P(ShapeLatches, HoldByFriction) {
-    for (const double share : {0.95, 1.05}) {
-        auto scene = scene_with();
-        add_two(*scene, kKinds[0], kKinds[0]);
-        EXPECT_EQ(holds(*scene, {0, 0, share * 0.5 * kStrength}, {}), share < 1) << share;
-    }
+    const Kind quarters{"quarters", kQuarters, {1, 0, 0}, 0.5};
+    for (const Kind& kind : {kKinds[0], quarters})
+        for (const double share : {0.95, 1.05}) {
+            auto scene = scene_with();
+            add_two(*scene, kind, kind);
+            EXPECT_EQ(holds(*scene, {0, 0, share * 0.5 * kStrength}, {}), share < 1) << kind.name << ", " << share;
+        }
 }
 
 TEST_P(ShapeLatches, CarryAChainAndLetGo) {
@@ -186,8 +209,8 @@ std::uint16_t add_plane_and_table(Scene& scene) {
 }
 
 void add_clumps(Scene& scene, std::uint16_t table, const std::function<bool(BodyId)>& mine) {
-    const BodyShape shapes[] = {box_shape({0.8, 0.8, 0.8}, 0.02), cylinder_shape(0.4, 0.8, 0.02), capsule_shape(0.3, 0.8),
-                                box_shape({0.8, 0.6, 0.8}, 0)};
+    const BodyShape halves = made_of({part(box_shape({0.4, 0.8, 0.8}, 0), {-0.2, 0, 0}), part(box_shape({0.4, 0.8, 0.8}, 0), {0.2, 0, 0})});
+    const BodyShape shapes[] = {box_shape({0.8, 0.8, 0.8}, 0.02), cylinder_shape(0.4, 0.8, 0.02), capsule_shape(0.3, 0.8), halves};
     for (BodyId id = 0; id < 240; ++id) {
         if (!mine(id)) continue;
         const BodyId clump = id / 12, part = id % 12;
