@@ -82,6 +82,15 @@ class Lights(InstrumentCase):
             lamps += [(None, 20 * share, 12, a) for a in range(91) if a % 13 == 5]
             self.assertGreater(self.expect_lit(facts, lamps), 50)
 
+    def test_a_reach_beyond_all_bodies_changes_no_bit(self):
+        # Lamps without a reach are looked at one after the other, others are found in a grid.
+        toml = ('lattice = "hex"\n[[body]]\nshape = "sphere(4.1)"\n' + FREE + 'spacing = 2.5\nsteps = 4\n' + EXACT + sensors(EYES[:3]) +
+                '[[motion.lamp]]\nposition = [30, -4, 9]\npower = 500\nREACH[[motion.lamp]]\nwhere = "id % 3 == 1"\npower = 20\nREACH')
+        seen = [self.run_sizes(CROWD, toml.replace("REACH", reach), 20) for reach in ("", "reach = 900\n")]
+        self.assertEqual(*seen)
+        # A nearer one does change some.
+        self.assertNotEqual(self.run_sizes(CROWD, toml.replace("REACH", "reach = 6\n"), 20, [(1, 1)]), seen[0])
+
     def test_all_bodies_and_obstacles_throw_shadows(self):
         self.write("wall.obj", "v 2 -1 -1\nv 2 1 -1\nv 2 1 2\nv 2 -1 2\nf 1 2 3\nf 1 3 4\n")
         free = 100 / (4 * math.pi * 5.5 ** 2)

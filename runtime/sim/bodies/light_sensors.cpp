@@ -43,6 +43,11 @@ bool is_lit(const physics::Scene& scene, const BodySurroundings& surroundings, c
 
 }  // namespace
 
+LightSensors::Lit::Lit(std::span<const Shining> all) : lamps(all) {
+    for (const Shining& lamp : lamps) reaching.add(lamp.place_m, lamp.reach_m);
+    reaching.sort();
+}
+
 LightSensors::LightSensors(const world::World& world)
     : threshold_(world.physics.sense.light), least_distance_m_(kLeastDistanceShare * 2 * world.radius) {
     for (const world::SensorOptions& sensor : world.physics.sensors) {
@@ -60,19 +65,23 @@ Result<void> LightSensors::start(const Subdomain& subdomain) {
 
 void LightSensors::sense(Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings,
                          std::span<const Shining> lamps) const {
+    const Lit lit(lamps);
     facts_.sense(
         subdomain, eyes_.size(),
-        [&](Catom c, std::size_t sensor) { return measure(subdomain, scene, surroundings, lamps, subdomain.ensemble.id(c), sensor); },
+        [&](Catom c, std::size_t sensor) { return measure(subdomain, scene, surroundings, lit, subdomain.ensemble.id(c), sensor); },
         [&](double last, double now) { return std::abs(now - last) > threshold_ * std::abs(last); });
 }
 
 // Of an isotropic lamp, power / (4 pi r^2) goes through an area that faces it, and less by the cosine (Lambert) through one that does not.
-double LightSensors::measure(const Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings,
-                             std::span<const Shining> lamps, std::uint64_t id, std::size_t number) const {
+double LightSensors::measure(const Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings, const Lit& lit,
+                             std::uint64_t id, std::size_t number) const {
     const Eye& eye = eyes_[number];
     const Mounted sensor = mounted(surroundings.body(id), id, eye.direction);
+    thread_local std::vector<std::uint32_t> near;
+    lit.reaching.find(sensor.place_m, near);
     double sum_w_m2 = 0;
-    for (const Shining& lamp : lamps) {
+    for (const std::uint32_t lamp_number : near) {
+        const Shining& lamp = lit.lamps[lamp_number];
         const physics::Vec3 way = lamp.place_m - sensor.place_m;
         const double ahead_m = dot(way, sensor.along), distance_m = length(way);
         if (!(ahead_m > 0) || distance_m > lamp.reach_m || !is_lit(scene, surroundings, sensor, lamp)) continue;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/collision/reach_grid.h"
 #include "physics/scene/scene.h"
 #include "runtime/sim/bodies/lamps.h"
 #include "runtime/sim/bodies/sensor_facts.h"
@@ -22,7 +23,8 @@ class LightSensors {
     bool active() const { return facts_.active(); }
     // The catoms of this process sense what the lamps shine on them. What is known is written again once it has changed by more than the
     // threshold. An error is drawn anew in each tick; of a body that rests it is the same for the same light, so a run comes to rest.
-    // Cost: a look at each lamp for each sensor of each catom, and a ray for each lamp that may shine on it, on all workers.
+    // Cost: sorting all lamps; for each sensor of each catom a look at the lamps that reach about as far as it, and a ray to each that may
+    // shine on it, on all workers. Lamps without a reach reach all.
     void sense(Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings,
                std::span<const Shining> lamps) const;
 
@@ -31,8 +33,14 @@ class LightSensors {
         physics::Vec3 direction;
         double noise_w_m2 = 0;
     };
-    double measure(const Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings,
-                   std::span<const Shining> lamps, std::uint64_t id, std::size_t sensor) const;
+    // The lamps, and which of them reach a place.
+    struct Lit {
+        explicit Lit(std::span<const Shining> all);
+        std::span<const Shining> lamps;
+        physics::ReachGrid reaching;
+    };
+    double measure(const Subdomain& subdomain, const physics::Scene& scene, const BodySurroundings& surroundings, const Lit& lit,
+                   std::uint64_t id, std::size_t sensor) const;
 
     std::vector<Eye> eyes_;
     double threshold_ = 0;  // A share of the former value.
