@@ -220,6 +220,42 @@ shape = "sphere"
                     # A server's picture may be an earlier one.
                     self.wait(lambda: abs(self.slenderness() / (4 if tall else 0.25) - 1) < 0.1)
 
+    def test_lamps_are_seen_where_they_stand(self):
+        """One beside a catom, one below the other, and one that is dark: served, shared, and without graphics."""
+        self.write("lit.meld", "setColor(A, 30, 30, 220) :- position(A, _, _, _).\n")
+        lamp = "[[motion.lamp]]\nposition = [{}, 0, {}]\n"
+        self.write("lit.toml", '[[body]]\npositions = [[-3, 0, 0], [3, 0, 0]]\n[motion]\nkind = "bodies"\ngravity = [0, 0, 0]\n' +
+                   lamp.format(0, 1) + lamp.format(0, -1) + lamp.format(1.5, 0) + "share = 0\n" + '[[motion.lamp]]\nwhere = "id == 0"\n')
+        for how in ("served", "served #images", "shared #images"):
+            with self.subTest(how=how):
+                after = how.partition(" ")[2]
+                if how.startswith("served"):
+                    self.open(self.view("lit.meld") + after)
+                    self.command("to 1")
+                else:
+                    self.share("--ticks", "1", program="lit.meld", after=after)
+                    self.to(1)
+                self.run_js("const {stage} = viewer; Object.assign(stage.view, {azimuth: -90, elevation: 0, angle: 0, height: 4});"
+                            "stage.view.update(); stage.draw()")
+                wanted = self.run_js("return [[0, 0, 1], [0, 0, -1]].map((at) => viewer.stage.view.project(...at)).map(({x, y}) => [x, y])")
+                self.wait(lambda: self.yellow())
+                middles = self.yellow()
+                self.assertEqual(len(middles), 2, middles)
+                for (x, y), (u, v) in zip(wanted, middles):
+                    self.assertLess(abs(x - u) + abs(y - v), 6, (wanted, middles))
+
+    def yellow(self):
+        """The middles of what is as yellow as lamps are, in the upper and in the lower half of the picture."""
+        pixels = self.pixels()
+        yellow = (abs(pixels - [255, 198, 26]) < 12).all(axis=2)
+        half = len(yellow) // 2
+        found = []
+        for first, part in ((0, yellow[:half]), (half, yellow[half:])):
+            rows, columns = np.nonzero(part)
+            if len(rows) > 50:
+                found.append((columns.mean(), first + rows.mean()))
+        return found
+
     def slenderness(self):
         """The rows that the catoms fill, which are red, for each column."""
         pixels = self.pixels()

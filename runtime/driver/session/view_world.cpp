@@ -12,6 +12,7 @@
 #include "runtime/driver/setup/memory_check.h"
 #include "runtime/driver/setup/memory_need.h"
 #include "runtime/show/picture/frame.h"
+#include "runtime/show/picture/lamps.h"
 #include "runtime/show/picture/obstacles.h"
 #include "runtime/show/picture/stage.h"
 #include "runtime/show/view/scene/block.h"
@@ -66,6 +67,7 @@ picture::Frame preview(const world::World& world, const world::Lattice& lattice,
     }
     for (const world::PlacedCatom& placed : world.placed) put(world::nearest_cell(placed.position), placed.position);
     if (world.is_free()) picture::add_obstacles(world, out.scene);
+    picture::add_lamps(world, out.scene);
     out.catoms = out.ids.size();
     out.scene.colours.resize(out.ids.size());
     out.scene.form = world.is_free() ? render::Form::Sphere : picture::form_of(world.lattice);

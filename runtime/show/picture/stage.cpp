@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "runtime/show/picture/joints.h"
+#include "runtime/show/picture/lamps.h"
 #include "runtime/show/picture/obstacles.h"
 #include "runtime/world/description/compounds.h"
 
@@ -122,6 +123,7 @@ void Stage::uncover_lines() {
 void Stage::surround() {
     render::Scene& scene = frame.scene;
     add_obstacles(world_, scene);
+    add_lamps(world_, scene);
     add_joints(drawn_, places_, scene);
     if (!look_.ground || scene.places.empty()) return;
     float lowest = std::numeric_limits<float>::infinity();

@@ -35,7 +35,7 @@ class Stage {
     void call_out(const Callout& callout);
     // Lines go between the middles of catoms, where nobody would see them: catoms get smaller, or the lines go above them.
     void uncover_lines();
-    // The floor, the obstacles, and the joints between catoms that are shown.
+    // The floor, the obstacles, the lamps that stand somewhere, and the joints between catoms that are shown.
     void surround();
 
     Frame frame = {};

@@ -19,7 +19,7 @@ namespace meld::render {
 namespace {
 
 // Of geometries in an Embree scene.
-constexpr unsigned kCatoms = 0, kStrokes = 1, kObstacles = 2;
+constexpr unsigned kCatoms = 0, kStrokes = 1, kObstacles = 2, kLamps = 3;
 
 // Beyond this share of half a cube its faces bend towards its edges, so that cubes that touch can be told apart.
 constexpr float kEdge = 0.86F;
@@ -307,6 +307,17 @@ struct Geometry::Parts {
         }
         return add(triangles, kObstacles) && enough;
     }
+    bool add_lamps() {
+        const std::size_t count = scene.lamps.size();
+        if (count == 0) return true;
+        RTCGeometry points = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+        auto* const balls = room<std::array<float, 4>>(points, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, count);
+        for (std::size_t i = 0; balls != nullptr && i < count; ++i) {
+            const auto& [at, radius] = scene.lamps[i];
+            balls[i] = {at.x(), at.y(), at.z(), radius};
+        }
+        return add(points, kLamps) && balls != nullptr;
+    }
     bool fill() {
         rays = rtcNewScene(device);
         if (rays == nullptr) return false;
@@ -319,7 +330,7 @@ struct Geometry::Parts {
                             : scene.form == Form::Hexagon ? add_faces(hexagons_of(scene))
                             : scene.form == Form::Rounded ? add_rounded()
                                                           : add_points();
-        if (!catoms || !add_strokes() || !add_obstacles()) return false;
+        if (!catoms || !add_strokes() || !add_obstacles() || !add_lamps()) return false;
         rtcCommitScene(rays);
         return rtcGetDeviceError(device) == RTC_ERROR_NONE;
     }
@@ -358,6 +369,8 @@ Geometry::Hit Geometry::seen_by(const Ray& ray, float distance, Vec normal, std:
     // One thing: between its triangles there are no edges to be seen.
     if (geometry == kObstacles)
         return {distance, normal, kObstacle, static_cast<std::uint32_t>(scene.places.size() + scene.strokes.size())};
+    if (geometry == kLamps)
+        return {distance, normal, kLamp, static_cast<std::uint32_t>(scene.places.size() + scene.strokes.size() + 1), true};
     const std::uint32_t catom = parts_->owners.empty() ? primitive : parts_->owners[primitive];
     if (scene.form == Form::Cube && scene.rounded.empty())
         normal = bent(normal, ray.from + distance * ray.along - scene.places[catom], scene.diameter(catom) / 2);

@@ -29,7 +29,8 @@ class Geometry {
         float distance;
         Vec normal;  // Towards where the ray came from; of length 1.
         Rgb colour;
-        std::uint32_t thing;  // The number of the place, behind them that of the stroke, and then one for all obstacles.
+        std::uint32_t thing;  // The number of the place, behind them that of the stroke, then one for all obstacles and one for all lamps.
+        bool shines = false;
     };
     // What each ray meets first. Any thread may ask. Cost: some 0.1 us a ray; less if rays beside each other in the list are close together
     // and go the same way, as up to 16 go together.

@@ -115,6 +115,7 @@ class Painter {
         Vec at = Vec::Zero(), normal = Vec::UnitZ();
         std::uint32_t pixel = 0, sample = 0;
         std::optional<Rgb> colour = {};  // None: the floor.
+        bool shines = false;
     };
     // Room for the rays of a tile, so that they can be followed together.
     struct Room {
@@ -141,7 +142,8 @@ class Painter {
             // What a line covers is black; so it adds to how much of the pixel is filled, and nothing to the light.
             const float line = room.lines.empty() ? 0 : std::exchange(room.lines[place.pixel * count_ + place.sample], 0);
             if (place.colour) {
-                seen.light.head<3>() += (1 - line) * linear(*place.colour) * light(place.normal, room.sky[i], room.sun[i]);
+                const float falls_on = place.shines ? 1 : light(place.normal, room.sky[i], room.sun[i]);
+                seen.light.head<3>() += (1 - line) * linear(*place.colour) * falls_on;
                 seen.light.w() += 1;
             } else {
                 seen.light.w() += line + (1 - line) * shade_of_floor(room.sky[i], room.sun[i]);
@@ -181,6 +183,7 @@ class Painter {
                 place.at = ray.from + hit->distance * ray.along + kOff * hit->normal;
                 place.normal = hit->normal;
                 place.colour = hit->colour;
+                place.shines = hit->shines;
             } else {
                 const float way = scene_.ground ? (*scene_.ground - ray.from.z()) / ray.along.z() : -1;
                 if (!(way > 0) || !std::isfinite(way)) continue;

@@ -53,6 +53,13 @@ struct Note {
 using Triangle = std::array<Vec, 3>;
 inline constexpr Rgb kObstacle = {205, 200, 190};
 
+// A ball that is as bright from all sides.
+struct Lamp {
+    Vec at = Vec::Zero();
+    float radius = 0.2F;
+};
+inline constexpr Rgb kLamp = {255, 198, 26};
+
 // A body that is no sphere: a box, a cylinder or a line, all that is within a radius of it, and how it is turned.
 struct RoundedBody {
     Vec core = Vec::Zero();  // Half of its edges; (radius, 0, half height): a cylinder.
@@ -93,6 +100,7 @@ struct Scene {
     std::vector<Note> callouts = {};  // Written beside the picture, with a line to the place.
     std::vector<Vec> ways = {};       // From a catom to its neighbours on a lattice that fills space; of no use: empty.
     std::vector<Triangle> obstacles = {};
+    std::vector<Lamp> lamps = {};
     std::optional<float> ground = {};  // The height of a floor, which shows shadows only.
 
     // Calls f(middle, body) for what the body at a place consists of, where there are bodies that are no spheres: mostly for itself.

@@ -71,6 +71,17 @@ TEST(Paint, DarkensWhatIsInTheShade) {
     EXPECT_LT(seen.at({1, 0, 0}).g + 20, seen.at({-5, -5, 0}).g);
 }
 
+TEST(Paint, ShowsLampsAsBrightInTheShadeAsOutOfIt) {
+    // Beneath a roof, in the open, and behind a cube.
+    Scene scene{.form = Form::Cube, .places = {Vec(0, 0, 2), Vec(4, 0, 0)}, .diameters = {3, 1}, .colours = {{90, 90, 90}, {90, 90, 90}}};
+    scene.lamps = {{Vec(0, 0, 0), 0.4F}, {Vec(2.4F, 0, 0), 0.4F}, {Vec(4, 3, 0), 0.4F}};
+    const Seen seen = see(scene, {.azimuth_deg = -90, .elevation_deg = 0, .angle_deg = 0});
+    EXPECT_EQ(seen.at({0, 0, 0}), kLamp);
+    EXPECT_EQ(seen.at({2.4F, 0, 0}), kLamp);
+    EXPECT_NE(seen.at({4, 0, 0}), kLamp);
+    EXPECT_EQ(seen.at({0.7F, 0, 0}), (Rgb{255, 255, 255}));
+}
+
 TEST(Paint, IsTransparentWhereThereIsNothing) {
     const Seen seen = see(three_in_a_row(), kAbove, std::nullopt);
     EXPECT_EQ(seen.painted.image.pixels.front(), 0U);

@@ -106,6 +106,13 @@ TEST(FrameBlock, HasLinesBeforeArrowsAndLabelsWithTheirCatoms) {
     EXPECT_TRUE(in.done());
 }
 
+TEST(FrameWords, HasLampsWhereThereAreAny) {
+    picture::Frame frame;
+    frame.scene.lamps = {{render::Vec(1, -2, 3)}, {render::Vec(0, 0, 0.5F), 0.25F}};
+    EXPECT_EQ(frame_words(frame, {})["lamps"][1].dump(), "[0.0,0.0,0.5,0.25]");
+    EXPECT_EQ(frame_words(frame, {})["lamps"].size(), 2U);
+}
+
 TEST(FrameWords, HasTheBoundsAndWhatColoursMean) {
     const render::Legend kinds{.title = "name", .kinds = {{"first", {255, 0, 16}}}};
     EXPECT_EQ(frame_words(two_catoms(), kinds).dump(),

@@ -7,7 +7,7 @@ export const BODY = 5;
 export function emptyFrame() {
     return {tick: 0, count: 0, form: 0, positions: new Float32Array(0), diameters: new Float32Array(0), ids: new Float64Array(0),
         colours: new Uint8Array(0), lines: noStrokes(), arrows: noStrokes(), labels: [], triangles: new Float32Array(0), covers: null,
-        bodies: null, compounds: [], valueOf: () => undefined};
+        bodies: null, compounds: [], lamps: [], valueOf: () => undefined};
 }
 
 export const noStrokes = () => ({count: 0, ends: new Float32Array(0), colours: new Uint8Array(0)});
@@ -66,13 +66,14 @@ export class Reader {
     }
 }
 
-// `names` are the words that catoms may be coloured by, `compounds` the lists of their solids.
-export function parseBlock(buffer, names = [], compounds = []) {
+// Of what goes with it, `names` are the words that catoms may be coloured by, `compounds` the lists of their solids, and `lamps` those that
+// stand somewhere: x, y, z and the radius.
+export function parseBlock(buffer, {names = [], compounds = [], lamps = []} = {}) {
     const read = new Reader(buffer);
     const [magic, version, tickLow, tickHigh, count, flags, lines, arrows, labels, form, triangles] = read.words(16);
     if (magic !== MAGIC || version !== 2) throw {message: "The server speaks of frames in another way than this page",
         hint: "Load the page again"};
-    const frame = {tick: tickLow + tickHigh * 4294967296, count, form, compounds};
+    const frame = {tick: tickLow + tickHigh * 4294967296, count, form, compounds, lamps};
     frame.positions = read.floats(3 * count);
     frame.diameters = read.floats(count);
     const low = read.words(count);

@@ -2,6 +2,7 @@
 import {Quaternion, Vector3} from "three";
 
 import {BODY} from "./block.js";
+import {LAMP} from "./lamps.js";
 import {solidsOf} from "./solids.js";
 
 const SIDES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
@@ -16,6 +17,9 @@ function cornersOf(side) {
     const u = [side[1], side[2], side[0]], v = [side[2], side[0], side[1]];
     return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) => side.map((x, i) => (x + a * u[i] + b * v[i]) / 2));
 }
+
+// Pixels to a diameter, there.
+const pixelsAt = (view, at) => view.parallel ? 1 / view.pixel : view.pixels / (2 * view.tangent * at.depth);
 
 export class Sketch {
     constructor(canvas) {
@@ -42,6 +46,10 @@ export class Sketch {
             if (ends.every(({depth}) => depth > 0)) things.push({depth: Math.max(...ends.map(({depth}) => depth)),
                 draw: () => this.fill(ends, dark ? "#4a4a4a" : "#ddd9d0")});
         }
+        for (const [x, y, z, radius] of frame.lamps) {
+            const at = view.project(x, y, z);
+            if (at.depth > 0) things.push({depth: at.depth, draw: () => this.lamp(view, at, radius)});
+        }
         things.sort((a, b) => b.depth - a.depth);
         for (const {draw} of things) draw();
         this.strokes(frame.lines, view, false);
@@ -51,8 +59,7 @@ export class Sketch {
     catom({frame, view, size}, place, at, marked) {
         const {pen} = this, p = frame.positions, diameter = frame.diameters[place] * size;
         const rgb = frame.colours.subarray(4 * place, 4 * place + 3);
-        // Pixels to a diameter, there.
-        const scale = view.parallel ? 1 / view.pixel : view.pixels / (2 * view.tangent * at.depth);
+        const scale = pixelsAt(view, at);
         pen.strokeStyle = marked ? "#ff591a" : css(rgb, 0.6);
         pen.lineWidth = marked ? 2.5 : 0.7;
         if (frame.form === BODY && this.body({frame, view, size}, place, rgb, scale)) return;
@@ -80,6 +87,14 @@ export class Sketch {
         pen.beginPath();
         pen.arc(at.x - radius * 0.25, at.y - radius * 0.3, radius * 0.5, 0, 2 * Math.PI);
         pen.fillStyle = css(rgb, 1.12);
+        pen.fill();
+    }
+
+    lamp(view, at, radius) {
+        const {pen} = this;
+        pen.beginPath();
+        pen.arc(at.x, at.y, Math.max(1.5, radius * pixelsAt(view, at)), 0, 2 * Math.PI);
+        pen.fillStyle = LAMP;
         pen.fill();
     }
 

@@ -87,7 +87,7 @@ export class ServerSource {
 
     async frame(look, tick) {
         const words = await this.request("frame", {look, values: true, ...(tick === undefined ? {} : {tick})});
-        return {words, frame: parseBlock(words.bytes, words.names, words.compounds)};
+        return {words, frame: parseBlock(words.bytes, words)};
     }
 
     command(line) { return this.request("command", {line}); }
@@ -101,7 +101,7 @@ export class ServerSource {
     // With its catoms, if they are few enough to be shown.
     async worldOf(asked) {
         const said = await asked;
-        return {...said, frame: said.bytes ? parseBlock(said.bytes, [], said.compounds) : null};
+        return {...said, frame: said.bytes ? parseBlock(said.bytes, {compounds: said.compounds, lamps: said.lamps}) : null};
     }
     // Ends what the server is doing; that says so itself.
     interrupt() { this.socket.send(JSON.stringify({do: "interrupt"})); }

@@ -205,7 +205,8 @@ export class ShareSource {
         const state = await this.state(piece, within);
         this.shown = state;
         const colours = this.painted(state);
-        const frame = {...state, compounds: this.head.compounds || [], form: state.bodies ? BODY : this.head.form, colours,
+        const {compounds = [], lamps = []} = this.head;
+        const frame = {...state, compounds, lamps, form: state.bodies ? BODY : this.head.form, colours,
             valueOf: (place) => this.value(state.values[place])};
         const bounds = boundsOf(frame);
         return {words: {tick: state.tick, catoms: state.catoms, shown: state.count, legend: this.head.legend,

@@ -8,6 +8,7 @@ import {Catoms, met} from "./catoms.js";
 import {coverOf} from "./occlusion.js";
 import {h} from "./dom.js";
 import {Labels} from "./labels.js";
+import {Lamps} from "./lamps.js";
 import {Obstacles} from "./obstacles.js";
 import {Sketch} from "./sketch.js";
 import {Strokes} from "./strokes.js";
@@ -114,6 +115,7 @@ export class Stage {
         this.catoms = new Catoms(this.scene);
         this.strokes = new Strokes(this.scene);
         this.obstacles = new Obstacles(this.scene);
+        this.lamps = new Lamps(this.scene);
         this.catoms.shape(0);
     }
 
@@ -174,6 +176,7 @@ export class Stage {
             this.catoms.show(frame, drawn, cover);
             this.strokes.show(frame, this.dark);
             this.obstacles.show(frame, this.dark);
+            this.lamps.show(frame);
         }
         this.kept = kept;
         this.shown = kept.length === frame.count ? null : new Set(kept);

@@ -181,6 +181,12 @@ ordered_json compounds_json(const render::Scene& scene) {
     return out;
 }
 
+ordered_json lamps_json(const render::Scene& scene) {
+    ordered_json out = ordered_json::array();
+    for (const auto& [at, radius] : scene.lamps) out.push_back({at.x(), at.y(), at.z(), radius});
+    return out;
+}
+
 ordered_json legend_json(const std::optional<render::Legend>& legend) {
     if (!legend) return nullptr;
     ordered_json out{{"title", legend->title}};
@@ -211,6 +217,7 @@ ordered_json frame_words(const picture::Frame& frame, const std::optional<render
                           {"legend", legend_json(legend)},
                           {"bounds", std::move(bounds)}};
     if (!frame.scene.compounds.empty()) words["compounds"] = compounds_json(frame.scene);
+    if (!frame.scene.lamps.empty()) words["lamps"] = lamps_json(frame.scene);
     return words;
 }
 

@@ -59,12 +59,15 @@ std::array<float, 4> core_of(const render::RoundedBody& body);
 // Of each compound a list of its solids: four numbers as core_of, the middle, and the rotation: x, y, z, w.
 nlohmann::ordered_json compounds_json(const render::Scene& scene);
 
+// Of each lamp x, y, z and its radius.
+nlohmann::ordered_json lamps_json(const render::Scene& scene);
+
 // Of each note the place in the scene of the catom that it is about.
 std::vector<std::uint32_t> catoms_of_notes(const render::Scene& scene);
 
 // What goes with it: `tick`, `catoms` (all there are), `shown`, `legend` (null, or as legend_json), and `bounds` of the middles of catoms:
 // the least and the greatest x, y, z; null without catoms.
-// Where there are compounds, also `compounds`, as compounds_json.
+// Where there are compounds, also `compounds`, as compounds_json; where there are lamps, `lamps`, as lamps_json.
 nlohmann::ordered_json frame_words(const picture::Frame& frame, const std::optional<render::Legend>& legend);
 
 // `title`, and `scale` (`low` and `high`, of many digits as texts; `whole`, `stops`: colours at equal distances) or `kinds` (of each name

@@ -149,6 +149,7 @@ class Page {
                              {"exact", std::move(meaning.colours)},
                              {"facts", options_.facts},
                              {"compounds", compounds_json(last.scene)},
+                             {"lamps", lamps_json(last.scene)},
                              {"look",
                               {{"colour", look.colour},
                                {"only", look.only},
