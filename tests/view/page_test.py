@@ -220,6 +220,20 @@ shape = "sphere"
                     # A server's picture may be an earlier one.
                     self.wait(lambda: abs(self.slenderness() / (4 if tall else 0.25) - 1) < 0.1)
 
+    def test_obstacles_and_the_floor_are_seen_without_webgl(self):
+        self.write("ball.meld", "setColor(A, 30, 30, 220) :- position(A, _, _, _).\n")
+        self.write("ball.toml", '[[body]]\npositions = [[-2, 0, 0.5], [2, 0, 0.5]]\n[motion]\nkind = "bodies"\nground = 0\n'
+                   '[[motion.obstacle]]\nkind = "sphere"\ncentre = [0, 0, 2]\ndiameter = 3\n')
+        self.share("--ticks", "1", program="ball.meld", after="#images")
+        self.to(1)
+        pixels = self.pixels()
+        above, below = self.run_js("""const {view} = viewer.stage;
+            return [3, 1].map((z) => view.project(0, -0.7, z)).map(({x, y}) => [x, y])""")
+        light, dark = (pixels[round(y), round(x)].sum() for x, y in (above, below))
+        self.assertGreater(light, dark + 60)
+        # Part of the floor is behind the eye.
+        self.assertLess(pixels[-5, [5, 200, -5]].max(), 235)
+
     def test_lamps_are_seen_where_they_stand(self):
         """One beside a catom, one below the other, and one that is dark: served, shared, and without graphics."""
         self.write("lit.meld", "setColor(A, 30, 30, 220) :- position(A, _, _, _).\n")

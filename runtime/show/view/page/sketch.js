@@ -2,6 +2,7 @@
 import {Quaternion, Vector3} from "three";
 
 import {BODY} from "./block.js";
+import {setSun} from "./catoms.js";
 import {LAMP} from "./lamps.js";
 import {solidsOf} from "./solids.js";
 
@@ -20,6 +21,30 @@ function cornersOf(side) {
 
 // Pixels to a diameter, there.
 const pixelsAt = (view, at) => view.parallel ? 1 / view.pixel : view.pixels / (2 * view.tangent * at.depth);
+
+// What of a polygon is before the eye, as it is seen.
+function inFront(corners, view) {
+    const near = 0.05, seen = corners.map((corner) => view.project(...corner)), out = [];
+    seen.forEach((here, i) => {
+        const next = (i + 1) % seen.length, {depth} = here, far = seen[next].depth;
+        if (depth > near) out.push(here);
+        if (depth > near === far > near) return;
+        const share = (near - depth) / (far - depth);
+        // A little farther, so that rounding does not put it behind the eye.
+        out.push(view.project(...corners[i].map((x, axis) => x + (1 + 1e-6) * share * (corners[next][axis] - x))));
+    });
+    return out;
+}
+
+// Of a triangle of an obstacle or a joint: as those that graphics draw (solidFragment in shaders.js).
+function shadeOf(corners, view, dark) {
+    const [a, b, c] = corners.map((corner) => new Vector3(...corner)), sun = new Vector3();
+    const normal = b.sub(a).cross(c.sub(a)).normalize();
+    if (normal.dot(view.forward) > 0) normal.negate();
+    setSun(sun, view);
+    const light = 0.74 * (0.72 + 0.28 * normal.z) + 0.4 * Math.max(0, normal.dot(sun));
+    return css(dark ? [77, 77, 77] : [204, 199, 191], light ** (1 / 2.2));
+}
 
 export class Sketch {
     constructor(canvas) {
@@ -41,10 +66,10 @@ export class Sketch {
         }
         const {triangles} = frame;
         for (let i = 0; i < triangles.length; i += 9) {
-            const ends = [0, 3, 6].map((from) => view.project(...triangles.subarray(i + from, i + from + 3)));
+            const corners = [0, 3, 6].map((from) => [...triangles.subarray(i + from, i + from + 3)]), ends = inFront(corners, view);
             // It is behind all that stands on it.
-            if (ends.every(({depth}) => depth > 0)) things.push({depth: Math.max(...ends.map(({depth}) => depth)),
-                draw: () => this.fill(ends, dark ? "#4a4a4a" : "#ddd9d0")});
+            if (ends.length > 2) things.push({depth: Math.max(...ends.map(({depth}) => depth)),
+                draw: () => this.facet(ends, shadeOf(corners, view, dark))});
         }
         for (const [x, y, z, radius] of frame.lamps) {
             const at = view.project(x, y, z);
@@ -77,17 +102,7 @@ export class Sketch {
             }
             return;
         }
-        const radius = Math.max(0.6, diameter * scale / 2);
-        pen.beginPath();
-        pen.arc(at.x, at.y, radius, 0, 2 * Math.PI);
-        pen.fillStyle = css(rgb, 0.88);
-        pen.fill();
-        if (radius > 2) pen.stroke();
-        if (frame.form !== SPHERE || radius < 3) return;
-        pen.beginPath();
-        pen.arc(at.x - radius * 0.25, at.y - radius * 0.3, radius * 0.5, 0, 2 * Math.PI);
-        pen.fillStyle = css(rgb, 1.12);
-        pen.fill();
+        this.ball(at, diameter * scale / 2, rgb, frame.form === SPHERE || frame.form === BODY);
     }
 
     lamp(view, at, radius) {
@@ -105,19 +120,25 @@ export class Sketch {
         const depth = ({at}) => stage.view.project(...at).depth, {strokeStyle, lineWidth} = this.pen;
         for (const solid of solids.sort((a, b) => depth(b) - depth(a))) {
             Object.assign(this.pen, {strokeStyle, lineWidth});
-            if (!this.solid(stage, solid, rgb, scale)) this.ball(stage.view.project(...solid.at), solid.body[3] * stage.size * scale, rgb);
+            if (!this.solid(stage, solid, rgb, scale))
+                this.ball(stage.view.project(...solid.at), solid.body[3] * stage.size * scale, rgb, true);
         }
         return true;
     }
 
-    // A ball of a compound; its radius in pixels.
-    ball(at, radius, rgb) {
+    // Its radius in pixels; a disc is a ball without a bright side.
+    ball(at, radius, rgb, bright) {
         const {pen} = this;
         pen.beginPath();
         pen.arc(at.x, at.y, Math.max(0.6, radius), 0, 2 * Math.PI);
         pen.fillStyle = css(rgb, 0.88);
         pen.fill();
         if (radius > 2) pen.stroke();
+        if (!bright || radius < 3) return;
+        pen.beginPath();
+        pen.arc(at.x - radius * 0.25, at.y - radius * 0.3, radius * 0.5, 0, 2 * Math.PI);
+        pen.fillStyle = css(rgb, 1.12);
+        pen.fill();
     }
 
     solid({view, size}, {at, body: [cx, cy, cz, rounding, ...turn]}, rgb, scale) {
@@ -179,6 +200,15 @@ export class Sketch {
         pen.closePath();
         pen.fillStyle = colour;
         pen.fill();
+    }
+
+    // One of many beside each other, between which nothing may shine through.
+    facet(ends, colour) {
+        const {pen} = this;
+        this.fill(ends, colour);
+        pen.strokeStyle = colour;
+        pen.lineWidth = 0.7;
+        pen.stroke();
     }
 
     strokes({count, ends, colours}, view, arrows) {
