@@ -15,6 +15,10 @@ struct StepTimes {
     double dt_s;
     int substeps;
     double substep_s() const { return dt_s / substeps; }
+    // When a substep of the step after this many others begins, s. The end of a step is the beginning of the next one, to the last bit.
+    double start_s(std::uint64_t tick, int substep) const {
+        return static_cast<double>(tick * static_cast<std::uint64_t>(substeps) + static_cast<std::uint64_t>(substep)) * substep_s();
+    }
 };
 
 struct Stage {

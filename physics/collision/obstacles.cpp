@@ -110,6 +110,12 @@ Result<std::uint32_t> Obstacles::add(Shape shape, std::uint8_t material) {
     return static_cast<std::uint32_t>(entries_.size() - 1);
 }
 
+void Obstacles::set_belt(std::size_t obstacle, Vec3 belt_m_s) {
+    MELD_EXPECT(obstacle < count() && entries_[obstacle].belt == 0, "obstacle {} of {}", obstacle, count());
+    belts_.push_back(belt_m_s);
+    entries_[obstacle].belt = belts_.size();
+}
+
 std::vector<Obstacles::Entry::Part> Obstacles::parts_of(const Shape& shape) {
     std::vector<Entry::Part> parts;
     const auto add = [&](const BodyShape& own, Vec3 centre, Quat turn) {

@@ -55,6 +55,13 @@ class Obstacles {
     // "plane", "box", "terrain" or "mesh"; of a solid "sphere", "capsule", "cylinder", "box" or "compound".
     std::string_view kind(std::size_t obstacle) const;
     std::uint8_t material(std::size_t obstacle) const { return entries_[obstacle].material; }
+    // Its surface runs round it like a belt round its rollers, about this vector, right-handed: where the outward normal is n, what touches
+    // it feels the velocity belt x n, m/s, which is always along the surface. Once for an obstacle, and not by 0.
+    void set_belt(std::size_t obstacle, Vec3 belt_m_s);
+    // Obstacles with belts are numbered from 1, in the order of set_belt; 0 for the others.
+    std::size_t belt(std::size_t obstacle) const { return entries_[obstacle].belt; }
+    // By number, from 0.
+    std::span<const Vec3> belts() const { return belts_; }
     // How many contacts with this obstacle a body can have.
     int parts(std::size_t obstacle) const;
     // Whether a sphere that touches it may meet another part of it ahead.
@@ -111,6 +118,7 @@ class Obstacles {
             PlacedSolid placed;
         };
         std::vector<Part> parts = {};
+        std::size_t belt = 0;
     };
     static std::vector<Entry::Part> parts_of(const Shape& shape);
     int collide_sphere(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
@@ -118,6 +126,7 @@ class Obstacles {
     std::optional<SurfaceContact> meet_solids(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const;
     struct Geometries;
     std::vector<Entry> entries_;
+    std::vector<Vec3> belts_;
     std::vector<std::unique_ptr<Geometries>> geometries_;
 };
 

@@ -74,6 +74,7 @@ class HashEngine final : public Engine {
 
     void structure_changed() override { removed_ = true; }
     void body_changed(std::uint32_t, bool) override {}
+    void gravity_changed() override {}
     void state_restored() override { contacts_.clear(); }
     void each_contact(const ContactVisitor& visit) const override {
         std::for_each(log_.contacts().begin(), log_.contacts().end(), std::cref(visit));

@@ -70,6 +70,16 @@ void resist_turning(dSurfaceParameters& surface, const Material& one, const Mate
     surface.rhoN = static_cast<double>(common_spinning_m(one, other));
 }
 
+// The belt of an obstacle takes along the body, which is ODE's first. ODE's normal leads out of the obstacle.
+void move_belt(dContact& contact, Vec3 belt_m_s) {
+    const Vec3 along = cross(belt_m_s, {contact.geom.normal[0], contact.geom.normal[1], contact.geom.normal[2]});
+    const double speed = length(along);
+    if (speed == 0) return;
+    contact.surface.mode |= dContactFDir1 | dContactMotion1;
+    contact.surface.motion1 = speed;
+    contact.fdir1[0] = along.x / speed, contact.fdir1[1] = along.y / speed, contact.fdir1[2] = along.z / speed;
+}
+
 class OdeEngine final : public Engine {
   public:
     explicit OdeEngine(World& world) : world_(world) {}
@@ -100,9 +110,14 @@ class OdeEngine final : public Engine {
             min_bounce_speed_ = static_cast<double>(rules_for(world_.settings, times, world_.smallest_diameter_m()).bounce.min_speed);
             // ODE shuffles contacts with random numbers of its own, which other scenes draw too.
             dRandSetSeed(seed_);
+            const Vec3 gravity = world_.settings.gravity_m_s2;
+            dWorldSetGravity(mirror_->world, gravity.x, gravity.y, gravity.z);
             for (int substep = 0; substep < times.substeps; ++substep) {
+                const double from_s = times.start_s(world_.tick, substep), to_s = times.start_s(world_.tick, substep + 1);
+                prescribe_velocities(from_s, to_s);
                 step_once(times.substep_s(), substep + 1 == times.substeps);
                 copy_out();
+                prescribe_places(to_s);
                 // A body that flies away must not reach ODE's space, whose boxes would contain NaN.
                 if (auto fine = world_.check_speeds(); !fine) return tl::unexpected(fine.error());
             }
@@ -122,6 +137,7 @@ class OdeEngine final : public Engine {
 
     void structure_changed() override { mirror_.reset(), changed_ = true; }
     void body_changed(std::uint32_t, bool) override { stale_ = true; }
+    void gravity_changed() override {}
     void state_restored() override {
         stale_ = true;
         world_.joints.forget_step();
@@ -378,21 +394,34 @@ class OdeEngine final : public Engine {
         }
     }
 
-    void copy_in() {
+    void copy_in(std::uint32_t slot) {
         const Bodies& bodies = world_.bodies;
         const auto d = [](float value) { return static_cast<double>(value); };
-        for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
-            const dBodyID body = mirror_->bodies[slot];
-            const Place& p = bodies.place[slot];
-            const Orientation& t = bodies.orientation[slot];
-            const BodyVelocity& m = bodies.velocity[slot];
-            dBodySetPosition(body, p.x, p.y, p.z);
-            const dQuaternion q = {d(t.w), d(t.x), d(t.y), d(t.z)};
-            dBodySetQuaternion(body, q);
-            dBodySetLinearVel(body, d(m.linear[0]), d(m.linear[1]), d(m.linear[2]));
-            dBodySetAngularVel(body, d(m.surface[0]) / p.radius, d(m.surface[1]) / p.radius, d(m.surface[2]) / p.radius);
-        }
+        const dBodyID body = mirror_->bodies[slot];
+        const Place& p = bodies.place[slot];
+        const Orientation& t = bodies.orientation[slot];
+        const BodyVelocity& m = bodies.velocity[slot];
+        dBodySetPosition(body, p.x, p.y, p.z);
+        const dQuaternion q = {d(t.w), d(t.x), d(t.y), d(t.z)};
+        dBodySetQuaternion(body, q);
+        dBodySetLinearVel(body, d(m.linear[0]), d(m.linear[1]), d(m.linear[2]));
+        dBodySetAngularVel(body, d(m.surface[0]) / p.radius, d(m.surface[1]) / p.radius, d(m.surface[2]) / p.radius);
+    }
+    void copy_in() {
+        for (std::uint32_t slot = 0; slot < world_.bodies.count(); ++slot) copy_in(slot);
         stale_ = false;
+    }
+
+    // Before a substep; after it bodies are exactly where their motions say.
+    void prescribe_velocities(double from_s, double to_s) {
+        if (world_.prescribed.empty()) return;
+        world_.prescribed.set_velocities(world_.bodies, world_.composites, from_s, to_s);
+        world_.prescribed.each_slot(world_.bodies, [&](std::uint32_t slot) { copy_in(slot); });
+    }
+    void prescribe_places(double time_s) {
+        if (world_.prescribed.empty()) return;
+        world_.prescribed.place(world_.bodies, world_.composites, time_s);
+        world_.prescribed.each_slot(world_.bodies, [&](std::uint32_t slot) { copy_in(slot); });
     }
 
     void copy_out() {
@@ -528,6 +557,8 @@ class OdeEngine final : public Engine {
                 contact.surface.bounce = restitution;
                 contact.surface.bounce_vel = min_bounce_speed_;
             }
+            if (!body_b && world_.obstacles.belt(index_of(b)) != 0)
+                move_belt(contact, world_.obstacles.belts()[world_.obstacles.belt(index_of(b)) - 1]);
             resist_turning(contact.surface, world_.materials[first.material], world_.materials[other]);
             const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
             dJointAttach(joint, body_a, body_b);

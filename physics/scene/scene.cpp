@@ -156,6 +156,44 @@ Result<std::uint32_t> Scene::add_obstacle(Shape shape, std::uint8_t material) {
     return added;
 }
 
+Result<std::uint32_t> Scene::add_motion(const PrescribedMotion& motion) {
+    const Vec3 vectors[] = {motion.swing_m, motion.tilt_rad, motion.spin_rad_s, motion.pivot_m.value_or(Vec3{})};
+    if (!std::ranges::all_of(vectors, is_finite) || !(motion.frequency_hz >= 0) || !std::isfinite(motion.frequency_hz + motion.phase_rad))
+        return fail("a prescribed motion has numbers that are not finite, or a frequency below 0", "Give other numbers");
+    if (world_->settings.engine == EngineKind::Hash)
+        return fail("the engine Hash has no prescribed motions", "Use the engine Blocks or Ode");
+    return world_->prescribed.add(motion);
+}
+
+Result<void> Scene::prescribe(BodyId body, std::uint32_t motion, const PrescribedMotion::Place& start) {
+    if (motion >= world_->prescribed.motion_count()) return fail(fmt::format("there is no motion {}", motion), "Add it first");
+    if (has(body) && (world_->bodies.properties[slot(body)].flags & kFixed) == 0)
+        return fail(fmt::format("body {} has a prescribed motion, but is not fixed", body), "Make it a fixed body");
+    world_->prescribed.prescribe(body, motion, start);
+    return {};
+}
+
+Result<void> Scene::set_belt(std::uint32_t obstacle, Vec3 belt_m_s) {
+    if (obstacle >= world_->obstacles.count()) return fail(fmt::format("there is no obstacle {}", obstacle), "Add it first");
+    if (!is_finite(belt_m_s)) return fail("the velocity of a belt is not finite", "Give other numbers");
+    if (belt_m_s == Vec3{}) return {};
+    if (world_->settings.engine == EngineKind::Hash) return fail("the engine Hash has no belts", "Use the engine Blocks or Ode");
+    if (world_->obstacles.belt(obstacle) != 0) return fail(fmt::format("obstacle {} has a belt already", obstacle), "Give one only");
+    world_->obstacles.set_belt(obstacle, belt_m_s);
+    engine_->structure_changed();
+    return {};
+}
+
+Result<void> Scene::set_gravity(Vec3 gravity_m_s2) {
+    if (!is_finite(gravity_m_s2)) return fail("gravity is not finite", "Give other numbers");
+    if (world_->settings.gravity_m_s2 == gravity_m_s2) return {};
+    world_->settings.gravity_m_s2 = gravity_m_s2;
+    engine_->gravity_changed();
+    return {};
+}
+
+Vec3 Scene::gravity_m_s2() const { return world_->settings.gravity_m_s2; }
+
 Result<std::uint16_t> Scene::add_feature_table(std::vector<Feature> features) {
     if (world_->tables.size() == kMaxTables) return fail(fmt::format("there are already {} feature tables", kMaxTables));
     auto checked = check_features(std::move(features));

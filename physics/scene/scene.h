@@ -21,6 +21,7 @@
 #include "physics/bodies/actuation.h"
 #include "physics/bodies/body_shape.h"
 #include "physics/bodies/material.h"
+#include "physics/bodies/prescribed_motion.h"
 #include "physics/bodies/reports.h"
 #include "physics/bodies/settings.h"
 #include "physics/bodies/symmetric.h"
@@ -109,12 +110,25 @@ class Scene {
     Result<std::uint8_t> add_material(Material material);
     Result<std::uint32_t> add_obstacle(Shape shape, std::uint8_t material);
     Result<std::uint16_t> add_feature_table(std::vector<Feature> features);
+    // Prescribed motions: from the first step on, if all have the same length and substeps, a fixed body is where its motion says, and what
+    // touches it feels its velocity. Given to all subdomains alike, whether the body is here or not; a new scene for a snapshot has the
+    // same ones. `start`: where the body is before the first step. Not with the engine Hash. Errors: a number that is not finite, a
+    // frequency below 0. Cost of a substep: in proportion to such bodies.
+    Result<std::uint32_t> add_motion(const PrescribedMotion& motion);
+    Result<void> prescribe(BodyId body, std::uint32_t motion, const PrescribedMotion::Place& start);
+    // The surface of an obstacle runs round about this vector and takes along what touches it (Obstacles::set_belt), m/s; nothing if it is
+    // 0. Once for an obstacle, and not with the engine Hash.
+    Result<void> set_belt(std::uint32_t obstacle, Vec3 belt_m_s);
     // Reserves memory for `bodies` bodies with ids below `ids`, so that arrays need not grow.
     void reserve(std::size_t bodies, std::size_t ids);
     Result<void> add_body(const BodySpec& spec);
     // A body that another subdomain has, to which joints lead from here; before the world is divided (subdomain.h).
     Result<void> add_ghost(const BodySpec& spec);
     Result<void> remove_body(BodyId body);
+
+    // From the next step on; on all subdomains alike. Wakes all bodies, unless it is the present gravity. Errors: it is not finite.
+    Result<void> set_gravity(Vec3 gravity_m_s2);
+    Vec3 gravity_m_s2() const;
 
     // Acting. A wrench stays until it is set again; setting it wakes the body.
     Result<void> set_state(BodyId body, const BodyState& state);

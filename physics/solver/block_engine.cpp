@@ -289,6 +289,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     // What ended when bodies migrated has been noted.
     if (!cached_) world_.events.clear();
     rebuilt_in_step_ = false;
+    substep_ = 0;
     rows_.forget_velocities();
     count_still_ticks(times.dt_s);
     if (divided())
@@ -300,6 +301,7 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
     }
     if (rebuild_ || list_is_old(times))
         if (auto built = rebuild(times, workers); !built) return built;
+    prescribe_velocities(times, workers);
     keep_last_good(workers);
     world_.composites.keep();
     begin_loads();
@@ -467,7 +469,10 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
         state.drift_squared = moved.drift_squared;
         if (!(moved.speed_squared <= limit)) fine = false;
     });
+    prescribe_places(times);
     world_.composites.place_members(world_.bodies, workers);
+    ++substep_;
+    prescribe_velocities(times, workers);
     if (!world_.shapes.empty() && !world_.composites.all().empty())
         for_blocks(awake_, workers, [&](int, std::uint32_t block) {
             shape_contacts_.turn(shape_setup(), grid_.blocks()[block].first, grid_.blocks()[block].count);

@@ -45,6 +45,7 @@ class BlockEngine final : public Engine {
     Result<StepReport> step(const StepTimes& times, Workers& workers) override;
     void structure_changed() override { rebuild_ = true; }
     void body_changed(std::uint32_t slot, bool moved) override;
+    void gravity_changed() override;
     void state_restored() override;
     bool asleep(std::uint32_t slot) const override;
     bool divided() const override { return static_cast<bool>(owns_); }
@@ -146,7 +147,7 @@ class BlockEngine final : public Engine {
     bool turns_or_speeds_up(std::uint32_t block, double still_speed_m_s) const;
     // The stillness of a new block's bodies.
     void resume_stillness(BlockState& state, std::uint16_t still_ticks) const;
-    bool has_moving_fixed_body(const Block& block) const;
+    bool has_moving_fixed_body(std::uint32_t block) const;
     void note_stillness();
     // Slots have changed: drops what is stored by block.
     void forget_blocks();
@@ -201,6 +202,11 @@ class BlockEngine final : public Engine {
     // Friction against rolling and spinning (turning/turning_friction.cpp), if some material has it.
     void lay_out_turning_friction(Workers& workers);
     void resist_turning(std::uint32_t block, const SweepRule& rule, float step_s);
+    // Prescribed motions: the velocities in a substep that begins, and the places at its end (motions/block_motions.cpp).
+    void prescribe_velocities(const StepTimes& times, Workers& workers);
+    void prescribe_places(const StepTimes& times);
+    // Whether a body is so near to an obstacle with a belt that it may touch it.
+    bool is_by_belt(std::uint32_t block) const;
     // Bodies with shapes (block_shapes.cpp).
     ShapeContacts::Setup shape_setup() const;
     void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers);
@@ -267,6 +273,8 @@ class BlockEngine final : public Engine {
     Loading loading_;
     bool composites_fine_ = true, joints_fine_ = true;
     bool cached_ = false;
+    // Those of the present step that are over.
+    int substep_ = 0;
     // In a divided world: composites have been made anew before the step; copies must take their mean when those of all are here.
     bool recomposed_before_ = false, average_due_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;

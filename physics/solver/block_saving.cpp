@@ -172,7 +172,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         !std::ranges::equal(order, std::views::iota(std::uint32_t{0}, static_cast<std::uint32_t>(order.size()))))
         bodies.permute(order, workers, blocks.size());
     grid_.restore(loading_.shape, blocks, workers);
-    Contacts::add_motionless(bodies, blocks.size());
+    Contacts::add_motionless(bodies, world_.obstacles, blocks.size());
     if (!composites_loaded()) return damaged_snapshot("has invalid connections");
     if (auto settled = world_.joints.settle(world_.movers()); !settled) return settled;
     states_.clear(), cages_.clear();

@@ -222,10 +222,14 @@ void BlockEngine::resume_stillness(BlockState& state, std::uint16_t still_ticks)
     state.first_speed_squared = long_still ? std::numeric_limits<float>::max() : 0;
 }
 
-bool BlockEngine::has_moving_fixed_body(const Block& block) const {
+bool BlockEngine::has_moving_fixed_body(std::uint32_t index) const {
+    const Block& block = grid_.blocks()[index];
     const Bodies& bodies = world_.bodies;
+    if (is_by_belt(index)) return true;
     for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
         if ((bodies.properties[slot].flags & kFixed) == 0) continue;
+        // At the turn of a swing it does not move.
+        if (world_.prescribed.has(bodies.properties[slot].id)) return true;
         const BodyVelocity& v = bodies.velocity[slot];
         for (const float component : {v.linear[0], v.linear[1], v.linear[2], v.surface[0], v.surface[1], v.surface[2]})
             if (component != 0) return true;
@@ -233,10 +237,10 @@ bool BlockEngine::has_moving_fixed_body(const Block& block) const {
     return false;
 }
 
-// What a fixed body carries or pushes moves, however slowly.
+// What a fixed body or a belt carries or pushes moves, however slowly.
 void BlockEngine::keep_pushed_awake() {
     for (std::uint32_t b = 0; b < states_.size(); ++b)
-        if (BlockState& state = states_[b]; state.stays && !state.asleep && has_moving_fixed_body(grid_.blocks()[b])) {
+        if (BlockState& state = states_[b]; state.stays && !state.asleep && has_moving_fixed_body(b)) {
             state.stays = false;
             state.still_ticks = 0;
         }
@@ -327,6 +331,12 @@ void BlockEngine::body_changed(std::uint32_t slot, bool moved) {
     const std::uint32_t block = grid_.block_with(slot);
     if (block < states_.size()) states_[block].still_ticks = 0, states_[block].stays = false;
     cages_.erase(block);
+}
+
+void BlockEngine::gravity_changed() {
+    for (BlockState& state : states_) state.still_ticks = 0, state.stays = false;
+    for (std::uint32_t slot = 0; rebuild_ && slot < world_.bodies.count(); ++slot) world_.bodies.properties[slot].still_ticks = 0;
+    cages_.clear();
 }
 
 bool BlockEngine::asleep(std::uint32_t slot) const {

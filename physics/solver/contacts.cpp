@@ -199,13 +199,17 @@ std::size_t Contacts::Layout::bytes() const {
     return sum;
 }
 
-void Contacts::add_motionless(Bodies& bodies, std::size_t blocks) {
-    bodies.velocity.resize(bodies.count() + blocks);
-    bodies.place.resize(bodies.count() + blocks);
-    for (std::size_t b = 0; b < blocks; ++b) {
-        bodies.velocity[bodies.count() + b] = {};
-        bodies.place[bodies.count() + b] = {};
+void Contacts::add_motionless(Bodies& bodies, const Obstacles& obstacles, std::size_t blocks) {
+    const std::span<const Vec3> belts = obstacles.belts();
+    const std::size_t count = bodies.count() + blocks * (1 + belts.size());
+    bodies.velocity.resize(count);
+    bodies.place.resize(count);
+    for (std::size_t slot = bodies.count(); slot < count; ++slot) {
+        bodies.velocity[slot] = {};
+        bodies.place[slot] = {};
     }
+    for (std::size_t n = 0; n < belts.size(); ++n)
+        for (std::size_t b = 0; b < blocks; ++b) set_single(bodies.velocity[bodies.count() + blocks * (1 + n) + b].surface, belts[n]);
 }
 
 void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Workers& workers) {
@@ -213,7 +217,7 @@ void Contacts::lay_out(const Setup& setup, const std::vector<bool>* wanted, Work
     MELD_EXPECT(wanted == nullptr || wanted->size() == blocks, "{} blocks", blocks);
     MELD_EXPECT(!setup.materials.empty());
     Bodies& bodies = setup.bodies;
-    add_motionless(bodies, blocks);
+    add_motionless(bodies, setup.obstacles, blocks);
     WarmStartCache former(cached_, setup.grid, bodies, kBlocksPerJob, workers);
     const auto threads = static_cast<std::size_t>(workers.threads());
     std::vector<Arena> arenas(threads);
@@ -329,7 +333,8 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
         if (pairs.empty()) return;
         lanes += arena.colour_lanes(std::max<std::size_t>(own.count, arena.keys), pairs, [&](std::size_t lane, std::size_t i) {
             widen(begin + lane + kLanes);
-            arena.lanes[begin + lane] = {arena.obstacle_slots[i], nobody};
+            arena.lanes[begin + lane] = {arena.obstacle_slots[i],
+                                         slot_of_obstacle(bodies, setup.obstacles, setup.grid.blocks().size(), block, met[i].obstacle)};
             arena.obstacle_lanes[begin + lane] = met[i];
         });
     };

@@ -41,6 +41,13 @@ inline std::uint32_t motionless_slot(const Bodies& bodies, std::uint32_t block) 
     return static_cast<std::uint32_t>(bodies.count()) + block;
 }
 
+// The slot that a body's contact with an obstacle has as its second body: the block's motionless entry; of an obstacle with a belt, an
+// entry of the block that has it as surface velocity.
+inline std::uint32_t slot_of_obstacle(const Bodies& bodies, const Obstacles& obstacles, std::size_t blocks, std::uint32_t block,
+                                      std::uint32_t obstacle) {
+    return motionless_slot(bodies, block) + static_cast<std::uint32_t>(blocks * obstacles.belt(obstacle));
+}
+
 // A batch without bodies yet: gaps are wide, and nothing presses.
 inline void begin(Batch& batch) {
     const Lanes nothing = lanes(0);
@@ -100,8 +107,8 @@ class Contacts {
     // next list; and back, each block from its bytes. The bodies are those of the grid then. Errors: they name what is not there.
     void save(const BlockGrid& grid, const Bodies& bodies, std::uint32_t block, ByteWriter& out) const;
     Result<void> load(const Setup& setup, std::span<const std::span<const std::byte>> of_block, Workers& workers);
-    // Adds the motionless entries, one a block.
-    static void add_motionless(Bodies& bodies, std::size_t blocks);
+    // Adds the motionless entries, one a block, and behind them those of obstacles with belts, one a block for each.
+    static void add_motionless(Bodies& bodies, const Obstacles& obstacles, std::size_t blocks);
     // Forgets impulses and touches, for a state that did not follow from the last one.
     void forget(Workers& workers);
 

@@ -13,6 +13,7 @@
 #include "physics/bodies/coils.h"
 #include "physics/bodies/composites.h"
 #include "physics/bodies/material.h"
+#include "physics/bodies/prescribed_motion.h"
 #include "physics/bodies/reports.h"
 #include "physics/bodies/settings.h"
 #include "physics/bodies/stage.h"
@@ -47,6 +48,7 @@ struct World {
     Composites composites;
     Joints joints;
     Loads loads;
+    PrescribedBodies prescribed;
     Obstacles obstacles;
     std::vector<Material> materials{Material{}};
     std::vector<std::vector<Feature>> tables{{}};
@@ -94,6 +96,8 @@ class Engine {
     virtual void structure_changed() = 0;
     // A body was pushed, switched or moved by the caller.
     virtual void body_changed(std::uint32_t slot, bool moved) = 0;
+    // Gravity has changed: what slept may move.
+    virtual void gravity_changed() = 0;
     // The bodies are again as before the step; nothing learnt in it is valid.
     virtual void state_restored() = 0;
     virtual bool asleep(std::uint32_t) const { return false; }

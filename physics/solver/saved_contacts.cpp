@@ -228,7 +228,7 @@ bool Contacts::load_obstacles(const Setup& setup, std::uint32_t block, ByteReade
             const std::uint32_t a = addresses.slot(in.read<std::uint32_t>());
             lane = in.read<ObstacleLane>();
             if (a == kNoSlot || lane.obstacle >= setup.obstacles.count() || lane.part >= kMaxSurfaceContacts) return false;
-            batch.a[i] = a;
+            batch.a[i] = a, batch.b[i] = slot_of_obstacle(bodies, setup.obstacles, setup.grid.blocks().size(), block, lane.obstacle);
             batch.friction[i] =
                 common_friction(setup.materials[bodies.properties[a].material], setup.materials[setup.obstacles.material(lane.obstacle)]);
             set_place(batch, i, in.read<Four>());

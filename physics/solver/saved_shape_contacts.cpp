@@ -102,6 +102,8 @@ bool ShapeContacts::load(const Setup& setup, std::span<const std::span<const std
                 const bool known = lane->obstacle == kNoSlot ? batch.b[i] != kNoSlot : lane->obstacle < setup.obstacles.count();
                 if (in.failed() || batch.a[i] == kNoSlot || !known || lane->points > kMaxManifoldPoints || batch.a[i] == batch.b[i])
                     return false;
+                if (lane->obstacle != kNoSlot)
+                    batch.b[i] = slot_of_obstacle(bodies, setup.obstacles, of_block.size(), static_cast<std::uint32_t>(b), lane->obstacle);
                 set_materials(setup, batch, i, *lane);
                 const auto normal = in.read<std::array<float, 3>>();
                 batch.nx[i] = normal[0], batch.ny[i] = normal[1], batch.nz[i] = normal[2];

@@ -208,7 +208,9 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         const double reach_m = reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[slot]));
         for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle)
             if (setup.obstacles.may_reach(obstacle, centre_of(where), where.radius, reach_m))
-                sort_solids({{slot, nobody}, {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot}, obstacle},
+                sort_solids({{slot, slot_of_obstacle(bodies, setup.obstacles, setup.grid.blocks().size(), block, obstacle)},
+                             {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot},
+                             obstacle},
                             reach_m);
     }
     lay();
@@ -365,6 +367,8 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
     const bool obstacle = lane.obstacle != kNoSlot;
     const double b_share = obstacle ? 0 : 1 / setup.bodies.place[batch.b[i]].radius;
     const Vec3 shift = obstacle ? Vec3{} : poses_[batch.b[i]].centre - poses_[batch.a[i]].centre;
+    // The surface velocity of a belt runs round: its arm is the outward normal.
+    const bool belt = obstacle && setup.obstacles.belt(lane.obstacle) != 0;
     const int before = lane.points;
     unsigned fresh = 0;
     set_lane(batch.nx, batch.ny, batch.nz, i, found.normal);
@@ -372,7 +376,7 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
         ShapePoint& point = batch.points[static_cast<std::size_t>(p)];
         const ManifoldPoint& here = found.points[static_cast<std::size_t>(p)];
         set_lane(point.ax, point.ay, point.az, i, a_share * here.at);
-        set_lane(point.bx, point.by, point.bz, i, b_share * (here.at - shift));
+        set_lane(point.bx, point.by, point.bz, i, belt ? -found.normal : b_share * (here.at - shift));
         point.gap[i] = static_cast<float>(here.gap_m);
         int best = -1;
         float least = found.on_rim ? kSameRim : kSamePlace;

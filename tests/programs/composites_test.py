@@ -7,7 +7,7 @@ Usage: composites_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 import random
 import sys
 
-from tumble_test import held_and_thrown, main, other_shapes, range_and_kills, turning_friction
+from tumble_test import held_and_thrown, main, other_shapes, range_and_kills, turning_friction, what_the_world_moves
 
 PROGRAM = """
 type action force(node, float, float, float) while.
@@ -83,7 +83,7 @@ def case(seed):
     if rng.random() < 0.3:
         world += f'[[motion.catoms]]\nwhere = "id % 5 == {rng.randint(0, 4)}"\nbreaking_force = {rng.uniform(10, 100):.1f}\n'
     world += range_and_kills(rng, 2.0, 1)
-    return PROGRAM + (LOADS if rng.random() < 0.6 else ""), world
+    return PROGRAM + (LOADS if rng.random() < 0.6 else ""), world + what_the_world_moves(seed, about_z=True)
 
 
 if __name__ == "__main__":

@@ -178,6 +178,31 @@ cantilever.options = ("--ticks", "400")
 cantilever.sizes = [(1, 1), (1, 2)]
 
 
+def conveyor(outcome, recorded, in_other_world):
+    """Boxes go with the first belt, with the second, and round with the turntable; slower where the world says so."""
+    def share(recorded, belt, velocity):
+        """Of the boxes that have been on a belt for 30 ticks, those that go with it; others tip over its end."""
+        places, there = numpy.array(recorded.positions), numpy.array(recorded.values("rides")) == belt
+        settled = numpy.all([there[k:len(there) - 31 + k] for k in range(30)], axis=0)
+        # A tick lasts a fiftieth of a second.
+        moved = 50 * (places[30:] - places[29:-1])[:len(settled)]
+        return numpy.mean(numpy.max(numpy.abs(moved[settled] - velocity), axis=1) < 0.02)
+
+    expect(share(recorded, 0, (2, 0, 0)) > 0.9, "boxes do not go with the first belt")
+    expect(share(recorded, 1, (0, 3, 0)) > 0.75, "boxes do not go with the second belt")
+    place, before = (recorded.positions[k][1:] - recorded.positions[k][0] for k in (-1, -51))
+    turned = numpy.angle((place[:, 0] + 1j * place[:, 1]) / (before[:, 0] + 1j * before[:, 1]))
+    expect(numpy.max(numpy.abs(turned - 0.5236)) < 0.01, f"boxes turn by {turned} in a second")
+    expect({a for a, in outcome.facts["turns"]} == set(range(1, 7)), "not all boxes are on the turntable")
+    _, slow = in_other_world(lambda text: text.replace("belt = [0, 2, 0]", "belt = [0, 1, 0]"))
+    expect(share(slow, 0, (1, 0, 0)) > 0.9, "boxes do not go with a slower belt")
+
+
+conveyor.options = ("--ticks", "600")
+conveyor.sizes = [(1, 1), (1, 2), (2, 1)]
+conveyor.larger = range(7)
+
+
 def launched_bridge(outcome, recorded, in_other_world):
     """The bridge stays straight while it is launched, reaches the other bank, and carries the roller across; its connections know the
     torque of what stands out. With connections that are too weak for the roller, it breaks under it, and the roller falls."""

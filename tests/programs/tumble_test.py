@@ -86,6 +86,27 @@ def turning_friction(seed):
     return "rolling_friction = 0.03\nspinning_friction = 0.02\n" if seed % 3 == 0 else ""
 
 
+def what_the_world_moves(seed, about_z=False):
+    """In every third world catoms are moved, a belt runs, and gravity changes. What hangs on catoms that turn may be long: it stays above
+    the ground if they turn about z."""
+    if seed % 3 != 1:
+        return ""
+    rng = random.Random(seed)
+
+    def vector(most):
+        return [round(rng.uniform(-most, most), 2) for _ in range(3)]
+
+    def turning(most):
+        return [0, 0, round(rng.uniform(-most, most) / 3, 2)] if about_z else vector(most)
+
+    text = (f'[[motion.mover]]\nwhere = "id % 11 == {rng.randint(0, 10)}"\nswing = {vector(0.3)}\ntilt = {turning(30)}\n'
+            f"frequency = {rng.choice([0.5, 2, 5])}\nphase = {rng.randint(0, 359)}\n"
+            f'[[motion.mover]]\nwhere = "id == {rng.randint(0, 9)}"\nspin = {turning(3)}\npivot = {vector(2)}\n'
+            f'[[motion.obstacle]]\nkind = "box"\ncentre = [5, 2, 0.2]\nsize = [4, 4, 1]\nbelt = {vector(2)}\n'
+            f"[[event]]\ntick = {rng.randint(5, 15)}\ngravity = {vector(8)}\n")
+    return text + (f"[motion.gravity_swing]\nswing = {vector(3)}\ntilt = {vector(20)}\nfrequency = 3\n" if rng.random() < 0.5 else "")
+
+
 def compound(rng):
     """Two or three solids that are held together, and catoms that are such bodies."""
     text = '[[motion.compound]]\nname = "thing"\n'
@@ -179,7 +200,7 @@ def case(seed):
         world += (f'[[motion.feature]]\nkind = "latch"\ndirections = {rng.choice([6, 12])}\nstrength = {rng.choice([5, 50, 500])}\n'
                   f"range = {rng.choice([0.02, 0.1, 0.3]) * 2 * radius:.3f}\n")
         world = with_heart(world) if with_compounds else world
-    return PROGRAM, world
+    return PROGRAM, world + what_the_world_moves(seed)
 
 
 def main(name, make):

@@ -246,11 +246,8 @@ tuple::Numbers BodySenses::measure(const Subdomain& subdomain, const physics::Sc
             return numbers(scene.acceleration(body));
         case BodyQuantity::Gyro:
             return shown(state.angular_velocity_rad_s, NoiseStream::Gyros, world_->physics.noise.gyro);
-        case BodyQuantity::Accelerometer: {
-            const world::Vec3& g = world_->physics.gravity;
-            return shown(scene.acceleration(body) - physics::Vec3{g[0], g[1], g[2]}, NoiseStream::Accelerometers,
-                         world_->physics.noise.accelerometer);
-        }
+        case BodyQuantity::Accelerometer:
+            return shown(scene.acceleration(body) - scene.gravity_m_s2(), NoiseStream::Accelerometers, world_->physics.noise.accelerometer);
         case BodyQuantity::Pressure:
             return {{normal_force_n_[scene.slot(body)].value() / scene.surface_m2(body), 0, 0, 0}, 1};
         case BodyQuantity::Energy:

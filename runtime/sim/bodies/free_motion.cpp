@@ -13,6 +13,7 @@
 #include "runtime/base/terminal/log.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
+#include "runtime/sim/bodies/scripted_motion.h"
 #include "runtime/sim/bodies/step_advice.h"
 #include "runtime/sim/core/failures/catom_failures.h"
 #include "runtime/sim/core/setup/unmatched.h"
@@ -59,8 +60,12 @@ Result<void> FreeMotion::look_up(Subdomain& subdomain) {
 
 namespace {
 
-void warn_of_empty_groups(Subdomain& subdomain, const std::vector<bool>& met) {
+void warn_of_empty_groups(Subdomain& subdomain, const std::vector<bool>& met, const std::vector<bool>& movers_met) {
     Unmatched unmatched(subdomain.comm);
+    for (std::size_t i = 0; i < movers_met.size(); ++i)
+        unmatched.add(movers_met[i], [&mover = subdomain.world.physics.movers[i]] {
+            return fmt::format("{}: `{}` matches no catom, so this [[motion.mover]] has no effect", mover.swing.place, mover.where.text());
+        });
     for (std::size_t i = 0; i < met.size(); ++i)
         unmatched.add(met[i], [&group = subdomain.world.physics.groups[i]] {
             return fmt::format("{}: `{}` matches no catom, so these [[motion.catoms]] have no effect", group.place, group.where.text());
@@ -74,7 +79,7 @@ void warn_of_coarse_steps(Subdomain& subdomain, double least_m, HeightRange heig
     const bool bounces = std::any_of(surfaces.begin(), surfaces.end(), [](const Surface& s) { return s.restitution > 0; }) ||
                          std::any_of(options.obstacles.begin(), options.obstacles.end(),
                                      [](const world::ObstacleOptions& o) { return o.restitution.value_or(0) > 0; });
-    if (const auto advice = advice_on_step(options, 2 * least_m, heights.high - heights.low, bounces))
+    if (const auto advice = advice_on_step(options, greatest_gravity(subdomain.world), 2 * least_m, heights.high - heights.low, bounces))
         log::warning("{}: {}", subdomain.world.path, *advice);
 }
 
@@ -84,16 +89,19 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     BodyMaker bodies(world_, subdomain.next_id());
     for (Catom c = 0; c < subdomain.ensemble.index_count(); ++c)
         if (subdomain.owned(c)) bodies.look_at(subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
-    warn_of_empty_groups(subdomain, bodies.groups_met());
+    warn_of_empty_groups(subdomain, bodies.groups_met(), bodies.movers_met());
     ByteWriter bytes;
     if (subdomain.ensemble.owned_count() > 0) {
         bytes.write(bodies.radii());
         bytes.write(bodies.heights());
+        bytes.write_count(bodies.moved().size());
+        for (const MovedCatom& moved : bodies.moved()) bytes.write(moved);
         for (const Surface& surface : bodies.surfaces()) bytes.write(surface);
     }
     RadiusRange radii;
     HeightRange heights;
     std::set<Surface> surfaces;
+    std::vector<MovedCatom> moved;
     for (const auto& from : gather_bytes(subdomain, bytes)) {
         if (from.empty()) continue;
         ByteReader in(from, "radii and surfaces of bodies");
@@ -101,6 +109,7 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         radii = radii.min > 0 ? both(radii, theirs) : theirs;
         const auto high = in.read<HeightRange>();
         heights = {std::min(heights.low, high.low), std::max(heights.high, high.high)};
+        for (auto left = in.read_count(sizeof(MovedCatom)); left > 0; --left) moved.push_back(in.read<MovedCatom>());
         while (!in.done()) surfaces.insert(in.read<Surface>());
     }
     warn_of_coarse_steps(subdomain, radii.least, heights, surfaces);
@@ -110,12 +119,13 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     if (!subdomain.alone()) physics_.scene->share();
-    kinds_ = {radii, surfaces};
+    kinds_ = {radii, surfaces, std::move(moved)};
     Result<void> done = bodies.add_materials(physics_, surfaces);
     physics_.scene->reserve(subdomain.ensemble.owned_count(), subdomain.next_id());
     for (Catom c = 0; done && c < subdomain.ensemble.index_count(); ++c)
         if (subdomain.owned(c))
             done = bodies.make(physics_, subdomain.ensemble.id(c), subdomain.start_cell(c), subdomain.ensemble.position(c));
+    if (done) done = add_movers(world_, physics_, kinds_.moved);
     // What follows is done together.
     done = agree_on_error(subdomain, done);
     if (done) done = connections_.connect_groups(subdomain, *physics_.scene, bodies, fixed_touches_);
@@ -159,8 +169,12 @@ Result<void> FreeMotion::step(Subdomain& subdomain) {
     dim_lamps(subdomain);
     // Of several processes, perhaps not all have a catom with limits.
     if (load_senses_.reads_loads() || (divided_ && connections_.may_break())) physics_.scene->want_loads();
-    for (int i = 0; i < world_.physics.steps; ++i)
+    const auto steps = static_cast<std::uint64_t>(world_.physics.steps), before = static_cast<std::uint64_t>(subdomain.tick() - 1) * steps;
+    for (std::uint64_t i = 0; i < steps; ++i) {
+        if (changes_gravity(world_))
+            if (auto set = physics_.scene->set_gravity(gravity_in_step(world_, before + i)); !set) return set;
         if (auto done = step_once(subdomain); !done) return done;
+    }
     if (auto done = actions_.release(*physics_.scene); !done) return done;
     if (auto done = load_connections(subdomain); !done) return done;
     if (auto done = lose_catoms(subdomain); !done) return done;

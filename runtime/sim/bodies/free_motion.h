@@ -67,6 +67,7 @@ class FreeMotion : public SimModule {
     struct Kinds {
         RadiusRange radii;
         std::set<Surface> surfaces;
+        std::vector<MovedCatom> moved;
     };
     // What a snapshot has brought, until the scene is made of it.
     struct Loading {

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "runtime/base/assert.h"
+#include "runtime/sim/bodies/scripted_motion.h"
 #include "runtime/world/description/obstacles.h"
 
 namespace meld::sim {
@@ -104,6 +105,8 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
         if (!material) return fail(fmt::format("{}: {}", o.place, material.error().problem), material.error().suggestion);
         const auto added = scene.add_obstacle(world::shape_of(o, 2 * world.radius, p.compounds), *material);
         if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
+        if (auto set = scene.set_belt(*added, vector_of(o.belt)); !set)
+            return fail(fmt::format("{}: {}", o.place, set.error().problem), set.error().suggestion);
     }
     return {};
 }
@@ -200,11 +203,18 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         const world::BodyForm::Core core = form.core(spec.radius_m / diameter_m);
         spec.shape = physics::BodyShape{diameter_m * vector_of(core.half), diameter_m * core.rounding};
     }
-    return {spec, surface, connected_in, breaking};
+    std::optional<std::uint32_t> mover;
+    for (std::uint32_t i = 0; i < p.movers.size(); ++i)
+        if (p.movers[i].where.contains(id, cell, position)) mover = i;
+    if (mover) spec.fixed = true, spec.linear_velocity_m_s = spec.angular_velocity_rad_s = {};
+    return {spec, surface, connected_in, breaking, mover};
 }
 
 void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {
-    const auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
+    const auto [spec, surface, connected_in, breaking, mover] = describe(id, cell, position);
+    for (std::size_t i = 0; i < movers_met_.size(); ++i)
+        if (!movers_met_[i]) movers_met_[i] = world_.physics.movers[i].where.contains(id, cell, position);
+    if (mover) moved_.push_back({spec.id, *mover, {spec.position_m, spec.orientation}});
     for (std::size_t i = 0; i < groups_met_.size(); ++i)
         if (!groups_met_[i]) groups_met_[i] = world_.physics.groups[i].where.contains(id, cell, position);
     const double r = spec.shape ? spec.shape->radius_m() : spec.radius_m;
@@ -214,11 +224,20 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
     const double height = height_of(world_, spec.position_m);
     heights_ = {std::min(heights_.low, height), std::max(heights_.high, height)};
     if (connected_in) connected_in_.emplace(id, *connected_in);
-    const bool at_rest = spec.fixed && spec.linear_velocity_m_s == physics::Vec3{};
+    const bool at_rest = spec.fixed && !mover && spec.linear_velocity_m_s == physics::Vec3{};
     const FixedBody body{spec.id, spec.position_m, r, spec.shape.value_or(physics::BodyShape{{}, r}), spec.orientation};
     if (at_rest || connected_in) unwatched_.push_back(body);
     for (auto& [joint, bodies] : joined_in_)
         if (world_.physics.joints[joint].where.contains(id, cell, position)) bodies.push_back(body);
+}
+
+Result<void> add_movers(const World& world, PhysicsScene& scene, std::span<const MovedCatom> catoms) {
+    for (const world::MoverOptions& mover : world.physics.movers)
+        if (auto added = scene.scene->add_motion(motion_of(world, mover)); !added)
+            return fail(fmt::format("{}: {}", mover.swing.place, added.error().problem), added.error().suggestion);
+    for (const MovedCatom& catom : catoms)
+        if (auto done = scene.scene->prescribe(catom.body, catom.mover, catom.start); !done) return done;
+    return {};
 }
 
 Result<std::map<Surface, std::uint8_t>> add_materials(const World& world, PhysicsScene& scene, const std::set<Surface>& surfaces) {
@@ -244,7 +263,7 @@ world::RoundedBody BodyMaker::looks(std::uint64_t id, world::Cell cell, const wo
 }
 
 Result<void> BodyMaker::make(PhysicsScene& scene, std::uint64_t id, world::Cell cell, const world::Vec3& position, bool here) const {
-    auto [spec, surface, connected_in, breaking] = describe(id, cell, position);
+    auto [spec, surface, connected_in, breaking, mover] = describe(id, cell, position);
     MELD_EXPECT(materials_.contains(surface), "catom {} was not looked at", id);
     spec.material = materials_.at(surface);
     if (auto added = here ? scene.scene->add_body(spec) : scene.scene->add_ghost(spec); !added) return added;

@@ -46,6 +46,15 @@ struct Surface {
     auto operator<=>(const Surface&) const = default;
 };
 
+// A catom that moves by a script, and where it starts.
+struct MovedCatom {
+    physics::BodyId body = 0;
+    std::uint32_t mover = 0;
+    physics::PrescribedMotion::Place start = {};
+};
+// Adds the motions of the world's movers, and says which catoms of all processes have which; the same on all processes.
+Result<void> add_movers(const world::World& world, PhysicsScene& scene, std::span<const MovedCatom> catoms);
+
 // Adds a material for each, in the same order on all processes.
 Result<std::map<Surface, std::uint8_t>> add_materials(const world::World& world, PhysicsScene& scene, const std::set<Surface>& surfaces);
 
@@ -59,7 +68,8 @@ class BodyMaker {
         : world_(world),
           compounds_(world::compounds_of(world.physics, 2 * world.radius)),
           first_placed_(catoms - world.placed.size()),
-          groups_met_(world.physics.groups.size()) {
+          groups_met_(world.physics.groups.size()),
+          movers_met_(world.physics.movers.size()) {
         for (std::size_t i = 0; i < world.physics.joints.size(); ++i)
             if (!world.physics.joints[i].between) joined_in_[i];
     }
@@ -71,6 +81,9 @@ class BodyMaker {
     HeightRange heights() const { return heights_; }
     // By group of the world: whether any examined catom is in its region.
     const std::vector<bool>& groups_met() const { return groups_met_; }
+    // The same by mover; and the examined catoms that move by a script.
+    const std::vector<bool>& movers_met() const { return movers_met_; }
+    std::span<const MovedCatom> moved() const { return moved_; }
     // Examined catoms among which the physics may find no touches: those that are fixed and do not move, and connected ones.
     const std::vector<FixedBody>& unwatched() const { return unwatched_; }
     // The group of the world in which an examined catom is connected to those that it touches.
@@ -93,12 +106,14 @@ class BodyMaker {
         Surface surface;
         std::optional<std::size_t> connected_in;
         physics::BreakingLimits breaking = {};
+        std::optional<std::uint32_t> mover = {};
     };
     Described describe(std::uint64_t id, world::Cell cell, const world::Vec3& position) const;
     const world::World& world_;
     std::vector<physics::BodyShape> compounds_;
     std::uint64_t first_placed_;
-    std::vector<bool> groups_met_;
+    std::vector<bool> groups_met_, movers_met_;
+    std::vector<MovedCatom> moved_;
     std::set<Surface> surfaces_;
     std::map<Surface, std::uint8_t> materials_;
     RadiusRange radii_;

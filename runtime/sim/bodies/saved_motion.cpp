@@ -90,6 +90,10 @@ void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
     out.write(kinds_.radii);
     out.write_count(kinds_.surfaces.size());
     for (const Surface& surface : kinds_.surfaces) out.write(surface);
+    if (!world_.physics.movers.empty()) {
+        out.write_count(kinds_.moved.size());
+        for (const MovedCatom& moved : kinds_.moved) out.write(moved);
+    }
     ByteWriter scene;
     physics_.scene->save_rest(scene);
     out.write_block(scene.view());
@@ -108,6 +112,11 @@ void FreeMotion::save_rest(const Subdomain&, ByteWriter& out) const {
 Result<void> FreeMotion::load_rest(Subdomain& subdomain, ByteReader& in) {
     kinds_.radii = in.read<RadiusRange>();
     for (auto left = in.read_count(sizeof(Surface)); left > 0; --left) kinds_.surfaces.insert(in.read<Surface>());
+    // The same from each process.
+    if (!world_.physics.movers.empty()) {
+        kinds_.moved.resize(in.read_count(sizeof(MovedCatom)));
+        for (MovedCatom& moved : kinds_.moved) moved = in.read<MovedCatom>();
+    }
     const auto scene = in.read_block();
     loading_.scenes.emplace_back(scene.begin(), scene.end());
     std::vector<ContactLinks::Pair> waiting(in.read_count(sizeof(ContactLinks::Pair)));
@@ -161,6 +170,11 @@ Result<void> FreeMotion::load_scene(Subdomain& subdomain) {
     if (!made) return tl::unexpected<Error>(made.error());
     physics_ = std::move(*made);
     if (!subdomain.alone()) physics_.scene->share();
+    if (subdomain.tick() > 0 && changes_gravity(world_)) {
+        const auto steps = static_cast<std::uint64_t>(subdomain.tick()) * static_cast<std::uint64_t>(world_.physics.steps);
+        if (auto set = physics_.scene->set_gravity(gravity_in_step(world_, steps - 1)); !set) return set;
+    }
+    if (auto added = add_movers(world_, physics_, kinds_.moved); !added) return added;
     if (auto added = add_materials(world_, physics_, kinds_.surfaces); !added) return tl::unexpected<Error>(added.error());
     // A home takes some room besides that of its bodies.
     physics_.scene->reserve(subdomain.ensemble.owned_count() + loading_.homes.size(), subdomain.next_id());

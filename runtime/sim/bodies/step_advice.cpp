@@ -13,10 +13,10 @@ namespace meld::sim {
 
 // A soft contact between two bodies of equal mass m is a spring of stiffness m omega^2 / 2, where omega is a share of the rate of
 // substeps, and the kth from the top carries k bodies.
-std::optional<std::string> advice_on_step(const world::PhysicsOptions& options, double diameter_m, double height_m, bool bounces) {
+std::optional<std::string> advice_on_step(const world::PhysicsOptions& options, double gravity, double diameter_m, double height_m,
+                                          bool bounces) {
     MELD_EXPECT(diameter_m > 0 && height_m >= 0, "{} m, {} m high", diameter_m, height_m);
     constexpr double kMostSquashed = 0.02, kLongestOfFall = 1.0 / 30;
-    const double gravity = std::hypot(options.gravity[0], options.gravity[1], options.gravity[2]);
     if (gravity == 0) return std::nullopt;
     const double substep = options.step / options.substeps;
     const double omega = 2 * std::numbers::pi * physics::SolverSettings().stiffness_share / substep;

@@ -118,6 +118,7 @@ struct ObstacleOptions {
     std::vector<std::vector<double>> heights;  // Rows along x; the first begins at `centre`.
     Shape shape;                               // For a mesh: one whose surface() is made of triangles.
     std::optional<double> friction, restitution, rolling_friction, spinning_friction;
+    Vec3 belt{};  // The surface runs round about this vector, m/s.
     std::string place;
 };
 
@@ -165,6 +166,23 @@ struct LampOptions {
     std::string place;
 };
 
+// Something that swings with the sine of 2 pi times frequency and time, and phase; it begins where it is without.
+struct SwingOptions {
+    Vec3 swing{};          // Along this vector, by its length to both sides: diameters, or for gravity m/s^2.
+    Vec3 tilt{};           // About this vector, by its length in degrees to both sides.
+    double frequency = 1;  // Hz
+    double phase = 0;      // Degrees
+    std::string place;
+};
+
+// Catoms that are fixed and move as the world says, whatever touches them.
+struct MoverOptions {
+    Region where;
+    SwingOptions swing;
+    Vec3 spin{};                // Steady, rad/s.
+    std::optional<Vec3> pivot;  // In diameters; nothing: each turns about its own centre.
+};
+
 // Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
 struct PhysicsOptions {
     std::string engine = "blocks";  // "blocks", "hash" or "ode".
@@ -199,9 +217,14 @@ struct PhysicsOptions {
     std::vector<ObstacleOptions> obstacles;
     std::vector<CatomGroup> groups;
     std::vector<JointOptions> joints, joint_kinds;
+    std::vector<MoverOptions> movers;  // Later ones override earlier ones.
+    std::optional<SwingOptions> gravity_swing;
 
     // At the start, or when programs make them.
     bool has_joints() const { return !joints.empty() || !joint_kinds.empty(); }
+    bool has_belts() const {
+        return std::ranges::any_of(obstacles, [](const ObstacleOptions& o) { return o.belt != Vec3{}; });
+    }
     // Of any catom or obstacle.
     bool resists_turning() const {
         const auto resists = [](const auto& one) { return one.rolling_friction.value_or(0) > 0 || one.spinning_friction.value_or(0) > 0; };

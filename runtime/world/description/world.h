@@ -38,6 +38,7 @@ struct Event {
     std::vector<CatomChoice> kill = {}, hang = {}, restart = {};
     std::vector<LinkChoice> cut = {}, heal = {}, join = {};
     std::vector<Jam> jam = {};
+    std::optional<Vec3> gravity = {};  // From the motion of this tick on, m/s^2.
     bool strikes_catoms() const { return !kill.empty() || !hang.empty() || !restart.empty(); }
     bool strikes_links() const { return !cut.empty() || !heal.empty() || !join.empty(); }
     bool happens_in(std::int64_t now) const {

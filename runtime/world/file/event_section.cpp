@@ -19,7 +19,7 @@ constexpr std::uint64_t kMaxLatency_ticks = 10'000;
 constexpr std::size_t kMaxJams = 100'000;
 
 // What works without a table of links.
-constexpr std::array<std::string_view, 7> kOfEvents = {"tick", "time", "every", "times", "give", "take", "kill"};
+constexpr std::array<std::string_view, 8> kOfEvents = {"tick", "time", "every", "times", "give", "take", "kill", "gravity"};
 constexpr std::array<std::string_view, 4> kOfFaults = {"kill", "where", "from", "until"};
 
 constexpr std::string_view kNoHealing = "points that move are linked again when one of them moves within the range";
@@ -49,6 +49,7 @@ class Events {
     void read_joins(const toml::node& node, std::vector<LinkChoice>& all);
     void read_jam(const toml::node& node, std::vector<Jam>& all);
     void refuse_for_bodies(std::string_view key, const toml::node& node);
+    void read_gravity(const Section& section, Event& event);
 
     TomlReader& reader_;
     World& world_;
@@ -189,9 +190,19 @@ void Events::refuse_for_bodies(std::string_view key, const toml::node& node) {
                       "use kill, or take the bodies out");
 }
 
+void Events::read_gravity(const Section& section, Event& event) {
+    if (!world_.is_free())
+        return section.wrong("gravity", "only bodies feel gravity, and these catoms are none",
+                             "take it out, or write [motion] kind = \"bodies\"");
+    Vec3 gravity{};
+    section.read("gravity", gravity);
+    event.gravity = gravity;
+}
+
 void Events::read(const toml::table& table) {
-    const Section section(reader_, table, "[[event]]",
-                          {"tick", "time", "every", "times", "give", "take", "kill", "hang", "restart", "cut", "heal", "join", "jam"});
+    const Section section(
+        reader_, table, "[[event]]",
+        {"tick", "time", "every", "times", "give", "take", "kill", "hang", "restart", "cut", "heal", "join", "jam", "gravity"});
     Event event;
     when(section, table, event);
     for (const auto& [key, facts] : {std::pair("give", &event.give), std::pair("take", &event.take)}) {
@@ -211,7 +222,9 @@ void Events::read(const toml::table& table) {
         return reader_.wrong(node->source(), kNoHealing, "take heal out");
     for (const char* key : {"hang", "restart", "cut", "heal", "jam"})
         if (const toml::node* const node = section.find(key)) refuse_for_bodies(key, *node);
-    if (event.give.empty() && event.take.empty() && !event.strikes_catoms() && !event.strikes_links() && event.jam.empty())
+    if (section.has("gravity")) read_gravity(section, event);
+    if (event.give.empty() && event.take.empty() && !event.gravity && !event.strikes_catoms() && !event.strikes_links() &&
+        event.jam.empty())
         return reader_.wrong(table.source(), "this [[event]] does nothing", "write give = { tap = \"id == 0\" }");
     world_.events.push_back(std::move(event));
 }

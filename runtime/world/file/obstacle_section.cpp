@@ -105,7 +105,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, const std::stri
                    std::span<const CompoundForm> compounds, ObstacleOptions& obstacle) {
     std::vector<std::string_view> keys = {"kind",    "normal", "offset",   "centre", "size",     "degrees", "cell",
                                           "heights", "shape",  "diameter", "height", "rounding", "length",  "turned"};
-    if (touched == Touched::Yes) keys.insert(keys.end(), {"friction", "restitution", "rolling_friction", "spinning_friction"});
+    if (touched == Touched::Yes) keys.insert(keys.end(), {"friction", "restitution", "rolling_friction", "spinning_friction", "belt"});
     const Section section(reader, table, name, keys);
     obstacle.place = reader.place(table.source());
     read_kind(section, name, compounds, obstacle);
@@ -119,6 +119,7 @@ void read_obstacle(TomlReader& reader, const toml::table& table, const std::stri
     section.read_positive("cell", obstacle.cell);
     if (obstacle.kind == "terrain") read_heights(reader, section, name, obstacle);
     if (obstacle.kind == "mesh") read_mesh(section, obstacle);
+    if (touched == Touched::Yes) section.read("belt", obstacle.belt);
     if (touched == Touched::Yes)
         read_surface(section, {obstacle.friction, obstacle.restitution, obstacle.rolling_friction, obstacle.spinning_friction});
 }

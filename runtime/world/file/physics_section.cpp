@@ -12,6 +12,7 @@
 #include "runtime/world/file/form_section.h"
 #include "runtime/world/file/joint_section.h"
 #include "runtime/world/file/motion_keys.h"
+#include "runtime/world/file/mover_section.h"
 #include "runtime/world/file/obstacle_section.h"
 
 namespace meld::world {
@@ -222,13 +223,14 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 
 void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
     const Section section(reader, table, "[motion]",
-                          {"kind",           "engine",          "solver",          "step",        "substeps",       "steps",
-                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",        "friction",
-                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks",    "sleep_speed",
-                           "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",          "noise",
-                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force", "rolling_friction",
-                           "shape",          "edges",           "length",          "height",      "rounding",       "spinning_friction",
-                           "lamp",           "compound",        "joint_kind",      "joint",       "breaking_torque"});
+                          {"kind",           "engine",          "solver",          "step",        "substeps",        "steps",
+                           "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",         "friction",
+                           "restitution",    "spacing",         "ground",          "roll_torque", "sleep_ticks",     "sleep_speed",
+                           "greatest_speed", "deepest_overlap", "lowest",          "lost",        "sense",           "noise",
+                           "sensor",         "feature",         "obstacle",        "catoms",      "breaking_force",  "rolling_friction",
+                           "shape",          "edges",           "length",          "height",      "rounding",        "spinning_friction",
+                           "lamp",           "compound",        "joint_kind",      "joint",       "breaking_torque", "mover",
+                           "gravity_swing"});
     p.greatest_speed *= std::sqrt(diameter_m);
     p.sense.velocity *= std::sqrt(diameter_m);
     section.read_choice("engine", p.engine, {"blocks", "hash", "ode"});
@@ -281,6 +283,10 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
         section.wrong("engine", "the engine \"ode\" makes no joints later", "write engine = \"blocks\", or take [[motion.joint_kind]] out");
     if (p.has_joints() && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no joints", "write engine = \"blocks\", or take the joints out");
+    read_movers(reader, table, p);
+    if ((!p.movers.empty() || p.has_belts()) && p.engine == "hash")
+        section.wrong("engine", "the engine \"hash\" has no movers and no belts",
+                      "write engine = \"blocks\", or take [[motion.mover]] and belt out");
     if (p.resists_turning() && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no friction against rolling and spinning",
                       "write engine = \"blocks\", or take rolling_friction and spinning_friction out");
