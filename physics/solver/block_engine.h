@@ -25,7 +25,7 @@
 #include "physics/solver/kernels.h"
 #include "physics/solver/linked_blocks.h"
 #include "physics/solver/load_contacts.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 #include "physics/solver/turning/turning_friction.h"
 
 namespace meld::physics {

@@ -14,7 +14,7 @@
 #include "physics/bodies/composites.h"
 #include "physics/solver/composite_copies.h"
 #include "physics/solver/contacts.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 
 namespace meld::physics {
 

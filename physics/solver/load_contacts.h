@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "physics/solver/contacts.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 #include "physics/solver/turning/turning_friction.h"
 #include "physics/statics/loads.h"
 

@@ -76,11 +76,11 @@ meld_seeds_test(motion_amoebots amoebots_test.py 0 4 16)
 meld_seeds_test(motion_moves moves_test.py 0 4 28)
 meld_seeds_test(motion_connected connected_test.py 0 3 21)
 meld_seeds_test(motion_storm storm_test.py 0 2 2)
-meld_seeds_test(motion_tumble tumble_test.py 0 1 13)
-meld_seeds_test(motion_mechanisms mechanisms_test.py 0 3 21)
-meld_seeds_test(motion_composites composites_test.py 0 3 37)
-meld_seeds_test(motion_arms arms_test.py 0 2 10)
-meld_seeds_test(motion_couplings couplings_test.py 0 2 18)
+meld_seeds_test(motion_tumble tumbling/tumble_test.py 0 1 13)
+meld_seeds_test(motion_mechanisms tumbling/mechanisms_test.py 0 3 21)
+meld_seeds_test(motion_composites tumbling/composites_test.py 0 3 37)
+meld_seeds_test(motion_arms tumbling/arms_test.py 0 2 10)
+meld_seeds_test(motion_couplings tumbling/couplings_test.py 0 2 18)
 meld_seeds_test(motion_grips grips_test.py 0 2 26)
 add_test(NAME motion_compression
          COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/compression_test.py
@@ -108,10 +108,10 @@ add_test(NAME motion_connections COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_L
 set_tests_properties(motion_connections PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_loads COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/loads_test.py $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_loads PROPERTIES TIMEOUT 300 PROCESSORS 2)
-add_test(NAME motion_sensors COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/sensors_test.py
+add_test(NAME motion_sensors COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/instruments/sensors_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_sensors PROPERTIES TIMEOUT 300 PROCESSORS 2)
-add_test(NAME motion_lights COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/lights_test.py
+add_test(NAME motion_lights COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/instruments/lights_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(motion_lights PROPERTIES TIMEOUT 300 PROCESSORS 2)
 add_test(NAME motion_joints COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/joints_test.py $<TARGET_FILE:meldsim>)

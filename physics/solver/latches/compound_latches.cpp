@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 #include "physics/statics/point_shares.h"
 
 namespace meld::physics {

@@ -9,7 +9,7 @@
 #include "physics/bodies/buffer.h"
 #include "physics/bodies/lanes.h"
 #include "physics/solver/contacts.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 
 namespace meld::physics {
 

@@ -11,8 +11,8 @@
 #include "runtime/sim/bodies/body_joints.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/joint_changes.h"
-#include "runtime/sim/bodies/lamps.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/bodies/senses/lamps.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

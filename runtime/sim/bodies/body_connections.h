@@ -9,10 +9,10 @@
 
 #include "runtime/base/bytes.h"
 #include "runtime/module/abi/actions.h"
-#include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/joint_changes.h"
 #include "runtime/sim/bodies/physics_scene.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 #include "runtime/sim/core/refusals.h"
 #include "runtime/sim/core/subdomain.h"
 

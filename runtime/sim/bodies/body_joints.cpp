@@ -13,8 +13,8 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/joint_spec.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 #include "runtime/sim/core/setup/unmatched.h"
 
 namespace meld::sim {

@@ -13,7 +13,7 @@ endforeach()
 set(page_source ${CMAKE_SOURCE_DIR}/runtime/show/view/page)
 set(page_output ${CMAKE_BINARY_DIR}/generated/runtime/show/view/page)
 file(MAKE_DIRECTORY ${page_output})
-file(GLOB page_modules CONFIGURE_DEPENDS ${page_source}/*.js)
+file(GLOB page_modules CONFIGURE_DEPENDS ${page_source}/*.js ${page_source}/drawn/*.js)
 add_custom_command(
   OUTPUT ${page_output}/page.html
   COMMAND ${ESBUILD} ${page_source}/main.js --bundle --minify --format=iife --target=es2020 --log-level=warning

@@ -1,5 +1,5 @@
 // Words at catoms, over the picture: of those that are nearest, as many as have room.
-import {met} from "./catoms.js";
+import {met} from "./drawn/catoms.js";
 import {h} from "./dom.js";
 
 const MOST = 300;

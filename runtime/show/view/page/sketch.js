@@ -2,9 +2,9 @@
 import {Quaternion, Vector3} from "three";
 
 import {BODY} from "./block.js";
-import {setSun} from "./catoms.js";
-import {LAMP} from "./lamps.js";
-import {solidsOf} from "./solids.js";
+import {setSun} from "./drawn/catoms.js";
+import {LAMP} from "./drawn/lamps.js";
+import {solidsOf} from "./drawn/solids.js";
 
 const SIDES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
 const HEXAGON = Array.from({length: 6}, (_, i) => [Math.cos((2 * i + 1) * Math.PI / 6) / Math.sqrt(3), Math.sin((2 * i + 1) * Math.PI / 6)

@@ -4,14 +4,14 @@ import {Scene, WebGLRenderer} from "three";
 import {wantsImages} from "./address.js";
 import {boundsOf, emptyFrame, placeOf} from "./block.js";
 import {View} from "./camera.js";
-import {Catoms, met} from "./catoms.js";
-import {coverOf} from "./occlusion.js";
+import {Catoms, met} from "./drawn/catoms.js";
+import {coverOf} from "./drawn/occlusion.js";
 import {h} from "./dom.js";
 import {Labels} from "./labels.js";
-import {Lamps} from "./lamps.js";
-import {Obstacles} from "./obstacles.js";
+import {Lamps} from "./drawn/lamps.js";
+import {Obstacles} from "./drawn/obstacles.js";
 import {Sketch} from "./sketch.js";
-import {Strokes} from "./strokes.js";
+import {Strokes} from "./drawn/strokes.js";
 
 const FAST = 60;   // Milliseconds that a picture may take while something moves.
 const SLOW = 600;  // With more it is drawn with fewer pixels also when nothing moves.

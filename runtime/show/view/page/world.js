@@ -2,7 +2,7 @@
 import {placeOf} from "./block.js";
 import {withCells, withoutCells} from "./by_mouse.js";
 import {bytes, grouped, h, mistakeOf, number} from "./dom.js";
-import {besideOf, cellAt, isFlat, piecesOf} from "./lattice.js";
+import {besideOf, cellAt, isFlat, piecesOf} from "./drawn/lattice.js";
 
 const PAUSE = 350;  // Milliseconds without a key before what was typed is checked.
 

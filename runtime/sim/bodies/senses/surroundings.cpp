@@ -1,4 +1,4 @@
-#include "runtime/sim/bodies/surroundings.h"
+#include "runtime/sim/bodies/senses/surroundings.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,6 +1,6 @@
 // The passes over contacts of bodies with shapes (shape_contacts.h).
 #include "physics/solver/lane_contacts.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 #include "physics/solver/turning/turning_lanes.h"
 
 namespace meld::physics {

@@ -1,7 +1,7 @@
 // Catoms as the graphics processor draws them, and which of them a ray meets.
 import {Mesh, Quaternion, RawShaderMaterial, Vector3} from "three";
 
-import {emptyFrame} from "./block.js";
+import {emptyFrame} from "../block.js";
 import {cornersOf} from "./corners.js";
 import {catomFragment, catomVertex, haloFragment, reaches} from "./shaders.js";
 import {reachOfBody, solidsOf} from "./solids.js";

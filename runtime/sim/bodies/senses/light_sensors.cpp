@@ -1,4 +1,4 @@
-#include "runtime/sim/bodies/light_sensors.h"
+#include "runtime/sim/bodies/senses/light_sensors.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "runtime/base/hash.h"
-#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 #include "runtime/sim/core/sensor_noise.h"
 
 namespace meld::sim {

@@ -7,9 +7,9 @@
 
 #include "physics/collision/reach_grid.h"
 #include "physics/scene/scene.h"
-#include "runtime/sim/bodies/lamps.h"
-#include "runtime/sim/bodies/sensor_facts.h"
-#include "runtime/sim/bodies/surroundings.h"
+#include "runtime/sim/bodies/senses/lamps.h"
+#include "runtime/sim/bodies/senses/sensor_facts.h"
+#include "runtime/sim/bodies/senses/surroundings.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -1,4 +1,4 @@
-#include "runtime/sim/bodies/range_finders.h"
+#include "runtime/sim/bodies/senses/range_finders.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "runtime/base/hash.h"
-#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 #include "runtime/sim/core/sensor_noise.h"
 
 namespace meld::sim {

@@ -1,10 +1,10 @@
-#include "runtime/sim/bodies/sensor_facts.h"
+#include "runtime/sim/bodies/senses/sensor_facts.h"
 
 #include <algorithm>
 #include <array>
 
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 
 namespace meld::sim {
 

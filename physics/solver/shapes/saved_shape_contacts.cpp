@@ -5,7 +5,7 @@
 #include "physics/solver/body_addresses.h"
 #include "physics/solver/contacts.h"
 #include "physics/solver/saved_bodies.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 
 namespace meld::physics {
 

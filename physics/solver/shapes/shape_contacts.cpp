@@ -1,5 +1,5 @@
 // Which bodies with shapes may touch what, and where they do.
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 
 #include <algorithm>
 #include <bit>

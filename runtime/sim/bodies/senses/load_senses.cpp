@@ -1,4 +1,4 @@
-#include "runtime/sim/bodies/load_senses.h"
+#include "runtime/sim/bodies/senses/load_senses.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include "runtime/base/assert.h"
 #include "runtime/base/bytes.h"
 #include "runtime/engine/tuple/facts.h"
-#include "runtime/sim/bodies/body_senses.h"
 #include "runtime/sim/bodies/divided_bodies.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 
 namespace meld::sim {
 

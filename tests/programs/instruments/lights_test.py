@@ -7,10 +7,10 @@ import pathlib
 import random
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from frame import main, square  # noqa: E402
-from instruments import InstrumentCase, dot, minus, rotated, to_ball  # noqa: E402
+from cases import InstrumentCase, dot, minus, rotated, to_ball  # noqa: E402
 
 LIT = """type lit(node, int, float).
 type stands(node, float, float, float).

@@ -10,7 +10,7 @@
 #include "runtime/module/abi/senses.h"
 #include "runtime/sim/bodies/divided_bodies.h"
 #include "runtime/sim/bodies/physics_scene.h"
-#include "runtime/sim/bodies/sensor_facts.h"
+#include "runtime/sim/bodies/senses/sensor_facts.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

@@ -8,10 +8,10 @@ import random
 import re
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 
 from frame import main, square  # noqa: E402
-from instruments import SIZES, InstrumentCase, dot, rotated, to_ball  # noqa: E402
+from cases import SIZES, InstrumentCase, dot, rotated, to_ball  # noqa: E402
 
 TURNS = """type turns(node, float, float, float).
 type turns-too(node, vec3).

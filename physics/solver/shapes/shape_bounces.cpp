@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "physics/bodies/symmetric.h"
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {

@@ -1,6 +1,6 @@
 // What the graphics processor does: a triangle is put in front of each catom, and each of its pixels sends a ray at the catom's true form.
 // Units: within a catom its diameter. The light is that of runtime/show/render/paint.cpp, but for shadows: neighbours darken instead.
-import {BODY} from "./block.js";
+import {BODY} from "../block.js";
 
 // Bodies have rays of their own, along their own axes.
 export const catomVertex = (form) => `#version 300 es

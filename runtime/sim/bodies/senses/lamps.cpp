@@ -1,4 +1,4 @@
-#include "runtime/sim/bodies/lamps.h"
+#include "runtime/sim/bodies/senses/lamps.h"
 
 #include <fmt/format.h>
 

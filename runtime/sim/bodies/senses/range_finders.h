@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "physics/scene/scene.h"
-#include "runtime/sim/bodies/sensor_facts.h"
-#include "runtime/sim/bodies/surroundings.h"
+#include "runtime/sim/bodies/senses/sensor_facts.h"
+#include "runtime/sim/bodies/senses/surroundings.h"
 #include "runtime/sim/core/subdomain.h"
 
 namespace meld::sim {

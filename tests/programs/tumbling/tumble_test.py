@@ -4,12 +4,15 @@ where a run is stopped in the middle and goes on with others, the facts and plac
 Usage: tumble_test.py MELDSIM [FIRST_SEED [SEEDS [TICKS]]]
 """
 
+import pathlib
 import random
 import shutil
 import subprocess
 import sys
 
-from seeds import Divided
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+from seeds import Divided  # noqa: E402
 
 PROGRAM = """
 type action force(node, float, float, float) while.

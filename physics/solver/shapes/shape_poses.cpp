@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/solver/shape_contacts.h"
+#include "physics/solver/shapes/shape_contacts.h"
 #include "runtime/base/assert.h"
 
 namespace meld::physics {

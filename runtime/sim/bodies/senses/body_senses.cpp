@@ -1,4 +1,4 @@
-#include "runtime/sim/bodies/body_senses.h"
+#include "runtime/sim/bodies/senses/body_senses.h"
 
 #include <fmt/format.h>
 
