@@ -69,7 +69,8 @@ class Snapshot : public ProgramTest {
   protected:
     // Engines for comparison run on one process, and one of them is exact with one thread only.
     bool only_alone() const { return connects() || (world_.is_free() && world_.physics.engine != "blocks"); }
-    // Connected catoms go on on several processes in random worlds (tests/programs/tumbling/composites_test.py); these are long runs of few blocks.
+    // Connected catoms go on on several processes in random worlds (tests/programs/tumbling/composites_test.py); these are long runs of
+    // few blocks.
     bool connects() const { return tuple::ProgramActions(*static_cast<const ModuleInfo*>(module_->table())).uses(ActionKind::Connect); }
 
     // Where bodies go from one process to another, some catoms are evaluated once more, and the run says so.
