@@ -6,7 +6,8 @@ add_dependencies(test_retraction meldc)
 # What a pass changes in programs that are like others.
 set(like_others catoms closure joins leader multihop parent perlink strata tree twolinks weighted widest)
 list(TRANSFORM like_others PREPEND Programs/Passes.DeltasChangeNothing/)
-meld_slow_cases(test_retraction Rewriting.ChangesNothing ${like_others})
+meld_slow_cases(test_retraction Rewriting.ChangesNothing Programs/Passes.DeltasChangeNothing/rows Programs/Passes.DeltasChangeNothing/fronts
+  ${like_others})
 # Other cases than those above, and more.
 add_test(NAME retraction_campaign COMMAND test_retraction --gtest_filter=*.LeavesNoTrace/*)
 set_tests_properties(retraction_campaign PROPERTIES TIMEOUT 2400 PROCESSORS 2 LABELS campaign

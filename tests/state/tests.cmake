@@ -13,7 +13,8 @@ set(like_others
   shortest_paths thermometerdrift thermometerweather life belief_propagation shape_change lost heappgs20 heaphash heapode
   pairhash pairode)
 list(TRANSFORM like_others PREPEND Programs/*/)
-meld_slow_cases(test_state ${like_others} Programs/Snapshot.*/tumble Chains.OfWhichAnyByteOfTheLastFileIsDamagedFallBackToTheOneBefore
+meld_slow_cases(test_state ${like_others} Programs/Snapshot.*/tumble Programs/Snapshot.*/thermometer Programs/TimelineOf.*/doze
+  Chains.OfWhichAnyByteOfTheLastFileIsDamagedFallBackToTheOneBefore
   Programs/Snapshot.*/doze Programs/Snapshot.*/storm Programs/Snapshot.*/swarm Programs/TimelineOf.*/tumble Programs/TimelineOf.*/storm
   Damage.OfAnyByteOfAShareIsNoticed Damage.OfAnyByteOfAManifestIsNoticed)
 
