@@ -91,7 +91,7 @@ def turning_friction(seed):
 
 def what_the_world_moves(seed, about_z=False):
     """In every third world catoms are moved, a belt runs, and gravity changes. What hangs on catoms that turn may be long: it stays above
-    the ground if they turn about z."""
+    the ground and the belt if they turn about z."""
     if seed % 3 != 1:
         return ""
     rng = random.Random(seed)
@@ -105,7 +105,7 @@ def what_the_world_moves(seed, about_z=False):
     text = (f'[[motion.mover]]\nwhere = "id % 11 == {rng.randint(0, 10)}"\nswing = {vector(0.3)}\ntilt = {turning(30)}\n'
             f"frequency = {rng.choice([0.5, 2, 5])}\nphase = {rng.randint(0, 359)}\n"
             f'[[motion.mover]]\nwhere = "id == {rng.randint(0, 9)}"\nspin = {turning(3)}\npivot = {vector(2)}\n'
-            f'[[motion.obstacle]]\nkind = "box"\ncentre = [5, 2, 0.2]\nsize = [4, 4, 1]\nbelt = {vector(2)}\n'
+            f'[[motion.obstacle]]\nkind = "box"\ncentre = [5, 2, {-0.45 if about_z else 0.2}]\nsize = [4, 4, 1]\nbelt = {vector(2)}\n'
             f"[[event]]\ntick = {rng.randint(5, 15)}\ngravity = {vector(8)}\n")
     return text + (f"[motion.gravity_swing]\nswing = {vector(3)}\ntilt = {vector(20)}\nfrequency = 3\n" if rng.random() < 0.5 else "")
 
