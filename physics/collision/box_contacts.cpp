@@ -24,15 +24,7 @@ struct FaceCorner {
     double u, v, up;
 };
 // A face that is being cut, or a line.
-struct FaceRing {
-    std::array<FaceCorner, 8> corners;
-    int count = 0;
-    void push(FaceCorner corner) {
-        if (count < 8) corners[static_cast<std::size_t>(count++)] = corner;
-    }
-    std::span<const FaceCorner> all() const { return std::span(corners).first(static_cast<std::size_t>(count)); }
-    std::span<FaceCorner> all() { return std::span(corners).first(static_cast<std::size_t>(count)); }
-};
+using FaceRing = CornerRing<FaceCorner>;
 
 // Cuts off what lies beyond `limit` along a coordinate times `sign`.
 template <double FaceCorner::* kAlong>

@@ -25,6 +25,7 @@ OnCore nearest_on_cylinder(Vec3 half, Vec3 point) {
     const Vec3 out = away > 0 ? (1 / away) * Vec3{point.x, point.y, 0} : Vec3{1, 0, 0};
     return {{half.x * out.x, half.x * out.y, point.z}, out, away - half.x};
 }
+
 void collide_ball_and_core(const Core& ball, const Core& core, const Pose& pose, Vec3 from_core, bool ball_first, double reach,
                            Manifold& found) {
     const Vec3 ball_at = into(pose, from_core);
@@ -47,19 +48,9 @@ void collide_lines(const Core& a, const Pose& a_pose, const Core& b, const Pose&
     add_nearest(a, b, nearest_of_lines({}, u, a.half_m.z, shift, v, b.half_m.z), otherwise, reach, found);
 }
 
-// A face of a core, or the whole of a line, as a ring of corners from the core's centre.
-struct Ring {
-    std::array<Vec3, 8> corners;
-    int count = 0;
-    void push(Vec3 corner) {
-        if (count < 8) corners[static_cast<std::size_t>(count++)] = corner;
-    }
-    std::span<const Vec3> all() const { return std::span(corners).first(static_cast<std::size_t>(count)); }
-};
-
-// The face that looks most along a direction.
-Ring face_along(const Core& core, const Pose& pose, Vec3 direction) {
-    Ring ring;
+// The face of a core that looks most along a direction, or the whole of a line; its corners from the core's centre.
+CornerRing<Vec3> face_along(const Core& core, const Pose& pose, Vec3 direction) {
+    CornerRing<Vec3> ring;
     const Vec3 z = core.half_m.z * pose.axes[2];
     if (kind_of(core) == CoreKind::Line) {
         ring.push(z), ring.push(-z);
@@ -156,7 +147,7 @@ void collide_with_plane(const Core& a, const Pose& a_pose, Vec3 normal, double o
     found.normal = -normal;
     if (kind_of(a) == CoreKind::Cylinder) return collide_cylinder_with_plane(a, a_pose, normal, offset_m, reach_m, hint, found);
     const double height = dot(normal, a_pose.centre) - offset_m - a.radius_m;
-    Ring ring;
+    CornerRing<Vec3> ring;
     if (kind_of(a) == CoreKind::Point)
         ring.push({});
     else

@@ -1,8 +1,11 @@
 // What the files about contacts of cores share: their kinds, frames and nearest points of lines.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <span>
 
 #include "physics/collision/core_contacts.h"
 
@@ -47,6 +50,17 @@ struct OnCore {
 };
 // Of a box or a line.
 OnCore nearest_on(Vec3 half, Vec3 point);
+
+// The corners of a face in their order, or the ends of a line. A face that another one of four corners has cut has at most eight.
+template <class T>
+struct CornerRing {
+    std::array<T, 8> corners;
+    int count = 0;
+    void push(const T& corner) {
+        if (count < 8) corners[static_cast<std::size_t>(count++)] = corner;
+    }
+    std::span<const T> all() const { return std::span(corners).first(static_cast<std::size_t>(count)); }
+};
 
 // A point on each of two cores, from the centre of the first body.
 struct LineEnds {

@@ -1,5 +1,4 @@
 // What moves as the world says in the block engine: fixed bodies with prescribed motions, and the belts of obstacles.
-
 #include "physics/solver/block_engine.h"
 
 namespace meld::physics {

@@ -13,7 +13,10 @@ export class Lamps {
     }
 
     show({lamps}) {
-        if (this.mesh) this.scene.remove(this.mesh);
+        if (this.mesh) {
+            this.scene.remove(this.mesh);
+            this.mesh.dispose();
+        }
         this.mesh = null;
         if (lamps.length === 0) return;
         this.mesh = new InstancedMesh(this.ball, this.paint, lamps.length);
