@@ -52,5 +52,6 @@ meld_test(test_reference COMPUTES SOURCES ${CMAKE_CURRENT_LIST_DIR}/reference_te
 # That the tester notices what is wrong takes longest, and changes seldom; so does what its generator makes.
 meld_slow_cases(test_reference Generator.MakesProgramsOfAllConstructs Tester.NoticesOtherPrograms
   Tester.FindsNoDifferenceWhereThereIsNone Judge.NoticesEveryWayToFalsify Judge.AcceptsAnswersAboutPartsWithinParts
-  Judge.AcceptsAnswersAndRefusesFalsifiedOnes Questions.AreOfManyKinds)
+  Judge.AcceptsAnswersAndRefusesFalsifiedOnes Questions.AreOfManyKinds
+  FixedCatoms.InLinearRulesAreLikeVariables)
 meld_test(test_reference_types COMPUTES SOURCES ${CMAKE_CURRENT_LIST_DIR}/types_test.cpp DEPENDS tests_reference)
