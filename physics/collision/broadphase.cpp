@@ -2,6 +2,7 @@
 #include "physics/collision/broadphase.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "physics/collision/block_grid.h"
 #include "physics/collision/pair_search.h"
@@ -55,6 +56,7 @@ void Velocities::add(const Vec3& v) {
     least_ = {std::min(least_.x, v.x), std::min(least_.y, v.y), std::min(least_.z, v.z)};
     most_ = {std::max(most_.x, v.x), std::max(most_.y, v.y), std::max(most_.z, v.z)};
     x_.add(v.x), y_.add(v.y), z_.add(v.z);
+    ++of_exponent_[static_cast<std::size_t>(exponent_of(dot(v, v)))];
     ++count_;
 }
 
@@ -63,6 +65,7 @@ void Velocities::add(const Velocities& others) {
     least_ = {std::min(least_.x, l.x), std::min(least_.y, l.y), std::min(least_.z, l.z)};
     most_ = {std::max(most_.x, m.x), std::max(most_.y, m.y), std::max(most_.z, m.z)};
     x_.add(others.x_), y_.add(others.y_), z_.add(others.z_);
+    for (std::size_t i = 0; i < of_exponent_.size(); ++i) of_exponent_[i] += others.of_exponent_[i];
     count_ += others.count_;
 }
 
@@ -71,11 +74,21 @@ Vec3 Velocities::mean() const {
     return (1 / static_cast<double>(count_)) * Vec3{x_.value(), y_.value(), z_.value()};
 }
 
-double Velocities::greatest_beside_mean() const {
+double Velocities::greatest_beside(const Vec3& m) const {
     if (count_ == 0) return 0;
-    const Vec3 m = mean();
     return length(
         {std::max(most_.x - m.x, m.x - least_.x), std::max(most_.y - m.y, m.y - least_.y), std::max(most_.z - m.z, m.z - least_.z)});
+}
+
+int Velocities::exponent_of(double speed_squared) {
+    return speed_squared > 0 ? std::clamp(std::ilogb(speed_squared) + kExponents / 2, 0, kExponents - 1) : 0;
+}
+
+double Velocities::share_above(double speed_m_s) const {
+    MELD_EXPECT(speed_m_s > 0, "{} m/s", speed_m_s);
+    std::uint64_t faster = 0;
+    for (int i = exponent_of(speed_m_s * speed_m_s); i < kExponents; ++i) faster += of_exponent_[static_cast<std::size_t>(i)];
+    return count_ == 0 ? 0 : static_cast<double>(faster) / static_cast<double>(count_);
 }
 
 Velocities velocities_of(const Bodies& bodies) {

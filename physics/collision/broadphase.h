@@ -1,6 +1,7 @@
 // Broadphases behind one interface, so that they can be compared on the same bodies; comparison/hash_broadphase.h is another.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -32,15 +33,17 @@ struct RadiusRange {
 };
 RadiusRange radius_range(const Bodies& bodies);
 
-// The velocities of many bodies, m/s: their mean, relative to which a crowd that moves together is slow, and the smallest box that holds
-// them.
+// The velocities of many bodies, m/s: their mean, relative to which a crowd that moves together is slow, the smallest box that holds them,
+// and how many can be fast.
 class Velocities {
   public:
     void add(const Vec3& velocity);
     void add(const Velocities& others);
     Vec3 mean() const;
-    // No body is faster than this relative to the mean.
-    double greatest_beside_mean() const;
+    // No body is faster than this relative to a frame that moves.
+    double greatest_beside(const Vec3& frame) const;
+    // At most this share of the bodies is faster than `speed_m_s`, which counts some that are less than a third slower.
+    double share_above(double speed_m_s) const;
 
   private:
     static constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -48,6 +51,10 @@ class Velocities {
     // Exact, so the same in any order.
     ExactSum x_, y_, z_;
     std::uint64_t count_ = 0;
+    // By the binary exponent of the square of their speed.
+    static constexpr int kExponents = 64;
+    static int exponent_of(double speed_squared);
+    std::array<std::uint64_t, kExponents> of_exponent_{};
 };
 // Of all finite bodies that are neither removed nor ghosts.
 Velocities velocities_of(const Bodies& bodies);

@@ -30,6 +30,11 @@ constexpr int kBounceSweeps = 4;
 // overlap a little.
 constexpr double kSlowShare = 0.375;
 
+// Where few bodies are fast, a list is to serve so many steps, as long as no body travels farther than a smallest diameter in them, and at
+// most this share of all bodies farther than half of the skin.
+constexpr int kStepsOfList = 8;
+constexpr double kFewShare = 1.0 / 32;
+
 // A new list holds what fast bodies may meet in the step, and what a relaxation sweep then keeps from touching in the next substep.
 double ahead_of_fast_s(const StepTimes& times) { return times.dt_s + times.substep_s(); }
 
@@ -215,7 +220,7 @@ Result<void> BlockEngine::run(const Stage& stage, const StepTimes& times, Worker
         case Stage::Kind::Move:
             return move(times, workers);
         case Stage::Kind::Refresh:
-            return refresh(active_, times, workers, stage.goes_on);
+            return refresh(active_, times, workers, stage.goes_on ? After::Substep : After::Step);
         case Stage::Kind::Finish: {
             if (world_.has_features()) account_charges(world_, workers);
             rows_.collect(world_.bodies, world_.composites, workers);
@@ -322,7 +327,7 @@ Result<void> BlockEngine::settle(const StepTimes& times, Workers& workers) {
         // The list is new. Blocks that sleep may wake before the next one, and need its gaps and normals then.
         std::vector<std::uint32_t> all(states_.size());
         std::iota(all.begin(), all.end(), 0u);
-        if (auto refreshed = refresh(all, times, workers); !refreshed) return refreshed;
+        if (auto refreshed = refresh(all, times, workers, After::List); !refreshed) return refreshed;
     }
     // After a failed step all impulses must be forgotten; a step of another length would need impulses of another size.
     if (std::exchange(forget_, false) || (last_substep_s_ != 0 && last_substep_s_ != times.substep_s())) {
@@ -339,11 +344,28 @@ double BlockEngine::reach_m() const { return std::max(kLookAheadShare * 2 * smal
 // Old when the movement so far and in this step could bring together two bodies that the list does not hold.
 bool BlockEngine::list_is_old(const StepTimes& times) const {
     if (reach_m() > margin_m_) return true;
-    double farthest = 0;
-    for (const BlockState& state : states_)
-        farthest = std::max(farthest, std::sqrt(static_cast<double>(state.drift_squared)) +
-                                          std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s);
-    return farthest > skin_m_ / 2;
+    for (std::uint32_t b = 0; b < states_.size(); ++b) {
+        const BlockState& state = states_[b];
+        const double way_m =
+            std::sqrt(static_cast<double>(state.drift_squared)) + std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s;
+        if (way_m > skin_m_ / 2 && (paths_.empty() || std::isinf(state.speed_squared) || leaves_path(b, times.dt_s))) return true;
+    }
+    return false;
+}
+
+bool BlockEngine::leaves_path(std::uint32_t index, double dt_s) const {
+    const Block& block = grid_.blocks()[index];
+    const std::span<const Path> paths = paths_of(index);
+    auto path = paths.begin();
+    for (std::uint32_t slot = block.first; slot < block.first + block.count; ++slot) {
+        const Drift& drift = world_.bodies.drift[slot];
+        const double way_m =
+            static_cast<double>(std::hypot(drift.x, drift.y, drift.z)) + length(velocity_of(world_.bodies.velocity[slot])) * dt_s;
+        const bool fast = path != paths.end() && path->slot == slot;
+        if (way_m > skin_m_ / 2 + (fast ? static_cast<double>(path->length_m) : 0)) return true;
+        if (fast) ++path;
+    }
+    return false;
 }
 
 RadiusRange BlockEngine::radii_of_world() const {
@@ -363,10 +385,36 @@ GridShape BlockEngine::next_shape() const {
     return GridShape::fitting(radii.min, radii.max, margin + skin, 2 * farthest_path_m_);
 }
 
+// A faster body than the world allows ends the step with an error.
 void BlockEngine::set_velocities(const Velocities& all, const StepTimes& times) {
+    const double smallest_m = 2 * least_radius_m(radii_of_world()), skin_m = world_.settings.skin_share * smallest_m;
     frame_m_s_ = all.mean();
-    // A faster body ends the step with an error.
-    farthest_path_m_ = std::min(all.greatest_beside_mean(), world_.settings.max_speed_m_s) * ahead_of_fast_s(times);
+    ahead_s_ = ahead_of_fast_s(times);
+    slow_m_ = kSlowShare * smallest_m;
+    double fastest_m_s = std::min(all.greatest_beside(frame_m_s_), world_.settings.max_speed_m_s);
+    // Lists of shapes take long to make. What bodies have moved since is counted without a frame.
+    const double greatest_m_s = std::min(all.greatest_beside({}), world_.settings.max_speed_m_s);
+    const double ahead_s = std::min(kStepsOfList * times.dt_s, greatest_m_s > 0 ? smallest_m / greatest_m_s : 0);
+    follows_paths_ = !world_.shapes.empty() && ahead_s > ahead_s_ && greatest_m_s * ahead_s > skin_m / 2 &&
+                     all.share_above(skin_m / 2 / ahead_s) < kFewShare;
+    if (follows_paths_) frame_m_s_ = {}, ahead_s_ = ahead_s, slow_m_ = skin_m / 2, fastest_m_s = greatest_m_s;
+    farthest_path_m_ = fastest_m_s * ahead_s_;
+}
+
+std::span<const BlockEngine::Path> BlockEngine::paths_of(std::uint32_t index) const {
+    const Block& block = grid_.blocks()[index];
+    const auto first = std::ranges::lower_bound(paths_, block.first, {}, &Path::slot);
+    return {first, std::ranges::lower_bound(first, paths_.end(), block.first + block.count, {}, &Path::slot)};
+}
+
+// Of bodies that are fast (PairSearch::Reach), and that the list lets go so far.
+void BlockEngine::list_paths() {
+    paths_.clear();
+    if (!follows_paths_) return;
+    const Bodies& bodies = world_.bodies;
+    for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
+        if (const double path_m = ahead_s_ * length(velocity_of(bodies.velocity[slot])); path_m > slow_m_)
+            paths_.push_back({slot, static_cast<float>(path_m)});
 }
 
 Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
@@ -374,10 +422,10 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
     note_stillness();
     const RadiusRange radii = radii_of_world();
     if (world_.has_features()) bodies.need_features();
-    if (!owns_) set_velocities(velocities_of(bodies), times);
     smallest_radius_m_ = least_radius_m(radii);
     skin_m_ = world_.settings.skin_share * 2 * smallest_radius_m_;
     margin_m_ = reach_m();
+    if (!owns_) set_velocities(velocities_of(bodies), times);
     if (!std::exchange(cached_, false)) cache_contacts(workers);
     Buffer<std::uint32_t> order;
     {
@@ -394,13 +442,13 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         std::vector<bool> owned;
         for (const Block& block : grid_.blocks())
             if (owns_) owned.push_back(owns_(unpack(block.key)));
-        PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_of_fast_s(times), .frame_m_s = frame_m_s_};
-        reach.slow_m = kSlowShare * 2 * smallest_radius_m_;
+        PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_s_, .slow_m = slow_m_, .frame_m_s = frame_m_s_};
         if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
-        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, kStepsAhead * times.dt_s, &world_.composites,
-                           !world_.shapes.empty()},
+        list_paths();
+        const double ahead_s = std::max(kStepsAhead * times.dt_s, ahead_s_);
+        contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, ahead_s, &world_.composites, !world_.shapes.empty()},
                           owns_ ? &owned : nullptr, workers);
-        lay_out_shapes(reach, kStepsAhead * times.dt_s, owns_ ? &owned : nullptr, workers);
+        lay_out_shapes(reach, ahead_s, owns_ ? &owned : nullptr, workers);
         rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
         turning_.forget();
         link_blocks();
@@ -481,7 +529,8 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     return fine ? Result<void>() : world_.check_speeds();
 }
 
-Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers, bool goes_on) {
+Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers, After after) {
+    const bool goes_on = after == After::Substep;
     const StageClock clock(world_.times.refresh);
     MELD_EXPECT(states_.size() == grid_.blocks().size(), "{} states of {} blocks", states_.size(), grid_.blocks().size());
     const auto max_overlap = static_cast<float>(world_.settings.max_overlap_share);
@@ -495,10 +544,11 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
     };
     for_blocks(blocks, workers, [&](int worker, std::uint32_t block) {
         if (auto collided = refresh_obstacles(worker, block, times.dt_s); !collided) fails(collided.error());
-        if (!shape_contacts_.empty() && goes_on)
+        const bool moved = after != After::List;
+        if (!shape_contacts_.empty() && moved)
             shape_contacts_.follow(block, world_.bodies.velocity.data(), static_cast<float>(times.substep_s()));
-        else if (!shape_contacts_.empty())
-            if (const auto deep = refresh_shapes(block, times.dt_s)) fails(*deep);
+        if (!shape_contacts_.empty() && !goes_on)
+            if (const auto deep = refresh_shapes(block, times.dt_s, moved)) fails(*deep);
         const bool deep = refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap);
         refresh_fast(block, times.dt_s);
         if (!deep) return;

@@ -116,11 +116,18 @@ class BlockEngine final : public Engine {
     };
 
     // A block that came from a snapshot: its bodies are in the slots from `first` on.
+    // How far a fast body may go before the next list.
+    struct Path {
+        std::uint32_t slot;
+        float length_m;
+    };
     struct LoadedBlock {
         std::uint64_t key = 0;
         std::uint32_t first = 0, count = 0;
         BlockState state = {};
-        std::optional<Cages> cages = {};                                // Slots are counted from the first of the block.
+        // Slots are counted from the first of the block.
+        std::optional<Cages> cages = {};
+        std::vector<Path> paths = {};
         std::span<const std::byte> contacts = {}, shape_contacts = {};  // Valid until loaded().
     };
     struct Loading {
@@ -130,6 +137,10 @@ class BlockEngine final : public Engine {
 
     Result<void> prepare(const StepTimes& times, Workers& workers);
     bool list_is_old(const StepTimes& times) const;
+    // Whether a body of a block goes farther than the list has looked.
+    bool leaves_path(std::uint32_t block, double dt_s) const;
+    void list_paths();
+    std::span<const Path> paths_of(std::uint32_t block) const;
     Result<void> rebuild(const StepTimes& times, Workers& workers);
     void keep_last_good(Workers& workers);
     RadiusRange radii_of_world() const;
@@ -165,8 +176,9 @@ class BlockEngine final : public Engine {
     void set_asleep(std::uint32_t block, bool asleep);
     void begin_actuation(double dt_s, Workers& workers);
     void actuate_block(std::uint32_t block);
-    // Gaps and normals of the contacts of these blocks, from the present positions.
-    Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers, bool goes_on = false);
+    // Gaps and normals of the contacts of these blocks, from the present positions: of a new list, within a step, and at its end.
+    enum class After : std::uint8_t { List, Substep, Step };
+    Result<void> refresh(const std::vector<std::uint32_t>& blocks, const StepTimes& times, Workers& workers, After after);
     // The error: a body that ODE fails at or that is too deep in an obstacle, and the message; of several, that of the lowest body.
     tl::expected<void, std::pair<BodyId, Error>> refresh_obstacles(int worker, std::uint32_t block, double dt_s);
     template <class Fails>
@@ -212,7 +224,7 @@ class BlockEngine final : public Engine {
     void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers);
     void turn_shapes_by_torques(std::uint32_t block, const Wrench* first, const Wrench* second, double step_s);
     Moved move_shaped(std::uint32_t block, float step_s);
-    std::optional<std::pair<BodyId, Error>> refresh_shapes(std::uint32_t block, double dt_s);
+    std::optional<std::pair<BodyId, Error>> refresh_shapes(std::uint32_t block, double dt_s, bool followed);
     // Calls f(batch, lane, what it is) for each lane that is used.
     template <class F>
     void each_shape_lane(std::size_t block, const F& f) const;
@@ -261,9 +273,13 @@ class BlockEngine final : public Engine {
     std::array<std::vector<std::uint32_t>, kColours> coloured_;
     double smallest_radius_m_ = 0.5;
     double skin_m_ = 0, margin_m_ = 0;
-    // How far a body may travel before the next list, relative to a frame that moves with all of them.
+    // The list holds what bodies may meet in this time that travel farther than `slow_m_` in it, relative to a frame that moves.
+    double ahead_s_ = 0, slow_m_ = 0;
     double farthest_path_m_ = 0;
     Vec3 frame_m_s_;
+    // Whether the list serves fast bodies until they have gone these ways besides, in the order of slots; others may go half of the skin.
+    bool follows_paths_ = false;
+    std::vector<Path> paths_;
     double last_dt_s_ = 0;
     double last_substep_s_ = 0;
     // Whether this subdomain owns a block; empty if the world is not divided.

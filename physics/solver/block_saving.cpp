@@ -15,8 +15,9 @@ namespace {
 struct SavedBlock {
     float speed_squared, drift_squared, first_speed_squared, second_speed_squared;
     std::uint16_t still_ticks, decide_at;
-    std::uint8_t stays, asleep, has_cages, has_shapes;
+    std::uint8_t stays, asleep, has, zero;
 };
+constexpr std::uint8_t kHasCages = 1, kHasShapes = 2, kHasPaths = 4;
 
 struct SavedCages {
     std::uint64_t since_tick;
@@ -58,8 +59,14 @@ void BlockEngine::save_home(Home home, ByteWriter& bodies, ByteWriter& contacts)
     const BlockState& s = states_[block];
     const auto cages = cages_.find(block);
     const bool caged = cages != cages_.end(), has_shapes = !shape_contacts_.lanes(block).empty();
+    const std::span<const Path> paths = paths_of(block);
+    const int has = (caged ? kHasCages : 0) | (has_shapes ? kHasShapes : 0) | (paths.empty() ? 0 : kHasPaths);
     bodies.write(SavedBlock{s.speed_squared, s.drift_squared, s.first_speed_squared, s.second_speed_squared, s.still_ticks, s.decide_at,
-                            s.stays, s.asleep, caged, has_shapes});
+                            s.stays, s.asleep, static_cast<std::uint8_t>(has), 0});
+    if (!paths.empty()) {
+        bodies.write_count(paths.size());
+        for (const Path& path : paths) bodies.write(Path{path.slot - grid_.blocks()[block].first, path.length_m});
+    }
     if (caged) {
         bodies.write(SavedCages{cages->second.since_tick, cages->second.watch_ticks, cages->second.confirmed});
         bodies.write_count(cages->second.rattlers.size());
@@ -87,7 +94,12 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
     state.still_ticks = s.still_ticks, state.decide_at = s.decide_at;
     state.stays = s.stays != 0, state.asleep = state.rests = s.asleep != 0;
     state.owned = holds == Holds::Own;
-    if (s.has_cages != 0) {
+    if ((s.has & kHasPaths) != 0) {
+        block.paths.resize(bodies.read_count(sizeof(Path)));
+        for (Path& path : block.paths)
+            if (path = bodies.read<Path>(); path.slot >= count) return damaged_snapshot("knows the way of a body that is not there");
+    }
+    if ((s.has & kHasCages) != 0) {
         const auto saved = bodies.read<SavedCages>();
         // Clang 19 takes a class within a class for one that cannot be made without arguments until the outer one ends.
         Cages& cages = *(block.cages = Cages{});
@@ -96,7 +108,7 @@ Result<void> BlockEngine::load_home(Home home, std::uint32_t first, Holds holds,
         for (Rattler& rattler : cages.rattlers)
             if (rattler = bodies.read<Rattler>(); rattler.slot >= count) return damaged_snapshot("watches a body that is not there");
     }
-    if (s.has_shapes != 0 && holds == Holds::Own) block.shape_contacts = contacts.read_block();
+    if ((s.has & kHasShapes) != 0 && holds == Holds::Own) block.shape_contacts = contacts.read_block();
     block.contacts = contacts.read_bytes(contacts.left());
     return {};
 }
@@ -175,7 +187,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
     Contacts::add_motionless(bodies, world_.obstacles, blocks.size());
     if (!composites_loaded()) return damaged_snapshot("has invalid connections");
     if (auto settled = world_.joints.settle(world_.movers()); !settled) return settled;
-    states_.clear(), cages_.clear();
+    states_.clear(), cages_.clear(), paths_.clear();
     std::vector<std::span<const std::byte>> contacts, shape_contacts;
     for (LoadedBlock& block : loading_.blocks) {
         const auto index = static_cast<std::uint32_t>(states_.size());
@@ -187,6 +199,7 @@ Result<void> BlockEngine::loaded(Workers& workers) {
             for (Rattler& rattler : block.cages->rattlers) rattler.slot += first;
             cages_.emplace(index, std::move(*block.cages));
         }
+        for (const Path& path : block.paths) paths_.push_back({first + path.slot, path.length_m});
         contacts.push_back(block.contacts);
         shape_contacts.push_back(block.shape_contacts);
     }

@@ -96,12 +96,13 @@ Moved BlockEngine::move_shaped(std::uint32_t index, float step_s) {
     return moved;
 }
 
-std::optional<std::pair<BodyId, Error>> BlockEngine::refresh_shapes(std::uint32_t block, double dt_s) {
+std::optional<std::pair<BodyId, Error>> BlockEngine::refresh_shapes(std::uint32_t block, double dt_s, bool followed) {
     const auto deep = shape_contacts_.refresh(shape_setup(), block,
                                               {.margin_m = kLookAheadShare * 2 * smallest_radius_m_,
                                                .ahead_s = kStepsAhead * dt_s,
                                                .latch_range_m = world_.latch_range_m(),
-                                               .max_overlap_share = world_.settings.max_overlap_share});
+                                               .max_overlap_share = world_.settings.max_overlap_share,
+                                               .followed = followed});
     if (!deep) return std::nullopt;
     if (deep->obstacle == kNoSlot)
         return std::pair(std::min(deep->body, deep->other), world_.overlapping(deep->body, deep->other, deep->overlap_m));

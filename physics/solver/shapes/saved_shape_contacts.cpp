@@ -60,6 +60,7 @@ void ShapeContacts::save(const BlockGrid& grid, const Bodies& bodies, std::uint3
             if (lane->of_compound) out.write(lane->a_solid), out.write(lane->b_solid);
             out.write(lasting(lane->axis)), out.write(lane->points), out.write(lane->touching);
             out.write(std::array{batch.nx[i], batch.ny[i], batch.nz[i]});
+            if (lane->points != 0) out.write(batch.same_m[i]);
             for (std::size_t p = 0; p < lane->points; ++p) out.write(numbers_of(batch.points[p], i));
         }
     }
@@ -107,6 +108,7 @@ bool ShapeContacts::load(const Setup& setup, std::span<const std::span<const std
                 set_materials(setup, batch, i, *lane);
                 const auto normal = in.read<std::array<float, 3>>();
                 batch.nx[i] = normal[0], batch.ny[i] = normal[1], batch.nz[i] = normal[2];
+                if (lane->points != 0) batch.same_m[i] = in.read<float>();
                 for (std::size_t p = 0; p < lane->points; ++p) set_numbers(batch.points[p], i, in.read<std::array<float, kKeptOfPoint>>());
             }
         }

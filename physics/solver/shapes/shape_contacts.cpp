@@ -20,6 +20,9 @@ constexpr std::size_t kShapeBlocksPerJob = 2;
 // As for spheres (contacts.cpp).
 constexpr std::size_t kShapeSegment = 384;
 constexpr int kShapeColours = 64;
+// Bodies that have moved by less than this share of the least distance from the middle to the surface of a body, also where they are
+// farthest from their middles, keep the points at which they touch.
+constexpr double kSameShare = 4e-3;
 
 // Of a body that is no compound.
 Core core_of(const ShapeContacts::Setup& setup, std::uint32_t slot) {
@@ -431,8 +434,13 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
                 continue;
             }
             const double reach_m = reach_of(setup, batch, i, contact);
+            if (contact.followed && are_same(batch, i, *lane, reach_m - contact.margin_m)) {
+                most = std::max(most, lane->points);
+                continue;
+            }
             const bool far = lane->points == 0 && lane->obstacle == kNoSlot &&
-                             lane->apart_until_m > moved_m_[batch.a[i]] + moved_m_[batch.b[i]] + reach_m;
+                             (lane->apart_until_m > moved_m_[batch.a[i]] + moved_m_[batch.b[i]] + reach_m ||
+                              spheres_are_apart(bodies, batch.a[i], batch.b[i], reach_m));
             if (!far) collide_lane(setup, batch, i, *lane, reach_m, found);
             if (far || found.count == 0) {
                 if (!far && lane->obstacle == kNoSlot) lane->apart_until_m = apart_until(batch.a[i], batch.b[i], found);
@@ -445,6 +453,7 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
             Former former;
             former.add(batch, i, *lane, held);
             take_points(setup, batch, i, *lane, found, former, held);
+            batch.same_m[i] = same_at_most_m(setup, batch, i, *lane);
             if (held != nullptr && !lane->of_compound) share_holds_anew(bodies, number, i, lane->points);
             most = std::max(most, lane->points);
             note_depth(setup, batch, i, *lane, found, contact, worst);
@@ -462,6 +471,12 @@ double ShapeContacts::reach_of(const Setup& setup, const ShapeBatch& batch, int 
                           features[batch.b[i]].on != 0;
     return (may_hold ? contact.latch_range_m : contact.margin_m) +
            contact.ahead_s * (length(velocity_of(b) - velocity_of(a)) + speed_of(a) + speed_of(b));
+}
+
+float ShapeContacts::same_at_most_m(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane) {
+    double least_m = least_of(setup, batch.a[i], lane.a_solid);
+    if (lane.obstacle == kNoSlot) least_m = std::min(least_m, least_of(setup, batch.b[i], lane.b_solid));
+    return static_cast<float>(kSameShare * least_m);
 }
 
 void ShapeContacts::note_depth(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, const Manifold& found,

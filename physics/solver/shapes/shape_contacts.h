@@ -14,7 +14,9 @@
 // As with spheres, batches of eight lanes are laid out with the candidate list, and impulses stay in place. A lane is two bodies. Lanes
 // that are near each other when the list is made come first, so that most of the other batches have no points and cost nothing. Points are
 // found anew at the end of each step; within it they follow the bodies' velocities. Two bodies that were found to be apart are compared
-// again when they have moved far enough to touch, which changes nothing but the time that it takes.
+// again when they have moved far enough to touch, which changes nothing but the time that it takes. Points that were found go on to follow
+// the velocities, also over the ends of steps, until their bodies have moved a little (kSameShare): they are then right to the second order
+// of that.
 #pragma once
 
 #include <array>
@@ -61,6 +63,8 @@ struct alignas(32) ShapeBatch {
     Lanes nx, ny, nz;
     Lanes friction, restitution;
     std::array<ShapePoint, kMaxManifoldPoints> points;
+    // By how much the bodies of a lane may move on before its points are found anew.
+    Lanes same_m;
     // The greatest number of points in a lane.
     std::uint32_t used;
     // Its MovedLanes; kNoSlot if no member of a composite is in it.
@@ -111,7 +115,7 @@ struct alignas(32) Turning {
 };
 
 // The passes over batches (shape_kernels.cpp).
-// The gaps after a time in which bodies have moved at these velocities.
+// The gaps after a time in which bodies have moved at these velocities, and what is left of `same_m`.
 void follow_shapes(std::span<ShapeBatch> batches, const BodyVelocity* velocities, float step_s);
 void prepare_shapes(std::span<ShapeBatch> batches, const MovedLanes* moved, const BodyVelocity* velocities, const Turning* turnings);
 void warm_start_shapes(std::span<const ShapeBatch> batches, const MovedLanes* moved, BodyVelocity* velocities, const Turning* turnings);
@@ -163,21 +167,23 @@ class ShapeContacts {
     // Bodies have turned: of these slots, or of all.
     void turn_all(const Setup& setup, Workers& workers);
     void turn(const Setup& setup, std::uint32_t first, std::uint32_t count);
-    // Normals and points of a block from the present places; points keep the impulses of those that were nearest to them. Returns how deep
-    // the worst overlap is that is deeper than the settings allow, if any.
-    // The same to first order, without looking for points.
+    // What has changed in a time in which bodies have moved at these velocities, to first order, without looking for points.
     void follow(std::uint32_t block, const BodyVelocity* velocities, float step_s) { follow_shapes(batches(block), velocities, step_s); }
     struct Contact {
         double margin_m = 0, ahead_s = 0;
         // Latches hold points of two bodies with features that are on up to this gap.
         double latch_range_m = 0;
         double max_overlap_share = 1;
+        // Whether points have followed the velocities to where bodies are now.
+        bool followed = false;
     };
     struct TooDeep {
         BodyId body, other;
         std::uint32_t obstacle;
         double overlap_m, least_m;
     };
+    // Normals and points of a block from the present places; points keep the impulses of those that were nearest to them. Returns how deep
+    // the worst overlap is that is deeper than the settings allow, if any.
     std::optional<TooDeep> refresh(const Setup& setup, std::uint32_t block, const Contact& contact);
     // Places have changed, or which bodies can be moved: effective masses are computed again before they are next used.
     void places_changed() { prepared_ = false; }
@@ -306,8 +312,12 @@ class ShapeContacts {
     // Of all parts of a contact, each takes the manifold whose normal is most like its last one.
     void refresh_parts(const Setup& setup, std::uint32_t block, const Contact& contact, std::optional<TooDeep>& worst);
     double reach_of(const Setup& setup, const ShapeBatch& batch, int i, const Contact& contact) const;
+    // Whether the points of a lane still serve, also while its bodies go on by `ahead_m`.
+    bool are_same(const ShapeBatch& batch, int i, const ShapeLane& lane, double ahead_m) const;
+    static float same_at_most_m(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane);
     // For ShapeLane::apart_until_m.
     float apart_until(std::uint32_t a, std::uint32_t b, const Manifold& found) const;
+    static bool spheres_are_apart(const Bodies& bodies, std::uint32_t a, std::uint32_t b, double reach_m);
     void note_motion(const Setup& setup, std::uint32_t slot, const Pose& before);
     void turn_body(const Setup& setup, std::uint32_t slot);
     static void note_depth(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, const Manifold& found,

@@ -87,6 +87,9 @@ MELD_INLINE void follow_shapes_kernel(std::span<ShapeBatch> batches, const BodyV
                 apart + cross(b.surface, {point.bx, point.by, point.bz}) - cross(a.surface, {point.ax, point.ay, point.az});
             point.gap += step_s * dot(moving, normal);
         }
+        const Lanes speed =
+            square_root_of(dot(apart, apart)) + square_root_of(dot(a.surface, a.surface)) + square_root_of(dot(b.surface, b.surface));
+        batch.same_m -= step_s * speed;
     }
 }
 

@@ -96,4 +96,18 @@ float ShapeContacts::apart_until(std::uint32_t a, std::uint32_t b, const Manifol
     return static_cast<float>(apart + sum - kRounding * (farthest_m_ + sum));
 }
 
+// Clearly, so that a comparison of the bodies would find it too.
+bool ShapeContacts::spheres_are_apart(const Bodies& bodies, std::uint32_t a, std::uint32_t b, double reach_m) {
+    constexpr double kClearly = 1 + 1e-9;
+    const Place &one = bodies.place[a], &other = bodies.place[b];
+    const double x = other.x - one.x, y = other.y - one.y, z = other.z - one.z;
+    const double reach = kClearly * (one.radius + other.radius + reach_m);
+    return x * x + y * y + z * z > reach * reach;
+}
+
+// What latches hold, and what composites move, is found anew in each step.
+bool ShapeContacts::are_same(const ShapeBatch& batch, int i, const ShapeLane& lane, double ahead_m) const {
+    return lane.points != 0 && static_cast<double>(batch.same_m[i]) >= ahead_m && batch.moved == kNoSlot && held_.empty();
+}
+
 }  // namespace meld::physics

@@ -16,7 +16,7 @@ namespace meld::sim {
 namespace {
 
 // Of a share that refers to no other file, and of one that may.
-constexpr char kMagic[16] = "meld snapshot16", kChangesMagic[16] = "meld snapshot17";
+constexpr char kMagic[16] = "meld snapshot18", kChangesMagic[16] = "meld snapshot19";
 // A bit of the kind: the block says where its bytes are.
 constexpr std::uint64_t kElsewhere = 1u << 8;
 constexpr std::uint64_t kMostNames_bytes = 1 << 24;
