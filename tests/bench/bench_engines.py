@@ -187,7 +187,7 @@ def main():
                     else:
                         print(f"{name:7} {engine:44} more than {options.limit:.0f} s for {ticks[0]} steps", flush=True)
             whole = {engine: rows[-1]["ms"] for engine, rows in best.items() if len(rows) == len(ticks)}
-            others = {engine: ms for engine, ms in whole.items() if engine != "Claymeld"}
+            others = {engine: ms for engine, ms in whole.items() if not engine.startswith("Claymeld")}
             if others:
                 fastest = min(others, key=others.get)
                 ratio = whole["Claymeld"] / max(others[fastest], 1e-6)
