@@ -401,6 +401,21 @@ phototaxis.larger = tuple(range(8))
 phototaxis.sizes = [(1, 1), (1, 2)]
 
 
+def lantern(outcome, recorded, in_other_world):
+    """Robots come together behind the lantern, stand on their wheels, and half of them are near it."""
+    expect(len(outcome.facts["follows"]) >= 10, f"{outcome.facts['follows']} follow the lantern")
+    path = numpy.array(recorded.positions)
+    hulls = path[:, 0:96:4]
+    far = [numpy.mean(numpy.linalg.norm(hulls[step, :, :2] - path[step, 96, :2], axis=1)) for step in (0, -1)]
+    expect(far[1] < 0.7 * far[0], f"they are {far[1]:.2f} away, and were {far[0]:.2f}")
+    expect(numpy.max(numpy.abs(hulls[:, :, 2] - hulls[0, 0, 2])) < 0.1, "a hull does not stay level")
+
+
+lantern.larger = tuple(range(97))
+lantern.sizes = [(1, 1), (1, 2), (2, 1)]
+lantern.options = ("--ticks", "200")
+
+
 def fetcher(outcome, recorded, in_other_world):
     """It lifts its box over the edge that it holds, and leaves it two diameters nearer, as far as its wheels roll."""
     expect(outcome.summary["ended"] == "quiet", "it does not come to rest")

@@ -18,3 +18,7 @@ set_tests_properties(worlds_ports PROPERTIES TIMEOUT 180 PROCESSORS 2)
 add_test(NAME worlds_points COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/points_test.py
   --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
 set_tests_properties(worlds_points PROPERTIES TIMEOUT 600 PROCESSORS 2)
+# Robots of several bodies, compared with what is written by hand.
+add_test(NAME worlds_robots COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/robots_test.py
+  --meldc $<TARGET_FILE:meldc> --meldsim $<TARGET_FILE:meldsim>)
+set_tests_properties(worlds_robots PROPERTIES TIMEOUT 300 PROCESSORS 2)

@@ -115,6 +115,20 @@ std::string size_text(const world::World& world, const world::WorldSize& size) {
                        cells_text(extent.first, extent.last));
 }
 
+// How many robots there are of which assembly. Empty: the world describes none.
+std::string robots_text(const world::World& world) {
+    if (!world.robots) return "";
+    std::vector<std::uint64_t> robots(world.robots->assemblies().size());
+    for (const world::RobotGroup& group : world.robots->groups()) robots[group.assembly] += group.robots;
+    std::vector<std::string> parts;
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+        const world::Assembly& assembly = world.robots->assemblies()[i];
+        const std::size_t bodies = assembly.parts.size();
+        parts.push_back(fmt::format("{} {} of {} bod{}", robots[i], assembly.name, bodies, bodies == 1 ? "y" : "ies"));
+    }
+    return fmt::format("robots: {}\n", fmt::join(parts, ", "));
+}
+
 // What links are like, if not as in the ideal network. Empty: they are.
 std::string network_text(const world::World& world) {
     const world::NetworkOptions& network = world.network;
@@ -206,6 +220,7 @@ Result<void> check_world(const WorldOptions& options) {
     std::string text = size_text(*world, *size);
     if (world->target)
         text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
+    text += robots_text(*world);
     text += network_text(*world);
     {
         const log::FewWarnings few;

@@ -105,7 +105,7 @@ const std::set<std::string, std::less<>> kMayChange = {"event", "limits", "recor
 
 std::string part_name(const std::string& part) {
     if (part == "files") return "a file that the world names";
-    if (part == "event" || part == "body") return fmt::format("[[{}]] of the world", part);
+    if (part == "event" || part == "body" || part == "assembly") return fmt::format("[[{}]] of the world", part);
     const bool key = part == "lattice" || part == "radius" || part == "held" || part == "seed" || part == "ports";
     return key ? part + " of the world" : fmt::format("[{}] of the world", part);
 }

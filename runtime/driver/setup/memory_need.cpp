@@ -145,7 +145,8 @@ class Counting {
         // Whom a program connects is not known; at most all at once.
         const bool asks = tuple::ProgramActions(module_).uses(ActionKind::Connect);
         const bool holds =
-            std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
+            std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); }) ||
+            (world_.robots && world_.robots->connects());
         const double loads = wants_loads() ? kLoads : 0;
         const double held = holds ? (kHeld + loads) * here_ : 0, asked = asks ? (kHeld + kAsks + loads) * here_ : 0;
         return {"bodies and contacts", {each + contact * at_start + held, each + contact * most + held + asked + joints()}};

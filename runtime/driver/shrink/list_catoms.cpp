@@ -57,7 +57,8 @@ bool list_catoms(SmallWorld& small, const world::World& world, const StartCatoms
         for (const char* key : {"graph", "links", "nodes", "directed"}) small.keys.erase(key);
         return true;
     }
-    if (start.all().size() + world.placed.size() > kMostListed) return false;
+    // The parts of a robot stay together.
+    if (start.all().size() + world.placed.size() > kMostListed || world.robots) return false;
     std::vector<world::Cell> cells;
     if (world.is_free()) {
         world::World without = world;

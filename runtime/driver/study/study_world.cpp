@@ -217,9 +217,10 @@ Result<toml::table> world_keys_of(const std::string& path) {
 }
 
 const std::vector<std::string_view>& world_keys() {
-    static const std::vector<std::string_view> kKeys = {
-        "lattice", "ports", "acyclic", "graph",  "links",  "nodes",   "directed", "radius", "held",       "body",   "target",  "facts",
-        "event",   "set",   "motion",  "record", "limits", "network", "clock",    "time",   "components", "faults", "program", "without"};
+    static const std::vector<std::string_view> kKeys = {"lattice", "ports",   "acyclic", "graph",   "links", "nodes", "directed",
+                                                        "radius",  "held",    "body",    "target",  "facts", "event", "set",
+                                                        "motion",  "record",  "limits",  "network", "clock", "time",  "components",
+                                                        "faults",  "program", "without", "assembly"};
     return kKeys;
 }
 

@@ -23,12 +23,25 @@ physics::Touch touch_with(std::uint64_t key) {
     return {static_cast<physics::BodyId>(key >> 32), static_cast<std::uint32_t>(key >> 1) & (physics::kMaxBodies - 1), (key & 1) != 0};
 }
 
+// One whose parts are connected, of robots that there are.
+const world::Assembly& connecting_assembly(const world::Robots& robots) {
+    const auto connects = [&](const world::RobotGroup& group) { return !robots.assemblies()[group.assembly].connections.empty(); };
+    return robots.assemblies()[std::ranges::find_if(robots.groups(), connects)->assembly];
+}
+
+// Of two parts of one robot: whether its assembly says so.
+bool are_connected_parts(const world::Robots& robots, physics::BodyId one, physics::BodyId other) {
+    const std::optional<world::RobotPart> a = robots.of(one), b = robots.of(other);
+    return a && b && robots.assemblies()[a->assembly].connects(a->part, b->part);
+}
+
 bool is_lost(std::span<const physics::BodyId> lost, physics::BodyId id) { return std::binary_search(lost.begin(), lost.end(), id); }
 
 }  // namespace
 
 bool BodyConnections::by_world() const {
-    return std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
+    return std::ranges::any_of(world_.physics.groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); }) ||
+           (world_.robots && world_.robots->connects());
 }
 
 bool BodyConnections::are_beside_joints(const Subdomain& subdomain, const physics::Scene& scene) const {
@@ -39,10 +52,14 @@ bool BodyConnections::are_beside_joints(const Subdomain& subdomain, const physic
 Result<void> BodyConnections::check(const Subdomain& subdomain) const {
     const std::vector<world::CatomGroup>& groups = world_.physics.groups;
     const auto group = std::ranges::find_if(groups, [](const world::CatomGroup& g) { return g.connected.value_or(false); });
-    const bool by_world = group != groups.end();
-    if (!by_world && !subdomain.program_actions.uses(ActionKind::Connect)) return {};
-    const std::string who = by_world ? group->place + ": these catoms are connected" : "the program asks for `connect`";
-    const std::string_view out = by_world ? "take out `connected`" : "take `connect` out of the program";
+    const bool by_group = group != groups.end(), by_robots = !by_group && by_world();
+    if (!by_world() && !subdomain.program_actions.uses(ActionKind::Connect)) return {};
+    const std::string who = by_group    ? group->place + ": these catoms are connected"
+                            : by_robots ? connecting_assembly(*world_.robots).place + ": its parts are connected"
+                                        : "the program asks for `connect`";
+    const std::string_view out = by_group    ? "take out `connected`"
+                                 : by_robots ? "take out `connections`"
+                                             : "take `connect` out of the program";
     if (world_.physics.engine != "blocks")
         return fail(fmt::format("{}, and the world has the engine \"{}\" (which connects no catoms)", who, world_.physics.engine),
                     fmt::format("Write [motion] engine = \"blocks\" in {}, or {}", world_.path, out));
@@ -71,8 +88,10 @@ Result<void> BodyConnections::connect_groups(Subdomain& subdomain, physics::Scen
     for (const physics::TouchEvent& e : touches) {
         const auto one = groups.find(e.touch.body), other = groups.find(e.touch.other);
         if (one == groups.end() || other == groups.end() || one->second != other->second) continue;
+        const bool of_robot = one->second >= connects.size();
+        if (of_robot && !are_connected_parts(*world_.robots, e.touch.body, e.touch.other)) continue;
         if (auto done = scene.connect(e.touch.body, e.touch.other); !done) return done;
-        connects[one->second] = true;
+        if (!of_robot) connects[one->second] = true;
     }
     Unmatched unmatched(subdomain.comm);
     for (std::size_t i = 0; i < connects.size(); ++i) {

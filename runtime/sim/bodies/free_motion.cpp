@@ -13,6 +13,7 @@
 #include "runtime/base/terminal/log.h"
 #include "runtime/base/units.h"
 #include "runtime/sim/bodies/catom_migration.h"
+#include "runtime/sim/bodies/robot_overlaps.h"
 #include "runtime/sim/bodies/scripted_motion.h"
 #include "runtime/sim/bodies/step_advice.h"
 #include "runtime/sim/core/failures/catom_failures.h"
@@ -133,6 +134,12 @@ Result<void> FreeMotion::make_scene(Subdomain& subdomain) {
         // Errors of joints name their places.
         if (auto joined = joints_.join(subdomain, physics_, bodies, radii.max); !joined) return joined;
         joints_.add_touches(*physics_.scene, fixed_touches_);
+        // Until bodies migrate, process 0 has all listed ones.
+        if (world_.robots && world_.robots->count() > 0)
+            if (auto fine =
+                    agree_on_error(subdomain, subdomain.comm.process() == 0 ? check_robots(world_, physics_, bodies) : Result<void>{});
+                !fine)
+                return fine;
     }
     lamps_.find(subdomain);
     subdomain.forget_start_cells();

@@ -170,7 +170,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
     spec.mass_kg = p.mass;
     spec.inertia_factor = p.inertia;
     world::BodyForm form = p.form;
-    std::optional<std::size_t> connected_in;
+    const std::optional<world::RobotPart> part = world_.robots ? world_.robots->of(id) : std::nullopt;
+    std::optional<std::size_t> connected_in = part ? robot_piece(*part) : std::nullopt;
     constexpr double kUnbreakable = std::numeric_limits<double>::infinity();
     physics::BreakingLimits breaking{p.breaking_force.value_or(kUnbreakable), p.breaking_torque.value_or(kUnbreakable)};
     for (const world::CatomGroup& group : p.groups) {
@@ -191,6 +192,8 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         surface.rolling_friction = group.rolling_friction.value_or(surface.rolling_friction);
         surface.spinning_friction = group.spinning_friction.value_or(surface.spinning_friction);
     }
+    if (const world::Turn* turn = part ? world_.robots->turn_of(*part) : nullptr)
+        spec.orientation = unit(product({(*turn)[0], (*turn)[1], (*turn)[2], (*turn)[3]}, spec.orientation));
     if (id >= first_placed_) {
         const world::PlacedCatom& placed = world_.placed[id - first_placed_];
         spec.radius_m = placed.radius.value_or(spec.radius_m);
@@ -208,6 +211,11 @@ BodyMaker::Described BodyMaker::describe(std::uint64_t id, world::Cell cell, con
         if (p.movers[i].where.contains(id, cell, position)) mover = i;
     if (mover) spec.fixed = true, spec.linear_velocity_m_s = spec.angular_velocity_rad_s = {};
     return {spec, surface, connected_in, breaking, mover};
+}
+
+std::optional<std::size_t> BodyMaker::robot_piece(const world::RobotPart& part) const {
+    if (!world_.robots->assemblies()[part.assembly].connects(part.part)) return std::nullopt;
+    return world_.physics.groups.size() + part.robot;
 }
 
 void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& position) {

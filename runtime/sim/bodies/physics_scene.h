@@ -86,11 +86,14 @@ class BodyMaker {
     std::span<const MovedCatom> moved() const { return moved_; }
     // Examined catoms among which the physics may find no touches: those that are fixed and do not move, and connected ones.
     const std::vector<FixedBody>& unwatched() const { return unwatched_; }
-    // The group of the world in which an examined catom is connected to those that it touches.
+    // The group of the world in which an examined catom is connected to those that it touches; or, behind all groups, its robot, in which
+    // it is connected to those that the assembly says.
     std::optional<std::size_t> connected_in(std::uint64_t id) const {
         const auto found = connected_in_.find(id);
         return found == connected_in_.end() ? std::nullopt : std::optional(found->second);
     }
+    // What connected_in() says of a part of a robot whose assembly connects it to others.
+    std::optional<std::size_t> robot_piece(const world::RobotPart& part) const;
     // By joint of the world that is of a region: the examined catoms in it.
     const std::vector<FixedBody>& joined_in(std::size_t joint) const { return joined_in_.at(joint); }
     // `surfaces`: of all processes.

@@ -15,6 +15,7 @@
 #include "runtime/world/description/physics_options.h"
 #include "runtime/world/graph/graph.h"
 #include "runtime/world/lattice/lattice.h"
+#include "runtime/world/shapes/robots.h"
 #include "runtime/world/shapes/shape.h"
 
 namespace meld::world {
@@ -117,6 +118,8 @@ struct World {
     std::vector<Cell> cells;
     // Additional catoms at listed positions, in the order listed; only if catoms move freely.
     std::vector<PlacedCatom> placed;
+    // Which of these are parts of robots; null: the world describes none.
+    std::shared_ptr<const Robots> robots;
     std::optional<Shape> target;
     // [target] cells = N: only N cells of the target are to be filled; cells = "mass": as many as there is mass, which is the number of
     // catoms times (1 + held). Target (target.h) chooses them.

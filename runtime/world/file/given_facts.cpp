@@ -79,7 +79,7 @@ void read_item(TomlReader& reader, const toml::node& item, GivenFact fact, std::
 }  // namespace
 
 Region read_region(TomlReader& reader, const toml::node& node) {
-    const Parsed<Region> region = parse_region_text(**node.as_string(), &reader.models());
+    const Parsed<Region> region = parse_region_text(**node.as_string(), reader.nameable());
     if (region) return *region;
     reader.wrong_in(node, region.error());
     return {};

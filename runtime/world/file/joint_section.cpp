@@ -7,6 +7,7 @@
 #include <limits>
 #include <string_view>
 
+#include "runtime/base/did_you_mean.h"
 #include "runtime/world/file/motion_keys.h"
 
 namespace meld::world {
@@ -144,6 +145,42 @@ void read_joint(TomlReader& reader, const toml::table& table, JointOptions& join
     joint.place = reader.place(table.source());
     read_kind(section, joint);
     read_bodies(section, joint);
+    read_working(section, joint);
+}
+
+std::optional<std::array<std::uint32_t, 2>> read_two_parts(TomlReader& reader, const toml::node& node, const Assembly& assembly) {
+    const toml::array* array = node.as_array();
+    if (array == nullptr || array->size() != 2 || !(*array)[0].is_string() || !(*array)[1].is_string()) {
+        reader.wrong(node.source(), "these are not two parts", "write their names: [\"hull\", \"left\"]");
+        return std::nullopt;
+    }
+    std::array<std::uint32_t, 2> parts{};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::string& name = **(*array)[i].as_string();
+        const std::optional<std::uint32_t> part = assembly.part_named(name);
+        if (!part) {
+            const std::vector<std::string_view> known(assembly.parts.begin(), assembly.parts.end());
+            reader.wrong((*array)[i].source(), fmt::format("the assembly {} has no part '{}'", assembly.name, name),
+                         did_you_mean(name, known));
+            return std::nullopt;
+        }
+        parts[i] = *part;
+    }
+    if (parts[0] != parts[1]) return parts;
+    reader.wrong(node.source(), fmt::format("the part {} is named twice", assembly.parts[parts[0]]), "name two parts");
+    return std::nullopt;
+}
+
+void read_assembly_joint(TomlReader& reader, const toml::table& table, const Assembly& assembly, JointOptions& joint) {
+    const Section section(reader, table, "[[assembly.joint]]", with_keys({"between"}));
+    joint.place = reader.place(table.source());
+    read_kind(section, joint);
+    if (const toml::node* node = section.find("between")) {
+        if (const auto parts = read_two_parts(reader, *node, assembly)) joint.between = {(*parts)[0], (*parts)[1]};
+    } else {
+        section.wrong("between", "an [[assembly.joint]] is between no parts", "write between = [\"hull\", \"left\"]");
+    }
+    read_anchor(section, joint);
     read_working(section, joint);
 }
 

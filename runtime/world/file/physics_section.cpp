@@ -9,6 +9,7 @@
 #include <span>
 
 #include "runtime/base/default_time_scale.h"
+#include "runtime/world/file/assembly_section.h"
 #include "runtime/world/file/form_section.h"
 #include "runtime/world/file/joint_section.h"
 #include "runtime/world/file/motion_keys.h"
@@ -93,37 +94,18 @@ void read_feature(TomlReader& reader, const toml::table& table, const FeatureOpt
 }
 
 void read_group(TomlReader& reader, const toml::table& table, std::span<const CompoundForm> compounds, CatomGroup& group) {
-    const Section section(reader, table, "[[motion.catoms]]", {"where",    "radius",      "mass",     "inertia",   "breaking_force",
-                                                               "friction", "restitution", "fixed",    "connected", "breaking_torque",
-                                                               "velocity", "spin",        "shape",    "edges",     "rolling_friction",
-                                                               "length",   "height",      "rounding", "turned",    "spinning_friction"});
+    std::vector<std::string_view> keys = body_keys();
+    keys.insert(keys.end(), {"where", "connected", "velocity", "spin"});
+    const Section section(reader, table, "[[motion.catoms]]", keys);
     group.place = reader.place(table.source());
     if (auto where = section.read_region("where")) group.where = *where;
-    double value = 1;
-    if (section.has("radius")) section.read_positive("radius", value), group.radius = value;
-    value = 1;
-    if (section.has("mass")) section.read_positive("mass", value), group.mass = value;
-    value = 0.4;
-    if (section.has("inertia")) section.read_number("inertia", value, 1e-6, 1), group.inertia = value;
-    read_surface(section, {group.friction, group.restitution, group.rolling_friction, group.spinning_friction});
-    bool fixed = false;
-    if (section.has("fixed")) section.read("fixed", fixed), group.fixed = fixed;
     bool connected = false;
     if (section.has("connected")) section.read("connected", connected), group.connected = connected;
-    read_breaking(section, group.breaking_force, group.breaking_torque);
     Vec3 vector{};
     if (section.has("velocity")) section.read("velocity", vector), group.velocity = vector;
     vector = {};
     if (section.has("spin")) section.read("spin", vector), group.spin = vector;
-    vector = {};
-    if (section.has("turned")) section.read("turned", vector), group.turned = vector;
-    // Of more turns, too few digits are left to say how a body stands.
-    constexpr double kMostDegrees = 1e6;
-    if (!(std::hypot(vector[0], vector[1], vector[2]) <= kMostDegrees))
-        section.wrong("turned", "a catom is turned by more than a million degrees", "write turned = [0, 0, 90]: about z, by 90 degrees");
-    group.form = read_form(section, compounds);
-    if (group.form && group.form->compound && group.radius)
-        section.wrong("radius", fmt::format("the size of a {} is that of its parts", group.form->kind), "take radius out");
+    read_body_keys(section, compounds, group);
 }
 
 void read_sense(TomlReader& reader, const toml::node* node, SenseOptions& sense) {
@@ -221,7 +203,37 @@ double least_thickness(const PhysicsOptions& p, double diameter_m, double smalle
 
 }  // namespace
 
-void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, PhysicsOptions& p) {
+const std::vector<std::string_view>& body_keys() {
+    static const std::vector<std::string_view> kKeys = {
+        "radius",           "mass",  "inertia", "breaking_force", "friction", "restitution",       "fixed", "shape", "breaking_torque",
+        "rolling_friction", "edges", "length",  "rounding",       "turned",   "spinning_friction", "height"};
+    return kKeys;
+}
+
+void read_body_keys(const Section& section, std::span<const CompoundForm> compounds, CatomGroup& group) {
+    double value = 1;
+    if (section.has("radius")) section.read_positive("radius", value), group.radius = value;
+    value = 1;
+    if (section.has("mass")) section.read_positive("mass", value), group.mass = value;
+    value = 0.4;
+    if (section.has("inertia")) section.read_number("inertia", value, 1e-6, 1), group.inertia = value;
+    read_surface(section, {group.friction, group.restitution, group.rolling_friction, group.spinning_friction});
+    bool fixed = false;
+    if (section.has("fixed")) section.read("fixed", fixed), group.fixed = fixed;
+    read_breaking(section, group.breaking_force, group.breaking_torque);
+    Vec3 vector{};
+    if (section.has("turned")) section.read("turned", vector), group.turned = vector;
+    // Of more turns, too few digits are left to say how a body stands.
+    constexpr double kMostDegrees = 1e6;
+    if (!(std::hypot(vector[0], vector[1], vector[2]) <= kMostDegrees))
+        section.wrong("turned", "a catom is turned by more than a million degrees", "write turned = [0, 0, 90]: about z, by 90 degrees");
+    group.form = read_form(section, compounds);
+    if (group.form && group.form->compound && group.radius)
+        section.wrong("radius", fmt::format("the size of a {} is that of its parts", group.form->kind), "take radius out");
+}
+
+void read_physics(TomlReader& reader, const toml::table& table, double diameter_m, double smallest_m, const DescribedRobots& robots,
+                  PhysicsOptions& p) {
     const Section section(reader, table, "[motion]",
                           {"kind",           "engine",          "solver",          "step",        "substeps",        "steps",
                            "gravity",        "linear_damping",  "angular_damping", "mass",        "inertia",         "friction",
@@ -274,6 +286,7 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     read_obstacles(reader, table, "motion", Touched::Yes, p.compounds, p.obstacles);
     each_table(reader, table, "motion", "sensor", [&](const toml::table& t) { read_sensor(reader, t, p.sensors.emplace_back()); });
     each_table(reader, table, "motion", "lamp", [&](const toml::table& t) { read_lamp(reader, t, p.lamps.emplace_back()); });
+    read_robots(reader, robots, p);
     each_table(reader, table, "motion", "catoms",
                [&](const toml::table& t) { read_group(reader, t, p.compounds, p.groups.emplace_back()); });
     each_table(reader, table, "motion", "joint", [&](const toml::table& t) { read_joint(reader, t, p.joints.emplace_back()); });

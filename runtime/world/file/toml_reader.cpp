@@ -240,13 +240,13 @@ void Section::read_choice(std::string_view key, std::string& value, std::initial
 }
 
 template <class T, class Text>
-std::optional<T> Section::read_parsed(std::string_view key, Parsed<T> (*parse)(Text, ModelFiles*)) const {
+std::optional<T> Section::read_parsed(std::string_view key, Parsed<T> (*parse)(Text, Nameable)) const {
     const toml::node* node = find(key);
     if (!node) return std::nullopt;
     std::string text;
     read(key, text);
     if (!node->is_string()) return std::nullopt;
-    Parsed<T> parsed = parse(text, &reader_.models());
+    Parsed<T> parsed = parse(text, reader_.nameable());
     if (parsed) return std::move(*parsed);
     reader_.wrong_in(*node, parsed.error());
     return std::nullopt;

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/error.h"
@@ -44,6 +46,9 @@ class TomlReader {
     Result<std::string> read_file(const std::string& path, std::uint64_t most_bytes);
     // The models that shapes of the world name.
     WorldModels& models() { return models_; }
+    // The robots of the world, which regions may name from then on.
+    void know_robots(std::shared_ptr<const Robots> robots) { robots_ = std::move(robots); }
+    Nameable nameable() { return {&models_, robots_}; }
     // Their paths, in order.
     const std::vector<std::string>& files_read() const { return files_read_; }
     // Of the text and of all files read so far.
@@ -59,6 +64,7 @@ class TomlReader {
     std::uint64_t source_hash_, files_hash_ = 0;
     std::optional<Error> error_;
     WorldModels models_{*this};
+    std::shared_ptr<const Robots> robots_;
 };
 
 // "12 is an integer, not a string".
@@ -104,7 +110,7 @@ class Section {
   private:
     std::string name_of(std::string_view key) const;
     template <class T, class Text>
-    std::optional<T> read_parsed(std::string_view key, Parsed<T> (*parse)(Text, ModelFiles*)) const;
+    std::optional<T> read_parsed(std::string_view key, Parsed<T> (*parse)(Text, Nameable)) const;
     bool read_point(const toml::node& node, const std::string& what, Vec3& value) const;
     void read_suffixed(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most,
                        Result<std::uint64_t> (*parse)(std::string_view)) const;

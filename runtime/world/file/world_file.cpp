@@ -15,6 +15,8 @@
 #include "runtime/world/description/measure.h"
 #include "runtime/world/description/populate.h"
 #include "runtime/world/file/amoebot_section.h"
+#include "runtime/world/file/assembly_section.h"
+#include "runtime/world/file/body_section.h"
 #include "runtime/world/file/event_section.h"
 #include "runtime/world/file/given_facts.h"
 #include "runtime/world/file/graph_section.h"
@@ -24,9 +26,6 @@
 #include "runtime/world/file/point_section.h"
 #include "runtime/world/file/program_section.h"
 #include "runtime/world/file/toml_reader.h"
-#include "runtime/world/lists/cells_file.h"
-#include "runtime/world/lists/positions_file.h"
-#include "runtime/world/shapes/shape_tree.h"
 
 namespace meld::world {
 namespace {
@@ -36,7 +35,6 @@ constexpr int kBricksSearched = 10'000;
 
 // Worlds are written by people; lists may have a line for each of 100 million catoms.
 constexpr std::uint64_t kMaxWorld_bytes = std::uint64_t{256} << 20;
-constexpr std::uint64_t kMaxList_bytes = std::uint64_t{4} << 30;
 
 // The name of what is no lattice.
 constexpr std::string_view kGraph = "graph";
@@ -93,139 +91,6 @@ void read_top(TomlReader& reader, const Section& top, World& world) {
     top.read_count("held", world.held, 0);
 }
 
-// cells = [[0, 0, 0], [1, 0, 0]]
-void read_cell_array(TomlReader& reader, const toml::array& array, CellList& listed) {
-    for (const toml::node& item : array) {
-        std::vector<std::int64_t> coordinates;
-        if (!item.is_array()) return reader.wrong(item.source(), "a cell " + type_mismatch(item, "an array [x, y, z]"));
-        for (const toml::node& coordinate : *item.as_array()) {
-            if (!coordinate.is_integer())
-                return reader.wrong(coordinate.source(), "a cell coordinate " + type_mismatch(coordinate, "an integer"));
-            coordinates.push_back(**coordinate.as_integer());
-        }
-        const toml::source_position at = item.source().begin;
-        const Result<void> added = listed.add(coordinates, reader.path(), at.line, at.column);
-        if (!added) return reader.wrong(item.source(), added.error().problem, added.error().suggestion);
-    }
-}
-
-// A file that the node names.
-void unreadable(TomlReader& reader, const toml::node& node, const Error& error) {
-    reader.wrong(Error{fmt::format("{}: {}", reader.place(node.source()), error.problem), error.suggestion, error.code});
-}
-
-// cells = "points.csv", relative to the world file.
-void read_cell_file(TomlReader& reader, const toml::node& node, CellList& listed) {
-    const std::string path = reader.beside(**node.as_string());
-    const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
-    if (!text) return unreadable(reader, node, text.error());
-    if (const Result<void> added = listed.add_file(*text, path); !added) reader.wrong(added.error());
-}
-
-// positions = [[0, 0, 0.5], ...] or "points.csv", relative to the world file.
-void read_positions(TomlReader& reader, const Section& body, std::vector<PlacedCatom>& placed) {
-    const toml::node* node = body.find("positions");
-    if (!node) return;
-    if (node->is_array()) {
-        std::vector<Vec3> listed;
-        body.read("positions", listed);
-        for (const Vec3& position : listed) placed.push_back({.position = position, .radius = {}, .mass = {}});
-        return;
-    }
-    if (!node->is_string())
-        return reader.wrong(node->source(), "[[body]] positions " + type_mismatch(*node, "a file name or an array of [x, y, z]"));
-    const std::string path = reader.beside(**node->as_string());
-    const Result<std::string> text = reader.read_file(path, kMaxList_bytes);
-    if (!text) return unreadable(reader, *node, text.error());
-    if (const Result<void> added = add_positions(*text, path, placed); !added) reader.wrong(added.error());
-}
-
-// cells = an array or a file name, in a section of this name.
-void read_cells(TomlReader& reader, const Section& section, std::string_view name, CellList& listed) {
-    const toml::node* cells = section.find("cells");
-    if (!cells) return;
-    if (cells->is_array()) return read_cell_array(reader, *cells->as_array(), listed);
-    if (cells->is_string()) return read_cell_file(reader, *cells, listed);
-    reader.wrong(cells->source(), fmt::format("{} cells {}", name, type_mismatch(*cells, "a file name or an array of [x, y, z]")));
-}
-
-void read_body(TomlReader& reader, const toml::table& table, std::vector<Shape>& shapes, CellList& listed,
-               std::vector<PlacedCatom>& placed) {
-    const Section body(reader, table, "[[body]]", {"shape", "cells", "positions"});
-    const int given = body.has("shape") + body.has("cells") + body.has("positions");
-    if (given != 1) {
-        return reader.wrong(
-            table.source(),
-            given == 0 ? "a [[body]] has neither shape nor cells" : "a [[body]] has more than one of shape, cells and positions",
-            "give each its own [[body]] with one of them");
-    }
-    if (const auto shape = body.read_shape("shape")) shapes.push_back(*shape);
-    read_positions(reader, body, placed);
-    read_cells(reader, body, "[[body]]", listed);
-}
-
-// A cell of [without] on which no catom would stand anyway is probably a mistake.
-void warn_of_free_cells(const std::string& place, std::span<const Cell> cells, const Lattice& lattice, World& world) {
-    const auto before = [&](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); };
-    const auto taken = [&](Cell cell) {
-        return std::ranges::binary_search(world.cells, cell, before) ||
-               (world.body.root() != nullptr && world.body.contains(lattice.position(cell)));
-    };
-    const auto free = std::ranges::find_if_not(cells, taken);
-    if (free == cells.end()) return;
-    const auto count = std::ranges::count_if(cells, [&](Cell cell) { return !taken(cell); });
-    world.warnings.push_back(fmt::format("{}: cell ({}, {}, {}){} in no body, so [without] has no effect there", place, free->x, free->y,
-                                         free->z, count == 1 ? " is" : fmt::format(" and {} more are", count - 1)));
-}
-
-// Balls that hold the middle of their cell and of no other.
-Shape around_each(const std::vector<Cell>& cells, const Lattice& lattice, const std::string& text) {
-    std::vector<Shape> balls;
-    for (const Cell cell : cells) balls.push_back(make_shape(Moved{make_shape(Ball{0.25}, ""), lattice.position(cell)}, ""));
-    return make_shape(Union{std::move(balls)}, text);
-}
-
-// No catoms stand on the cells that [without] lists, whatever the bodies are.
-void read_without(TomlReader& reader, const Section& top, const Lattice& lattice, World& world) {
-    const toml::node* node = top.find("without");
-    if (!node) return;
-    if (!node->is_table()) return reader.wrong(node->source(), "without " + type_mismatch(*node, "a table [without]"));
-    const Section without(reader, *node->as_table(), "[without]", {"cells"});
-    if (!without.has("cells")) return reader.wrong(node->source(), "[without] has no cells", "add cells = [[0, 0, 0]]");
-    CellList listed(lattice);
-    read_cells(reader, without, "[without]", listed);
-    const Result<std::vector<Cell>> cells = listed.sorted();
-    if (!cells) return reader.wrong(cells.error());
-    const auto before = [&](Cell a, Cell b) { return lattice.key(a) < lattice.key(b); };
-    warn_of_free_cells(reader.place(without.find("cells")->source()), *cells, lattice, world);
-    std::erase_if(world.cells, [&](Cell cell) { return std::binary_search(cells->begin(), cells->end(), cell, before); });
-    if (cells->empty() || !world.body.root()) return;
-    const std::string text = fmt::format("minus({}, {} cells)", world.body.text(), cells->size());
-    world.body = make_shape(Difference{world.body, {around_each(*cells, lattice, "")}}, text);
-}
-
-void read_bodies(TomlReader& reader, const Section& top, World& world) {
-    const toml::node* node = top.find("body");
-    if (!node)
-        return reader.wrong(
-            Error{fmt::format("{}: no catom: the body is empty", reader.path()), "add [[body]] shape = \"box(10, 10, 10)\""});
-    const Lattice lattice(world.lattice);
-    std::vector<Shape> shapes;
-    CellList listed(lattice);
-    if (node->is_table()) {
-        read_body(reader, *node->as_table(), shapes, listed, world.placed);
-    } else if (node->is_array_of_tables()) {
-        for (const toml::node& table : *node->as_array()) read_body(reader, *table.as_table(), shapes, listed, world.placed);
-    } else {
-        reader.wrong(node->source(), "body " + type_mismatch(*node, "a table [[body]]"));
-    }
-    world.body = Shape::unite(std::move(shapes));
-    Result<std::vector<Cell>> cells = listed.sorted();
-    if (!cells) return reader.wrong(cells.error());
-    world.cells = std::move(*cells);
-    read_without(reader, top, lattice, world);
-}
-
 // [target] cells = [[0, 0, 0], ...] or "cells.csv": the target as a list.
 void read_listed_target(TomlReader& reader, const Section& target, World& world) {
     const Lattice lattice(world.lattice);
@@ -275,7 +140,7 @@ void read_names(TomlReader& reader, const toml::table& table, std::string_view s
     }
 }
 
-void read_motion(TomlReader& reader, const toml::table& table, World& world) {
+void read_motion(TomlReader& reader, const toml::table& table, const DescribedRobots& robots, World& world) {
     MotionOptions& motion = world.motion;
     const toml::node* kind = table.get("kind");
     // "ode" is the name of earlier versions, for any engine.
@@ -283,7 +148,7 @@ void read_motion(TomlReader& reader, const toml::table& table, World& world) {
         motion.kind = "bodies";
         double smallest = world.radius;
         for (const PlacedCatom& placed : world.placed) smallest = std::min(smallest, placed.radius.value_or(smallest));
-        read_physics(reader, table, 2 * world.radius, 2 * smallest, world.physics);
+        read_physics(reader, table, 2 * world.radius, 2 * smallest, robots, world.physics);
         world.tick_seconds = world.physics.step * world.physics.steps;
         return;
     }
@@ -336,6 +201,9 @@ bool surely_empty(const World& world, const Lattice& lattice) {
 // Which sections go with bodies that move freely, and which with cells.
 void check_free(TomlReader& reader, const Section& top, World& world) {
     if (!world.is_free()) {
+        if (top.has("assembly"))
+            reader.wrong(top.find("assembly")->source(), "robots consist of bodies, and this world has none",
+                         "write [motion] kind = \"bodies\", or take [[assembly]] out");
         if (!world.placed.empty())
             reader.wrong(top.find("body")->source(), "a [[body]] has positions, and catoms stand on cells here",
                          "give it cells, or the world [motion] kind = \"bodies\"");
@@ -406,10 +274,11 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     World world;
     world.path = reader.path();
     world.by_links = by_links(table);
-    const Section top(reader, table, "", {"lattice", "ports", "acyclic", "graph",      "links",  "nodes",   "directed", "radius", "seed",
-                                          "held",    "body",  "target",  "facts",      "event",  "set",     "motion",   "record", "limits",
-                                          "network", "clock", "time",    "components", "faults", "program", "without"});
+    const Section top(reader, table, "", {"lattice", "ports", "acyclic", "graph",      "links",  "nodes",   "directed", "radius",  "seed",
+                                          "held",    "body",  "target",  "facts",      "event",  "set",     "motion",   "record",  "limits",
+                                          "network", "clock", "time",    "components", "faults", "program", "without",  "assembly"});
     read_top(reader, top, world);
+    DescribedRobots robots = read_assemblies(reader, table);
     // Before a graph, which is made where it is read.
     read_limits(reader, table_at(reader, table, "limits"), world.limits);
     if (says_graph(top)) {
@@ -417,13 +286,13 @@ World read_sections(TomlReader& reader, const toml::table& table) {
     } else {
         refuse_graph_keys(reader, top);
         if (links_by_range(top)) read_range(reader, *top.find("links")->as_table(), world);
-        read_bodies(reader, top, world);
+        read_bodies(reader, top, robots, world);
     }
     read_target(reader, table_at(reader, table, "target"), world);
     read_facts(reader, table_at(reader, table, "facts"), world.facts);
     read_programs(reader, table, world);
     read_settings(reader, table_at(reader, table, "set"), world.set);
-    read_motion(reader, table_at(reader, table, "motion"), world);
+    read_motion(reader, table_at(reader, table, "motion"), robots, world);
     read_network(reader, table_at(reader, table, "network"), world.network);
     read_clock(reader, table_at(reader, table, "clock"), world.clock);
     read_record(reader, table_at(reader, table, "record"), world.record);

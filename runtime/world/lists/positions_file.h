@@ -15,4 +15,12 @@ namespace meld::world {
 // empty lines and lines that start with '#'. `path` is for messages. Errors name line and column.
 Result<void> add_positions(std::string_view text, const std::string& path, std::vector<PlacedCatom>& placed);
 
+// A robot that stands somewhere, in diameters, turned about a vector by its length in degrees.
+struct RobotPlace {
+    Vec3 at{}, turned{};
+};
+// Adds the rows of such a file that are places of robots: three or six columns, the last of which, turned_x, turned_y and turned_z, say
+// how a robot is turned. Errors as above.
+Result<void> add_robot_places(std::string_view text, const std::string& path, std::vector<RobotPlace>& places);
+
 }  // namespace meld::world

@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/world/model/solid.h"
+#include "runtime/world/shapes/robots.h"
 #include "runtime/world/shapes/shape.h"
 
 namespace meld::world {
@@ -43,6 +44,12 @@ class ModelFiles {
     virtual Result<std::shared_ptr<const model::Solid>> open(std::string_view name) = 0;
 };
 
+// What expressions may name that is not their own; null where there is none.
+struct Nameable {
+    ModelFiles* models = nullptr;
+    std::shared_ptr<const Robots> robots = {};
+};
+
 // The tokens of an expression, the last of which is End. Names are in single or double quotes. Signs are
 // ( ) , = == != < <= > >= && || ! % and a lone -. Errors: a byte that starts no token; a number that is not finite; a quote
 // without its second.
@@ -51,9 +58,9 @@ Parsed<std::vector<Token>> tokenize(std::string_view text);
 // A position in the tokens of one expression, moved forward by parsing.
 class Cursor {
   public:
-    Cursor(std::vector<Token> tokens, ModelFiles* models) : tokens_(std::move(tokens)), models_(models) {}
-    // Null where no models can be named.
-    ModelFiles* models() const { return models_; }
+    Cursor(std::vector<Token> tokens, Nameable nameable) : tokens_(std::move(tokens)), nameable_(std::move(nameable)) {}
+    ModelFiles* models() const { return nameable_.models; }
+    const std::shared_ptr<const Robots>& robots() const { return nameable_.robots; }
     const Token& peek(std::size_t ahead = 0) const;
     const Token& last() const { return tokens_[next_ - 1]; }  // The last token taken.
     bool at(std::string_view sign) const { return is(peek(), sign); }
@@ -68,7 +75,7 @@ class Cursor {
   private:
     static bool is(const Token& token, std::string_view sign) { return token.kind == TokenKind::Sign && token.text == sign; }
     std::vector<Token> tokens_;
-    ModelFiles* models_;
+    Nameable nameable_;
     std::size_t next_ = 0;
 };
 
@@ -77,7 +84,7 @@ Parsed<double> parse_signed(Cursor& cursor);
 // The shape that starts at the cursor.
 Parsed<Shape> parse_shape(Cursor& cursor);
 // A whole text that must be one shape, or one region.
-Parsed<Shape> parse_shape_text(std::string_view text, ModelFiles* models = nullptr);
-Parsed<Region> parse_region_text(const std::string& text, ModelFiles* models = nullptr);
+Parsed<Shape> parse_shape_text(std::string_view text, Nameable nameable = {});
+Parsed<Region> parse_region_text(const std::string& text, Nameable nameable = {});
 
 }  // namespace meld::world

@@ -4,16 +4,19 @@
 //   conjunction = test { "&&" test }
 //   test       = "!" test | "(" region ")" | "all" | "inside" "(" shape ")"
 //              | "cell" ("==" | "!=") "(" integer "," integer "," integer ")"
-//              | variable [ "%" integer ] comparison number          variable: id x y z
+//              | variable [ "%" integer ] comparison number          variable: id x y z robot
+//              | ("part" | "assembly") ("==" | "!=") word
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <variant>
 
 #include "runtime/base/did_you_mean.h"
 #include "runtime/world/shapes/expression.h"
 #include "runtime/world/shapes/region_id.h"
+#include "runtime/world/shapes/robots.h"
 
 namespace meld::world {
 namespace {
@@ -48,10 +51,26 @@ struct Compare {
     double number;
 };
 
+// Tests of catoms that are parts of robots; no other catom passes them.
+struct OfRobot {
+    std::shared_ptr<const Robots> robots;
+    Compare number;  // Its variable means nothing.
+};
+struct OfAssembly {
+    std::shared_ptr<const Robots> robots;
+    std::uint32_t assembly;
+    bool equal;
+};
+struct IsPart {
+    std::shared_ptr<const Robots> robots;
+    std::vector<std::optional<std::uint32_t>> parts;  // By assembly: which part has the name.
+    bool equal;
+};
+
 }  // namespace
 
 struct Region::Node {
-    std::variant<AnyOf, AllOf, Not, Everybody, Inside, AtCell, Compare> test;
+    std::variant<AnyOf, AllOf, Not, Everybody, Inside, AtCell, Compare, OfRobot, OfAssembly, IsPart> test;
 };
 
 namespace {
@@ -90,8 +109,7 @@ std::int64_t value_of(Variable variable, const Catom& catom) {
     return catom.cell.z;
 }
 
-bool holds(const Compare& t, const Catom& catom) {
-    std::int64_t value = value_of(t.variable, catom);
+bool compares(const Compare& t, std::int64_t value) {
     // The remainder of a negative coordinate is positive, so that every n-th cell is selected across zero too.
     if (t.modulus != 0) value = ((value % t.modulus) + t.modulus) % t.modulus;
     const double number = static_cast<double>(value);
@@ -110,6 +128,20 @@ bool holds(const Compare& t, const Catom& catom) {
             break;
     }
     return number >= t.number;
+}
+
+bool holds(const Compare& t, const Catom& catom) { return compares(t, value_of(t.variable, catom)); }
+bool holds(const OfRobot& t, const Catom& catom) {
+    const std::optional<RobotPart> part = t.robots->of(catom.id);
+    return part && compares(t.number, static_cast<std::int64_t>(part->robot));
+}
+bool holds(const OfAssembly& t, const Catom& catom) {
+    const std::optional<RobotPart> part = t.robots->of(catom.id);
+    return part && (part->assembly == t.assembly) == t.equal;
+}
+bool holds(const IsPart& t, const Catom& catom) {
+    const std::optional<RobotPart> part = t.robots->of(catom.id);
+    return part && (t.parts[part->assembly] == part->part) == t.equal;
 }
 
 bool holds(const Child& test, const Catom& catom) {
@@ -163,7 +195,7 @@ Parsed<Child> parse_cell(Cursor& cursor) {
     return make(AtCell{{part(0), part(1), part(2)}, equal});
 }
 
-Parsed<Child> parse_comparison(Cursor& cursor, Variable variable) {
+Parsed<Compare> parse_compare(Cursor& cursor, Variable variable) {
     Compare test = {variable, 0, Comparison::Equal, 0};
     if (cursor.accept("%")) {
         const std::size_t column = cursor.peek().column;
@@ -183,13 +215,72 @@ Parsed<Child> parse_comparison(Cursor& cursor, Variable variable) {
     const Parsed<double> number = parse_signed(cursor);
     if (!number) return tl::unexpected(number.error());
     test.number = *number;
-    return make(test);
+    return test;
+}
+
+Parsed<Child> parse_comparison(Cursor& cursor, Variable variable) {
+    return parse_compare(cursor, variable).map([](const Compare& test) { return make(test); });
+}
+
+// After `part` or `assembly`: whether what follows is to be the same, and the name.
+struct WordTest {
+    bool equal = true;
+    Token name;
+};
+Parsed<WordTest> parse_name(Cursor& cursor, std::string_view example) {
+    WordTest named{cursor.accept("=="), {}};
+    if (!named.equal && !cursor.accept("!=")) {
+        auto wrong = cursor.expected("'==' or '!='");
+        if (cursor.at("=")) wrong.value().suggestion = "write ==";
+        return wrong;
+    }
+    if (cursor.peek().kind != TokenKind::Word && cursor.peek().kind != TokenKind::Name)
+        return cursor.expected(fmt::format("a name, as in {}", example));
+    named.name = cursor.take();
+    return named;
+}
+
+Parsed<Child> parse_part(Cursor& cursor) {
+    const Parsed<WordTest> named = parse_name(cursor, "part == left");
+    if (!named) return tl::unexpected(named.error());
+    IsPart test{cursor.robots(), {}, named->equal};
+    std::vector<std::string_view> known;
+    for (const Assembly& assembly : test.robots->assemblies()) {
+        test.parts.push_back(assembly.part_named(named->name.text));
+        known.insert(known.end(), assembly.parts.begin(), assembly.parts.end());
+    }
+    if (std::ranges::none_of(test.parts, [](const auto& part) { return part.has_value(); }))
+        return tl::unexpected(ExpressionError{named->name.column, fmt::format("no assembly has a part '{}'", named->name.text),
+                                              did_you_mean(named->name.text, known)});
+    return make(std::move(test));
+}
+
+Parsed<Child> parse_assembly(Cursor& cursor) {
+    const Parsed<WordTest> named = parse_name(cursor, "assembly == two_wheeler");
+    if (!named) return tl::unexpected(named.error());
+    const std::vector<Assembly>& all = cursor.robots()->assemblies();
+    const auto found = std::ranges::find(all, named->name.text, &Assembly::name);
+    if (found != all.end()) return make(OfAssembly{cursor.robots(), static_cast<std::uint32_t>(found - all.begin()), named->equal});
+    std::vector<std::string_view> known;
+    for (const Assembly& assembly : all) known.emplace_back(assembly.name);
+    return tl::unexpected(ExpressionError{named->name.column, fmt::format("there is no assembly '{}'", named->name.text),
+                                          did_you_mean(named->name.text, known)});
+}
+
+// A test of robots, whose word has been taken.
+Parsed<Child> parse_of_robots(Cursor& cursor, const Token& word) {
+    if (!cursor.robots())
+        return tl::unexpected(ExpressionError{word.column, fmt::format("this world has no robots, so no catom has a '{}'", word.text),
+                                              "describe a robot by [[assembly]] and place it by [[body]] assembly = \"NAME\""});
+    if (word.text == "part") return parse_part(cursor);
+    if (word.text == "assembly") return parse_assembly(cursor);
+    return parse_compare(cursor, Variable::Id).map([&](const Compare& test) { return make(OfRobot{cursor.robots(), test}); });
 }
 
 Parsed<Child> parse_region(Cursor& cursor);
 
 Parsed<Child> parse_named(Cursor& cursor) {
-    static constexpr std::array<std::string_view, 7> kWords = {"id", "x", "y", "z", "cell", "all", "inside"};
+    static constexpr std::array<std::string_view, 10> kWords = {"id", "x", "y", "z", "cell", "all", "inside", "part", "robot", "assembly"};
     if (cursor.peek().kind != TokenKind::Word) return cursor.expected("a test such as id == 4, cell == (0, 0, 0) or inside(sphere(4))");
     const Token name = cursor.take();
     if (name.text == "id") return parse_comparison(cursor, Variable::Id);
@@ -198,6 +289,7 @@ Parsed<Child> parse_named(Cursor& cursor) {
     if (name.text == "z") return parse_comparison(cursor, Variable::Z);
     if (name.text == "cell") return parse_cell(cursor);
     if (name.text == "all") return make(Everybody{});
+    if (name.text == "part" || name.text == "robot" || name.text == "assembly") return parse_of_robots(cursor, name);
     if (name.text != "inside") {
         return tl::unexpected(
             ExpressionError{name.column, fmt::format("nothing is called '{}' here", name.text), did_you_mean(name.text, kWords)});
@@ -241,10 +333,10 @@ Parsed<Child> parse_region(Cursor& cursor) { return parse_list<AnyOf>(cursor, "|
 
 }  // namespace
 
-Parsed<Region> parse_region_text(const std::string& text, ModelFiles* models) {
+Parsed<Region> parse_region_text(const std::string& text, Nameable nameable) {
     Parsed<std::vector<Token>> tokens = tokenize(text);
     if (!tokens) return tl::unexpected(tokens.error());
-    Cursor cursor(std::move(*tokens), models);
+    Cursor cursor(std::move(*tokens), std::move(nameable));
     Parsed<Child> test = parse_region(cursor);
     if (!test) return tl::unexpected(test.error());
     if (cursor.peek().kind != TokenKind::End) return cursor.expected("'&&', '||' or nothing more");

@@ -52,6 +52,7 @@ class Shape {
 
 // The catoms that get a given fact: "id == 4", "cell == (0,0,0)", "all", "id < 10", "x > 3 && z == 0", "inside(sphere(r=4))", combined with
 // && || ! and parentheses. x, y and z are coordinates of the cell; inside() tests its centre. "id % 2 == 0" and the like select every n-th.
+// In a world with robots also "part == left", "robot == 3" and "assembly == walker".
 class Region {
   public:
     struct Node;

@@ -184,10 +184,10 @@ Parsed<Shape> parse_shape(Cursor& cursor) {
     return make_shape(std::move(*solid), tidy({name.text.data(), end}));
 }
 
-Parsed<Shape> parse_shape_text(std::string_view text, ModelFiles* models) {
+Parsed<Shape> parse_shape_text(std::string_view text, Nameable nameable) {
     Parsed<std::vector<Token>> tokens = tokenize(text);
     if (!tokens) return tl::unexpected(tokens.error());
-    Cursor cursor(std::move(*tokens), models);
+    Cursor cursor(std::move(*tokens), std::move(nameable));
     Parsed<Shape> shape = parse_shape(cursor);
     if (shape && cursor.peek().kind != TokenKind::End) return cursor.expected("nothing more");
     return shape;

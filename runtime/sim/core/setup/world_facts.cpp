@@ -18,6 +18,7 @@
 #include "runtime/engine/tuple/value_text.h"
 #include "runtime/sim/core/failures/catom_failures.h"
 #include "runtime/sim/core/setup/graph_facts.h"
+#include "runtime/sim/core/setup/robot_facts.h"
 #include "runtime/sim/core/setup/setup.h"
 #include "runtime/sim/core/setup/unmatched.h"
 #include "runtime/sim/core/setup/unmatched_links.h"
@@ -94,7 +95,9 @@ std::vector<std::string> never_given(const ModuleInfo& module, const world::Worl
         const std::string_view name = p.name;
         const bool may_be_sent = p.kind == PredicateKind::Linear && (!world.components.empty() || name == "failed" || name == "created" ||
                                                                      name == "broke" || (name == "activated" && world.has_amoebots()));
-        if (made[i] || graph_gives(world, name) || !may_be_given || !p.read || p.kind == PredicateKind::Sensed || may_be_sent) continue;
+        if (made[i] || graph_gives(world, name) || robots_give(module, world, i) || !may_be_given || !p.read ||
+            p.kind == PredicateKind::Sensed || may_be_sent)
+            continue;
         const auto namesakes = std::ranges::count_if(all, [&](const PredicateInfo& q) { return !q.auxiliary && q.name == name; });
         names.push_back(namesakes == 1 ? std::string(name) : fmt::format("{}/{}", name, p.arity + 1));
     }
@@ -176,6 +179,7 @@ Result<void> GivenFacts::start() {
         all.catoms.push_back(reached.matched);
     }
     if (auto done = give_graph_facts(subdomain_); !done) return done;
+    give_robot_facts(subdomain_);
     if (auto done = look_at_events(all); !done) return done;
     warn_of_unmatched(all);
     CatomFailures(subdomain_).look_at_events();
@@ -193,6 +197,7 @@ void GivenFacts::give_again(const std::vector<Catom>& catoms) {
     for (const world::GivenFact& fact : subdomain_.world.facts)
         MELD_CHECK(change_one(fact, Change::Give, nullptr, &catoms).has_value(), "a fact at {} that was given before", fact.place);
     MELD_CHECK(give_graph_facts(subdomain_, &catoms).has_value(), "facts of the graph that were given before");
+    give_robot_facts(subdomain_, &catoms);
 }
 
 // A mistake in an event is reported now, however late the event is.
