@@ -89,7 +89,6 @@ void read_assembly(TomlReader& reader, const toml::table& table, std::vector<Kin
     kinds.push_back(std::move(kind));
 }
 
-// Whether a vector says nothing about directions.
 bool is_turned(const Vec3& turned) { return turned != Vec3{}; }
 
 physics::Quat turn_of(const Vec3& degrees) {
@@ -120,7 +119,7 @@ void read_turned(const Section& body, std::vector<RobotPlace>& places) {
     else
         body.read("turned", turned[0]);
     if (turned.size() != 1 && turned.size() != places.size())
-        return body.wrong("turned", fmt::format("{} robots are turned in {} ways", places.size(), turned.size()),
+        return body.wrong("turned", fmt::format("robots here: {}; vectors that turn them: {}", places.size(), turned.size()),
                           "write one vector, for all of them, or one for each");
     if (std::ranges::any_of(places, [](const RobotPlace& place) { return is_turned(place.turned); }))
         return body.wrong("turned", "the file of these robots says how they are turned, too", "take turned out, or the columns");

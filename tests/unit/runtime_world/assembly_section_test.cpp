@@ -182,7 +182,7 @@ TEST(AssemblySection, SaysWhatIsWrongWithPlacesAndRegions) {
         {carts(""), "has neither shape nor cells"},
         {carts("positions = []\n"), "no robot stands here"},
         {carts("positions = [[0, 0, 0]]\nspacing = 2\n"), "robots at positions have no spacing"},
-        {carts("positions = [[0, 0, 0]]\nturned = [[0, 0, 1], [0, 0, 2]]\n"), "1 robots are turned in 2 ways"},
+        {carts("positions = [[0, 0, 0]]\nturned = [[0, 0, 1], [0, 0, 2]]\n"), "robots here: 1; vectors that turn them: 2"},
         {carts("positions = [[0, 0, 0]]\nturned = [0, 0, 1e9]\n"), "turned by more than a million degrees"},
         {carts("shape = \"box(1e5, 1e5, 1)\"\n"), "robots are too many"},
         {"[[body]]\npositions = [[0, 0, 0]]\nturned = [0, 0, 90]\n", "has turned, which is of robots, and no assembly"},
