@@ -55,6 +55,21 @@ PrescribedMotion::Place PrescribedMotion::at(const Place& start, double time_s) 
     return {pivot + rotate(turn, start.centre_m - pivot) + swung * swing_m, product(turn, start.turn)};
 }
 
+PrescribedMotion::Velocity PrescribedMotion::mean_velocity(const Place& from, const Place& to, double time_s) {
+    return {(1 / time_s) * (to.centre_m - from.centre_m), mean_spin(from.turn, to.turn, time_s)};
+}
+
+double PrescribedMotion::greatest_speed_m_s(double from_pivot_m) const {
+    const double rate = 2 * std::numbers::pi * frequency_hz;
+    return rate * length(swing_m) + (rate * length(tilt_rad) + length(spin_rad_s)) * from_pivot_m;
+}
+
+// Two sines differ by at most 2, and a chord is no longer than its arc or the diameter.
+double PrescribedMotion::range_m(double from_pivot_m) const {
+    const double turned = spin_rad_s == Vec3{} ? std::min(length(tilt_rad), 1.0) : 1;
+    return 2 * length(swing_m) + 2 * turned * from_pivot_m;
+}
+
 std::uint32_t PrescribedBodies::add(const PrescribedMotion& motion) {
     motions_.push_back(motion);
     return static_cast<std::uint32_t>(motions_.size() - 1);
@@ -95,7 +110,7 @@ void PrescribedBodies::place(Bodies& bodies, Composites& composites, double time
 void PrescribedBodies::set_velocities(Bodies& bodies, Composites& composites, double from_s, double to_s) const {
     each_here(bodies, [&](std::uint32_t slot, const PrescribedMotion::Place& start, const PrescribedMotion& motion) {
         const PrescribedMotion::Place from = motion.at(start, from_s), to = motion.at(start, to_s);
-        const Vec3 velocity = (1 / (to_s - from_s)) * (to.centre_m - from.centre_m), spin = mean_spin(from.turn, to.turn, to_s - from_s);
+        const auto [velocity, spin] = PrescribedMotion::mean_velocity(from, to, to_s - from_s);
         set_single(bodies.velocity[slot].linear, velocity);
         set_single(bodies.velocity[slot].surface, bodies.place[slot].radius * spin);
         if (Composite* composite = carried_by(bodies.properties[slot].id, bodies.properties[slot], composites))

@@ -1,5 +1,5 @@
-// Fixed bodies that move as the world says, whatever touches them: shakers, turntables, tilting tables (kinematic bodies). Their places are
-// functions of time, so nothing but the time is saved, and all processes have the same ones.
+// What moves as the world says, whatever touches it (kinematic bodies): shakers, turntables, tilting tables, which are fixed bodies here,
+// or obstacles (moving_frame.h). Places are functions of time, so nothing but the time is saved, and all processes have the same ones.
 #pragma once
 
 #include <cstddef>
@@ -32,6 +32,15 @@ struct PrescribedMotion {
     };
     // Where a body is at this time that is at `start` at time 0. Some tens of nanoseconds.
     Place at(const Place& start, double time_s) const;
+    // The velocity of the centre, m/s, and the angular velocity, rad/s, that bring it from one place to another one within a time.
+    struct Velocity {
+        Vec3 linear_m_s = {}, spin_rad_s = {};
+    };
+    static Velocity mean_velocity(const Place& from, const Place& to, double time_s);
+    // Of a point at this distance from the pivot, of which each is an upper bound at all times: its speed, m/s, and how far it comes from
+    // any place where it has been, m.
+    double greatest_speed_m_s(double from_pivot_m) const;
+    double range_m(double from_pivot_m) const;
 };
 
 // Which bodies have which motions. All subdomains know all of them, whether the bodies are here or not.

@@ -143,8 +143,7 @@ bool reaches(const BodyShape& solid, Vec3 place, Quat turn, Vec3 at, double reac
 
 }  // namespace
 
-bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m) const {
-    const Entry& entry = entries_[obstacle];
+bool Obstacles::may_reach_own(const Entry& entry, Vec3 centre, double radius_m, double reach_m) {
     const double reach = radius_m + reach_m;
     if (const Plane* plane = std::get_if<Plane>(&entry.shape)) return dot(plane->normal, centre) - plane->offset_m < reach;
     const auto apart = [](double low, double high, double at) { return std::max({low - at, at - high, 0.0}); };
@@ -162,9 +161,9 @@ bool Obstacles::may_reach(std::size_t obstacle, Vec3 centre, double radius_m, do
                                [&](const Entry::Part& part) { return reaches(part.shape, part.centre, part.turn, centre, reach); });
 }
 
-bool Obstacles::solid_may_reach(std::size_t obstacle, std::size_t solid, Vec3 centre, double radius_m, double reach_m) const {
-    if (solids(obstacle) <= 1) return may_reach(obstacle, centre, radius_m, reach_m);
-    const Entry::Part& part = entries_[obstacle].parts[solid];
+bool Obstacles::solid_may_reach_own(const Entry& entry, std::size_t solid, Vec3 centre, double radius_m, double reach_m) {
+    if (entry.parts.size() <= 1) return may_reach_own(entry, centre, radius_m, reach_m);
+    const Entry::Part& part = entry.parts[solid];
     return reaches(part.shape, part.centre, part.turn, centre, radius_m + reach_m);
 }
 
@@ -246,23 +245,23 @@ std::string_view Obstacles::kind(std::size_t obstacle) const {
                                 : "capsule";
 }
 
-double Obstacles::depth(std::size_t obstacle, Vec3 centre, double radius_m) const {
+double Obstacles::depth_own(const Entry& entry, Vec3 centre, double radius_m) {
     return std::max(0.0, std::visit(
                              [&](const auto& shape) -> double {
                                  if constexpr (!std::is_same_v<decltype(shape), const Solid&>) return depth_in(shape, centre, radius_m);
                                  std::array<SurfaceContact, kMaxSurfaceContacts> contacts;
-                                 return collide_sphere(obstacle, centre, radius_m, 0, contacts) == 0 ? 0 : -contacts[0].gap_m;
+                                 return collide_sphere(entry, centre, radius_m, 0, contacts) == 0 ? 0 : -contacts[0].gap_m;
                              },
-                             entries_[obstacle].shape));
+                             entry.shape));
 }
 
 // The contacts with solids, the deepest first.
-int Obstacles::collide_sphere(std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
-                              std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) const {
+int Obstacles::collide_sphere(const Entry& entry, Vec3 centre, double radius_m, double reach_m,
+                              std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
     const Core sphere{{}, radius_m};
     const Pose pose = pose_of(centre, {});
     int count = 0;
-    for (const Entry::Part& part : entries_[obstacle].parts) {
+    for (const Entry::Part& part : entry.parts) {
         Manifold found;
         AxisHint hint = kNoAxis;
         physics::collide(sphere, pose, part.placed.core, part.placed.pose, reach_m, hint, found);
@@ -279,10 +278,10 @@ int Obstacles::collide_sphere(std::size_t obstacle, Vec3 centre, double radius_m
 }
 
 // Of the solids that the sphere does not touch, the one that it meets first.
-std::optional<SurfaceContact> Obstacles::meet_solids(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path) const {
+std::optional<SurfaceContact> Obstacles::meet_solids(const Entry& entry, Vec3 centre, double radius_m, Vec3 path) {
     std::optional<SurfaceContact> first;
     double least = 0;
-    for (const Entry::Part& part : entries_[obstacle].parts) {
+    for (const Entry::Part& part : entry.parts) {
         const auto met = meeting(part.shape, part.centre, part.turn, centre, radius_m, path);
         if (!met) continue;
         const double gone = met->gap_m / -dot(met->normal, path);
@@ -291,36 +290,33 @@ std::optional<SurfaceContact> Obstacles::meet_solids(std::size_t obstacle, Vec3 
     return first;
 }
 
-void Obstacles::collide_solid(std::size_t obstacle, std::size_t solid, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
-                              Manifold& found) const {
-    const Entry& entry = entries_[obstacle];
+void Obstacles::collide_solid_own(const Entry& entry, std::size_t solid, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
+                                  Manifold& found) {
     if (const Plane* plane = std::get_if<Plane>(&entry.shape))
         return collide_with_plane(core, pose, plane->normal, plane->offset_m, reach_m, hint, found);
-    MELD_CHECK(solid < entry.parts.size(), "obstacle {} has no solid {}", obstacle, solid);
+    MELD_CHECK(solid < entry.parts.size(), "solid {} of {}", solid, entry.parts.size());
     const PlacedSolid& other = entry.parts[solid].placed;
     physics::collide(core, pose, other.core, other.pose, reach_m, hint, found);
 }
 
-std::optional<SurfaceContact> Obstacles::meet(std::size_t obstacle, Vec3 centre, double radius_m, Vec3 path,
-                                              std::span<const SurfaceContact> touched) const {
-    const Entry& entry = entries_[obstacle];
+std::optional<SurfaceContact> Obstacles::meet_own(const Entry& entry, Vec3 centre, double radius_m, Vec3 path,
+                                                  std::span<const SurfaceContact> touched) {
     return std::visit(
         [&](const auto& shape) -> std::optional<SurfaceContact> {
             if constexpr (std::is_same_v<decltype(shape), const Mesh&>)
                 return entry.surface->meet(shape, centre, radius_m, path, touched);
             else if constexpr (std::is_same_v<decltype(shape), const Box&> || std::is_same_v<decltype(shape), const Solid&>)
-                return meet_solids(obstacle, centre, radius_m, path);
+                return meet_solids(entry, centre, radius_m, path);
             else
                 return meeting(shape, centre, radius_m, path);
         },
         entry.shape);
 }
 
-int Obstacles::collide_shape(std::size_t obstacle, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
-                             std::array<Manifold, kMaxSurfaceContacts>& found) const {
+int Obstacles::collide_shape_own(const Entry& entry, const Core& core, const Pose& pose, double reach_m, AxisHint& hint,
+                                 std::array<Manifold, kMaxSurfaceContacts>& found) {
     thread_local std::vector<Triangle> triangles;
     triangles.clear();
-    const Entry& entry = entries_[obstacle];
     const Vec3 reach{reach_m, reach_m, reach_m};
     const Around box = around(core, pose);
     if (const Terrain* terrain = std::get_if<Terrain>(&entry.shape)) {
@@ -328,13 +324,12 @@ int Obstacles::collide_shape(std::size_t obstacle, const Core& core, const Pose&
         return collide_with_surface(core, pose, triangles, SurfaceSide::Outer, reach_m, hint, found);
     }
     const Mesh* mesh = std::get_if<Mesh>(&entry.shape);
-    MELD_EXPECT(mesh != nullptr, "obstacle {} has no triangles", obstacle);
+    MELD_EXPECT(mesh != nullptr, "an obstacle has no triangles");
     entry.surface->triangles_at(*mesh, box.low - reach, box.high + reach, triangles);
     return collide_with_surface(core, pose, triangles, SurfaceSide::Both, reach_m, hint, found);
 }
 
-std::optional<double> Obstacles::first_on(std::size_t obstacle, const Ray& ray) const {
-    const Entry& entry = entries_[obstacle];
+std::optional<double> Obstacles::first_on_own(const Entry& entry, const Ray& ray) {
     if (const Plane* plane = std::get_if<Plane>(&entry.shape)) return met_by(*plane, ray);
     if (!part_within(ray, entry.low, entry.high)) return std::nullopt;
     if (const Box* box = std::get_if<Box>(&entry.shape)) return met_by(*box, ray);
@@ -356,8 +351,8 @@ void Obstacles::prepare(int threads) {
         }
 }
 
-int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
-                       std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
+int Obstacles::collide_own(int worker, std::size_t obstacle, Vec3 centre, double radius_m, double reach_m,
+                           std::array<SurfaceContact, kMaxSurfaceContacts>& contacts) {
     MELD_EXPECT(obstacle < entries_.size() && radius_m > 0 && reach_m >= 0, "obstacle {} of {}", obstacle, entries_.size());
     if (const Plane* plane = std::get_if<Plane>(&entries_[obstacle].shape)) {
         contacts[0] = {plane->normal, dot(plane->normal, centre) - plane->offset_m - radius_m};
@@ -367,7 +362,8 @@ int Obstacles::collide(int worker, std::size_t obstacle, Vec3 centre, double rad
         return physics::collide(*terrain, centre, radius_m, reach_m, contacts);
     if (const Mesh* mesh = std::get_if<Mesh>(&entries_[obstacle].shape))
         return entries_[obstacle].surface->collide(*mesh, centre, radius_m, reach_m, contacts);
-    if (std::holds_alternative<Solid>(entries_[obstacle].shape)) return collide_sphere(obstacle, centre, radius_m, reach_m, contacts);
+    if (std::holds_alternative<Solid>(entries_[obstacle].shape))
+        return collide_sphere(entries_[obstacle], centre, radius_m, reach_m, contacts);
     MELD_EXPECT(static_cast<std::size_t>(worker) < geometries_.size(), "worker {} of {}: call prepare first", worker, geometries_.size());
     enter_ode_thread();
     const Geometries& own = *geometries_[static_cast<std::size_t>(worker)];

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "physics/bodies/symmetric.h"
+
 namespace meld::physics {
 
 OdeShapes::~OdeShapes() {
@@ -31,7 +33,40 @@ dGeomID OdeShapes::keep(dGeomID geom) {
     std::array<dReal, 6> box;
     dGeomGetAABB(geom, box.data());
     geoms_.push_back(geom);
+    homes_.push_back(home_of(geom));
     return geom;
+}
+
+void OdeShapes::move(std::size_t index, const MovingFrame& frame) {
+    const auto& [at, turn, offset_m] = homes_[index];
+    if (dGeomGetClass(geoms_[index]) == dPlaneClass) {
+        const Vec3 normal = frame.turned_out_of(at);
+        return dGeomPlaneSetParams(geoms_[index], normal.x, normal.y, normal.z, dot(normal, frame.out_of(offset_m * at)));
+    }
+    const Vec3 now = frame.out_of(at);
+    const Quat turned = product(frame.turn(), turn);
+    const dQuaternion q = {turned.w, turned.x, turned.y, turned.z};
+    dGeomSetPosition(geoms_[index], now.x, now.y, now.z);
+    dGeomSetQuaternion(geoms_[index], q);
+}
+
+void OdeShapes::follow(const Obstacles& obstacles, std::span<const std::uint32_t> first_of_obstacle) {
+    for (std::size_t i = 0; obstacles.any_moves() && i < obstacles.count(); ++i) {
+        const std::size_t end = i + 1 < obstacles.count() ? first_of_obstacle[i + 1] : count();
+        for (std::size_t geom = first_of_obstacle[i]; obstacles.moves(i) && geom < end; ++geom) move(geom, obstacles.frame(i));
+    }
+}
+
+OdeShapes::Home OdeShapes::home_of(dGeomID geom) {
+    if (dGeomGetClass(geom) == dPlaneClass) {
+        dVector4 p;
+        dGeomPlaneGetParams(geom, p);
+        return {{p[0], p[1], p[2]}, {}, p[3]};
+    }
+    const dReal* at = dGeomGetPosition(geom);
+    dQuaternion q;
+    dGeomGetQuaternion(geom, q);
+    return {{at[0], at[1], at[2]}, {q[0], q[1], q[2], q[3]}, 0};
 }
 
 void OdeShapes::make_parts(const Solid& solid) {

@@ -3,7 +3,9 @@
 
 #include <ode/ode.h>
 
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "physics/collision/obstacles.h"
@@ -24,8 +26,18 @@ class OdeShapes {
     // Of all shapes, one behind another.
     std::size_t count() const { return geoms_.size(); }
     dGeomID operator[](std::size_t index) const { return geoms_[index]; }
+    // Puts those of obstacles that move where they are. `first_of_obstacle`: by obstacle, its first geometry.
+    void follow(const Obstacles& obstacles, std::span<const std::uint32_t> first_of_obstacle);
 
   private:
+    // Where a geometry was made; of a plane its normal, and its offset along it.
+    struct Home {
+        Vec3 at;
+        Quat turn;
+        double offset_m;
+    };
+    static Home home_of(dGeomID geom);
+    void move(std::size_t index, const MovingFrame& frame);
     dGeomID keep(dGeomID geom);
     dGeomID make(const Plane& plane);
     dGeomID make(const Box& box);
@@ -35,6 +47,7 @@ class OdeShapes {
     void make_parts(const Solid& solid);
 
     std::vector<dGeomID> geoms_;
+    std::vector<Home> homes_;
     std::vector<dHeightfieldDataID> heights_;
     // ODE keeps pointers to these.
     std::vector<std::unique_ptr<std::vector<double>>> points_;

@@ -12,6 +12,7 @@
 #include "physics/collision/ode_shapes.h"
 #include "physics/comparison/contact_log.h"
 #include "physics/comparison/engines.h"
+#include "physics/comparison/ode_surface.h"
 #include "physics/comparison/pairwise_features.h"
 #include "physics/solver/engine.h"
 #include "physics/solver/feature_wrenches.h"
@@ -60,26 +61,6 @@ struct Mirror {
     }
 };
 
-// Friction against rolling and spinning is torques about the normal and two directions across it. With axes that differ, friction along
-// both must be said, too.
-void resist_turning(dSurfaceParameters& surface, const Material& one, const Material& other) {
-    if (!one.resists_turning() && !other.resists_turning()) return;
-    surface.mode |= dContactRolling | dContactAxisDep;
-    surface.mu2 = surface.mu;
-    surface.rho = surface.rho2 = static_cast<double>(common_rolling_m(one, other));
-    surface.rhoN = static_cast<double>(common_spinning_m(one, other));
-}
-
-// The belt of an obstacle takes along the body, which is ODE's first. ODE's normal leads out of the obstacle.
-void move_belt(dContact& contact, Vec3 belt_m_s) {
-    const Vec3 along = cross(belt_m_s, {contact.geom.normal[0], contact.geom.normal[1], contact.geom.normal[2]});
-    const double speed = length(along);
-    if (speed == 0) return;
-    contact.surface.mode |= dContactFDir1 | dContactMotion1;
-    contact.surface.motion1 = speed;
-    contact.fdir1[0] = along.x / speed, contact.fdir1[1] = along.y / speed, contact.fdir1[2] = along.z / speed;
-}
-
 class OdeEngine final : public Engine {
   public:
     explicit OdeEngine(World& world) : world_(world) {}
@@ -115,9 +96,11 @@ class OdeEngine final : public Engine {
             for (int substep = 0; substep < times.substeps; ++substep) {
                 const double from_s = times.start_s(world_.tick, substep), to_s = times.start_s(world_.tick, substep + 1);
                 prescribe_velocities(from_s, to_s);
+                prescribe_obstacles(from_s, to_s);
                 step_once(times.substep_s(), substep + 1 == times.substeps);
                 copy_out();
                 prescribe_places(to_s);
+                for (MovingFrame& frame : world_.obstacles.frames()) frame.place(to_s);
                 // A body that flies away must not reach ODE's space, whose boxes would contain NaN.
                 if (auto fine = world_.check_speeds(); !fine) return tl::unexpected(fine.error());
             }
@@ -424,6 +407,13 @@ class OdeEngine final : public Engine {
         world_.prescribed.each_slot(world_.bodies, [&](std::uint32_t slot) { copy_in(slot); });
     }
 
+    // Before a substep.
+    void prescribe_obstacles(double from_s, double to_s) {
+        Obstacles& obstacles = world_.obstacles;
+        for (MovingFrame& frame : obstacles.frames()) frame.place(from_s), frame.set_velocity(from_s, to_s);
+        mirror_->obstacles.follow(obstacles, mirror_->first_of_obstacle);
+    }
+
     void copy_out() {
         Bodies& bodies = world_.bodies;
         for (std::uint32_t slot = 0; slot < bodies.count(); ++slot) {
@@ -557,8 +547,10 @@ class OdeEngine final : public Engine {
                 contact.surface.bounce = restitution;
                 contact.surface.bounce_vel = min_bounce_speed_;
             }
-            if (!body_b && world_.obstacles.belt(index_of(b)) != 0)
-                move_belt(contact, world_.obstacles.belts()[world_.obstacles.belt(index_of(b)) - 1]);
+            if (!body_b && (world_.obstacles.belt(index_of(b)) != 0 || world_.obstacles.moves(index_of(b)))) {
+                const dReal *at = contact.geom.pos, *out = contact.geom.normal;
+                move_surface(contact, world_.obstacles.velocity_at(index_of(b), {at[0], at[1], at[2]}, {out[0], out[1], out[2]}));
+            }
             resist_turning(contact.surface, world_.materials[first.material], world_.materials[other]);
             const dJointID joint = dJointCreateContact(mirror_->world, mirror_->joints, &contact);
             dJointAttach(joint, body_a, body_b);

@@ -76,6 +76,8 @@ Result<void> Scene::load_home(const SavedHome& saved, Holds holds) {
 
 Result<void> Scene::loaded(Workers& workers) {
     contacts_known_ = false;
+    // Engines that keep the substeps put them there to the last bit.
+    for (MovingFrame& frame : world_->obstacles.frames()) frame.place(static_cast<double>(world_->tick) * world_->last_step_s);
     return engine_->loaded(workers);
 }
 

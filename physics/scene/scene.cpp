@@ -84,6 +84,15 @@ Result<void> check(const BodySpec& spec) {
     return check(spec.id, {spec.position_m, spec.orientation, spec.linear_velocity_m_s, spec.angular_velocity_rad_s});
 }
 
+// Whether something may move so with an engine.
+Result<void> check(const PrescribedMotion& motion, EngineKind engine) {
+    const Vec3 vectors[] = {motion.swing_m, motion.tilt_rad, motion.spin_rad_s, motion.pivot_m.value_or(Vec3{})};
+    if (!std::ranges::all_of(vectors, is_finite) || !(motion.frequency_hz >= 0) || !std::isfinite(motion.frequency_hz + motion.phase_rad))
+        return fail("a prescribed motion has numbers that are not finite, or a frequency below 0", "Give other numbers");
+    if (engine == EngineKind::Hash) return fail("the engine Hash has no prescribed motions", "Use the engine Blocks or Ode");
+    return {};
+}
+
 BodyVelocity motion_of(const BodyState& state, double radius) {
     const Vec3 v = state.linear_velocity_m_s, u = radius * state.angular_velocity_rad_s;
     return {{single(v.x), single(v.y), single(v.z)}, 0, {single(u.x), single(u.y), single(u.z)}, 0};
@@ -157,12 +166,17 @@ Result<std::uint32_t> Scene::add_obstacle(Shape shape, std::uint8_t material) {
 }
 
 Result<std::uint32_t> Scene::add_motion(const PrescribedMotion& motion) {
-    const Vec3 vectors[] = {motion.swing_m, motion.tilt_rad, motion.spin_rad_s, motion.pivot_m.value_or(Vec3{})};
-    if (!std::ranges::all_of(vectors, is_finite) || !(motion.frequency_hz >= 0) || !std::isfinite(motion.frequency_hz + motion.phase_rad))
-        return fail("a prescribed motion has numbers that are not finite, or a frequency below 0", "Give other numbers");
-    if (world_->settings.engine == EngineKind::Hash)
-        return fail("the engine Hash has no prescribed motions", "Use the engine Blocks or Ode");
+    if (auto fine = check(motion, world_->settings.engine); !fine) return tl::unexpected(fine.error());
     return world_->prescribed.add(motion);
+}
+
+Result<void> Scene::move_obstacle(std::uint32_t obstacle, const PrescribedMotion& motion) {
+    if (obstacle >= world_->obstacles.count()) return fail(fmt::format("there is no obstacle {}", obstacle), "Add it first");
+    if (auto fine = check(motion, world_->settings.engine); !fine) return fine;
+    if (world_->obstacles.moves(obstacle)) return fail(fmt::format("obstacle {} moves already", obstacle), "Give it one motion only");
+    world_->obstacles.set_motion(obstacle, motion);
+    engine_->structure_changed();
+    return {};
 }
 
 Result<void> Scene::prescribe(BodyId body, std::uint32_t motion, const PrescribedMotion::Place& start) {
@@ -417,6 +431,7 @@ Result<StepReport> Scene::step(double dt_s, int substeps, Workers& workers) {
             std::copy(kept.orientation.begin(), kept.orientation.end(), bodies.orientation.begin());
             engine_->state_restored();
         }
+        for (MovingFrame& frame : world_->obstacles.frames()) frame.place(StepTimes{dt_s, substeps}.start_s(world_->tick, 0));
         world_->events.clear();
         return report;
     }

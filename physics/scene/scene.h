@@ -119,6 +119,11 @@ class Scene {
     // The surface of an obstacle runs round about this vector and takes along what touches it (Obstacles::set_belt), m/s; nothing if it is
     // 0. Once for an obstacle, and not with the engine Hash.
     Result<void> set_belt(std::uint32_t obstacle, Vec3 belt_m_s);
+    // An obstacle of any kind moves from now on as prescribed bodies do, with its belt; without a pivot about its middle
+    // (Obstacles::set_motion). What it may meet stays awake. Once for an obstacle, before the first step, on all subdomains alike, and not
+    // with the engine Hash. Errors: a number that is not finite, a frequency below 0. Cost: each contact with it takes some nanoseconds
+    // more in a substep, and lists of contacts are made again whenever it has come as far as the radius of the smallest body.
+    Result<void> move_obstacle(std::uint32_t obstacle, const PrescribedMotion& motion);
     // Reserves memory for `bodies` bodies with ids below `ids`, so that arrays need not grow.
     void reserve(std::size_t bodies, std::size_t ids);
     Result<void> add_body(const BodySpec& spec);

@@ -304,13 +304,15 @@ Result<void> BlockEngine::prepare(const StepTimes& times, Workers& workers) {
         world_.joints.recomposed();
         rebuild_ = true;
     }
+    place_obstacles(times, 0);
     if (rebuild_ || list_is_old(times))
         if (auto built = rebuild(times, workers); !built) return built;
     prescribe_velocities(times, workers);
+    move_all_obstacle_lanes(workers);
     keep_last_good(workers);
     world_.composites.keep();
     begin_loads();
-    keep_pushed_awake();
+    keep_pushed_awake(times);
     return {};
 }
 
@@ -350,7 +352,7 @@ bool BlockEngine::list_is_old(const StepTimes& times) const {
             std::sqrt(static_cast<double>(state.drift_squared)) + std::sqrt(static_cast<double>(state.speed_squared)) * times.dt_s;
         if (way_m > skin_m_ / 2 && (paths_.empty() || std::isinf(state.speed_squared) || leaves_path(b, times.dt_s))) return true;
     }
-    return false;
+    return has_obstacle_left_list();
 }
 
 bool BlockEngine::leaves_path(std::uint32_t index, double dt_s) const {
@@ -446,9 +448,11 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
         list_paths();
         const double ahead_s = std::max(kStepsAhead * times.dt_s, ahead_s_);
+        begin_list_of_obstacles(kStepsAhead * times.dt_s);
         contacts_.lay_out({grid_, bodies, world_.obstacles, world_.materials, reach, ahead_s, &world_.composites, !world_.shapes.empty()},
                           owns_ ? &owned : nullptr, workers);
         lay_out_shapes(reach, ahead_s, owns_ ? &owned : nullptr, workers);
+        lay_out_obstacle_lanes();
         rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
         turning_.forget();
         link_blocks();
@@ -521,6 +525,7 @@ Result<void> BlockEngine::move(const StepTimes& times, Workers& workers) {
     world_.composites.place_members(world_.bodies, workers);
     ++substep_;
     prescribe_velocities(times, workers);
+    place_obstacles(times, substep_);
     if (!world_.shapes.empty() && !world_.composites.all().empty())
         for_blocks(awake_, workers, [&](int, std::uint32_t block) {
             shape_contacts_.turn(shape_setup(), grid_.blocks()[block].first, grid_.blocks()[block].count);
@@ -549,6 +554,7 @@ Result<void> BlockEngine::refresh(const std::vector<std::uint32_t>& blocks, cons
             shape_contacts_.follow(block, world_.bodies.velocity.data(), static_cast<float>(times.substep_s()));
         if (!shape_contacts_.empty() && !goes_on)
             if (const auto deep = refresh_shapes(block, times.dt_s, moved)) fails(*deep);
+        move_obstacle_lanes(block);
         const bool deep = refresh_pairs(contacts_.pairs(block), world_.bodies.place.data(), max_overlap);
         refresh_fast(block, times.dt_s);
         if (!deep) return;

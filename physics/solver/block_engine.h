@@ -162,7 +162,7 @@ class BlockEngine final : public Engine {
     void note_stillness();
     // Slots have changed: drops what is stored by block.
     void forget_blocks();
-    void keep_pushed_awake();
+    void keep_pushed_awake(const StepTimes& times);
     void find_resting();
     // In a divided world with joints or composites: what this subdomain says of their blocks, to be added to what the others say. Which are
     // linked, and which do not stay; then which do not rest; then what all have said.
@@ -219,6 +219,18 @@ class BlockEngine final : public Engine {
     void prescribe_places(const StepTimes& times);
     // Whether a body is so near to an obstacle with a belt that it may touch it.
     bool is_by_belt(std::uint32_t block) const;
+    // Obstacles that move (motions/obstacle_lanes.cpp): puts them where they are as a substep of this step begins, with the velocities in
+    // it. Where they were when the list was made, and where they are now; and whether one has gone farther than the list allows for.
+    void place_obstacles(const StepTimes& times, int substep);
+    void begin_list_of_obstacles(double ahead_s);
+    void restore_list_of_obstacles();
+    bool has_obstacle_left_list() const;
+    // The entries of their contacts' lanes after new batches, and what those of a block have as velocities.
+    void lay_out_obstacle_lanes();
+    void move_obstacle_lanes(std::uint32_t block);
+    void move_all_obstacle_lanes(Workers& workers);
+    // Whether a body of a block may be met by one in this step.
+    bool may_be_met(std::uint32_t block, const StepTimes& times) const;
     // Bodies with shapes (block_shapes.cpp).
     ShapeContacts::Setup shape_setup() const;
     void lay_out_shapes(const PairSearch::Reach& reach, double ahead_s, const std::vector<bool>* wanted, Workers& workers);
@@ -291,6 +303,8 @@ class BlockEngine final : public Engine {
     bool cached_ = false;
     // Those of the present step that are over.
     int substep_ = 0;
+    // The tick in which the list was made.
+    std::uint64_t list_tick_ = 0;
     // In a divided world: composites have been made anew before the step; copies must take their mean when those of all are here.
     bool recomposed_before_ = false, average_due_ = false;
     bool rebuild_ = true, fresh_ = false, forget_ = false, rebuilt_in_step_ = false, recomposed_in_step_ = false;

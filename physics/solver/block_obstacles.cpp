@@ -87,7 +87,8 @@ int BlockEngine::surfaces_near(int worker, std::uint32_t slot, std::uint32_t obs
         if (auto fine = world_.check_depth(id, p.radius, obstacle, -surfaces[static_cast<std::size_t>(c)].gap_m); !fine)
             fails(id, fine.error());
     // A body from farther away would be behind a wall before it is noticed, and for a near one only its path tells what it will touch.
-    const Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
+    Vec3 path = kStepsAhead * dt_s * velocity_of(bodies.velocity[slot]);
+    if (world_.obstacles.moves(obstacle)) path = path - kStepsAhead * dt_s * world_.obstacles.frame(obstacle).velocity_at({p.x, p.y, p.z});
     const auto touches = [&](int c) { return surfaces[static_cast<std::size_t>(c)].gap_m <= kLookAheadShare * 2 * smallest_radius_m_; };
     const bool apart = count == 0 || !touches(0);
     if (dot(path, path) <= ahead * ahead || !(apart || world_.obstacles.can_be_met_again(obstacle))) return count;

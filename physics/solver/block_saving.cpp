@@ -130,6 +130,8 @@ void BlockEngine::save_rest(ByteWriter& out) const {
                           world_.loads.wanted(),
                           !world_.joints.empty(),
                           {}});
+    // Where obstacles are follows from the time.
+    if (world_.obstacles.any_moves()) out.write(list_tick_);
     // All know all connections; what a body has is saved by its owner.
     const auto is_ours = [&](BodyId body) {
         return !divided() || (world_.bodies.has(body) && (world_.bodies.properties[world_.bodies.slot(body)].flags & kGhost) == 0);
@@ -156,6 +158,7 @@ void BlockEngine::load_rest(ByteReader& in) {
     rebuild_ = saved.rebuild != 0 || (!first && rebuild_);
     fresh_ = saved.fresh != 0 && (first || fresh_);
     forget_ = saved.forget != 0 || (!first && forget_);
+    if (world_.obstacles.any_moves()) list_tick_ = in.read<std::uint64_t>();
     composites_fine_ = (saved.has_composites == 0 || world_.composites.read(in)) && composites_fine_;
     if (saved.has_loads != 0) world_.loads.read(in);
     joints_fine_ = (saved.has_joints == 0 || world_.joints.read(in)) && joints_fine_;
@@ -212,6 +215,8 @@ Result<void> BlockEngine::loaded(Workers& workers) {
         shape_contacts_.turn_all(shape_setup(), workers);
         if (!shape_contacts_.load(shape_setup(), shape_contacts)) return damaged_snapshot("has invalid contacts");
     }
+    restore_list_of_obstacles();
+    lay_out_obstacle_lanes();
     rows_.lay_out(contacts_, shape_contacts_, grid_.blocks().size(), bodies, world_.composites, workers);
     turning_.forget();
     link_blocks();

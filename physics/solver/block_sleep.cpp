@@ -237,13 +237,14 @@ bool BlockEngine::has_moving_fixed_body(std::uint32_t index) const {
     return false;
 }
 
-// What a fixed body or a belt carries or pushes moves, however slowly.
-void BlockEngine::keep_pushed_awake() {
-    for (std::uint32_t b = 0; b < states_.size(); ++b)
-        if (BlockState& state = states_[b]; state.stays && !state.asleep && has_moving_fixed_body(b)) {
-            state.stays = false;
-            state.still_ticks = 0;
-        }
+// What a fixed body or a belt carries or pushes moves, however slowly; and what an obstacle will meet that moves wakes before it does.
+void BlockEngine::keep_pushed_awake(const StepTimes& times) {
+    for (std::uint32_t b = 0; b < states_.size(); ++b) {
+        BlockState& state = states_[b];
+        if (!state.stays || !((!state.asleep && has_moving_fixed_body(b)) || may_be_met(b, times))) continue;
+        state.stays = false;
+        state.still_ticks = 0;
+    }
 }
 
 void BlockEngine::find_resting() {

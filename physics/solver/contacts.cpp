@@ -319,8 +319,9 @@ void Contacts::lay_out_obstacles(const Setup& setup, std::uint32_t block, Arena&
         for (std::uint32_t slot = own.first; slot < own.first + own.count; ++slot) {
             if ((bodies.properties[slot].flags & (kFixed | kShaped)) != 0 || !wanted(slot)) continue;
             const Place& p = bodies.place[slot];
-            const double reach_m = setup.reach.apart_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
+            const double apart_m = setup.reach.apart_m + setup.ahead_s * length(velocity_of(bodies.velocity[slot]));
             for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
+                const double reach_m = apart_m + setup.obstacles.way_of_list_m(obstacle, {p.x, p.y, p.z});
                 if (!setup.obstacles.may_reach(obstacle, {p.x, p.y, p.z}, p.radius, reach_m)) continue;
                 for (int part = 0; part < setup.obstacles.parts(obstacle); ++part) {
                     pairs.push_back({key(slot), kNoSlot});

@@ -42,7 +42,8 @@ inline std::uint32_t motionless_slot(const Bodies& bodies, std::uint32_t block) 
 }
 
 // The slot that a body's contact with an obstacle has as its second body: the block's motionless entry; of an obstacle with a belt, an
-// entry of the block that has it as surface velocity.
+// entry of the block that has it as surface velocity. Where the obstacle moves, it is an entry of the lane instead, which follows the
+// others (motions/obstacle_lanes.cpp).
 inline std::uint32_t slot_of_obstacle(const Bodies& bodies, const Obstacles& obstacles, std::size_t blocks, std::uint32_t block,
                                       std::uint32_t obstacle) {
     return motionless_slot(bodies, block) + static_cast<std::uint32_t>(blocks * obstacles.belt(obstacle));

@@ -115,9 +115,12 @@ tl::unexpected<Error> World::too_deep(BodyId one, BodyId other, double overlap_m
 
 Result<void> World::check_depth(BodyId body, double radius_m, std::uint32_t obstacle, double depth_m) const {
     if (!(depth_m > 2 * radius_m * settings.max_overlap_share)) return {};
-    return fail(fmt::format("body {} is {:.3g} m deep in obstacle {}, a {}, more than {:.0f} % of its diameter", body, depth_m, obstacle,
-                            obstacles.kind(obstacle), 100 * settings.max_overlap_share),
-                "Move it out of there, or take a shorter step if it ran into it", ExitCode::LimitHit);
+    const bool moves = obstacles.moves(obstacle);
+    return fail(fmt::format("body {} is {:.3g} m deep in obstacle {}, a {}{}, more than {:.0f} % of its diameter", body, depth_m, obstacle,
+                            obstacles.kind(obstacle), moves ? " that moves" : "", 100 * settings.max_overlap_share),
+                moves ? "Leave it room to give way, let the obstacle move more slowly, or take a shorter step"
+                      : "Move it out of there, or take a shorter step if it ran into it",
+                ExitCode::LimitHit);
 }
 
 Result<void> World::check_speeds() const {

@@ -208,13 +208,15 @@ void ShapeContacts::choose(const Setup& setup, const Reach& reach, std::uint32_t
         if ((what.flags & kShaped) == 0 || (what.flags & kFixed) != 0 || (composed && setup.composites.immovable(what))) continue;
         const std::uint32_t number = slot - own.first;
         const Place& where = bodies.place[slot];
-        const double reach_m = reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[slot]));
-        for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle)
+        const double apart_m = reach.search.apart_m + reach.ahead_s * length(velocity_of(bodies.velocity[slot]));
+        for (std::uint32_t obstacle = 0; obstacle < setup.obstacles.count(); ++obstacle) {
+            const double reach_m = apart_m + setup.obstacles.way_of_list_m(obstacle, centre_of(where));
             if (setup.obstacles.may_reach(obstacle, centre_of(where), where.radius, reach_m))
                 sort_solids({{slot, slot_of_obstacle(bodies, setup.obstacles, setup.grid.blocks().size(), block, obstacle)},
                              {composed ? arena.key(setup.composites, what.id, number) : number, kNoSlot},
                              obstacle},
                             reach_m);
+        }
     }
     lay();
 }
@@ -370,8 +372,9 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
     const bool obstacle = lane.obstacle != kNoSlot;
     const double b_share = obstacle ? 0 : 1 / setup.bodies.place[batch.b[i]].radius;
     const Vec3 shift = obstacle ? Vec3{} : poses_[batch.b[i]].centre - poses_[batch.a[i]].centre;
-    // The surface velocity of a belt runs round: its arm is the outward normal.
-    const bool belt = obstacle && setup.obstacles.belt(lane.obstacle) != 0;
+    // An obstacle that moves turns about the body's centre. The surface velocity of a belt runs round: its arm is the outward normal.
+    const bool moves = obstacle && setup.obstacles.moves(lane.obstacle), belt = obstacle && setup.obstacles.belt(lane.obstacle) != 0;
+    const double b_arm = moves ? a_share : b_share;
     const int before = lane.points;
     unsigned fresh = 0;
     set_lane(batch.nx, batch.ny, batch.nz, i, found.normal);
@@ -379,7 +382,7 @@ void ShapeContacts::take_points(const Setup& setup, ShapeBatch& batch, int i, Sh
         ShapePoint& point = batch.points[static_cast<std::size_t>(p)];
         const ManifoldPoint& here = found.points[static_cast<std::size_t>(p)];
         set_lane(point.ax, point.ay, point.az, i, a_share * here.at);
-        set_lane(point.bx, point.by, point.bz, i, belt ? -found.normal : b_share * (here.at - shift));
+        set_lane(point.bx, point.by, point.bz, i, belt && !moves ? -found.normal : b_arm * (here.at - shift));
         point.gap[i] = static_cast<float>(here.gap_m);
         int best = -1;
         float least = found.on_rim ? kSameRim : kSamePlace;
@@ -434,7 +437,7 @@ std::optional<ShapeContacts::TooDeep> ShapeContacts::refresh(const Setup& setup,
                 continue;
             }
             const double reach_m = reach_of(setup, batch, i, contact);
-            if (contact.followed && are_same(batch, i, *lane, reach_m - contact.margin_m)) {
+            if (contact.followed && are_same(setup, batch, i, *lane, reach_m - contact.margin_m)) {
                 most = std::max(most, lane->points);
                 continue;
             }

@@ -313,7 +313,7 @@ class ShapeContacts {
     void refresh_parts(const Setup& setup, std::uint32_t block, const Contact& contact, std::optional<TooDeep>& worst);
     double reach_of(const Setup& setup, const ShapeBatch& batch, int i, const Contact& contact) const;
     // Whether the points of a lane still serve, also while its bodies go on by `ahead_m`.
-    bool are_same(const ShapeBatch& batch, int i, const ShapeLane& lane, double ahead_m) const;
+    bool are_same(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, double ahead_m) const;
     static float same_at_most_m(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane);
     // For ShapeLane::apart_until_m.
     float apart_until(std::uint32_t a, std::uint32_t b, const Manifold& found) const;

@@ -105,8 +105,9 @@ bool ShapeContacts::spheres_are_apart(const Bodies& bodies, std::uint32_t a, std
     return x * x + y * y + z * z > reach * reach;
 }
 
-// What latches hold, and what composites move, is found anew in each step.
-bool ShapeContacts::are_same(const ShapeBatch& batch, int i, const ShapeLane& lane, double ahead_m) const {
+// What latches hold, what composites move, and where an obstacle that moves is touched is found anew in each step.
+bool ShapeContacts::are_same(const Setup& setup, const ShapeBatch& batch, int i, const ShapeLane& lane, double ahead_m) const {
+    if (lane.obstacle != kNoSlot && setup.obstacles.moves(lane.obstacle)) return false;
     return lane.points != 0 && static_cast<double>(batch.same_m[i]) >= ahead_m && batch.moved == kNoSlot && held_.empty();
 }
 
