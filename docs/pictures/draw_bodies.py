@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws moments of a recording of bodies side by side into an SVG: spheres seen along an axis, coloured by number from first to
 last unless the program coloured them, with what the program wrote and drew between them, and the world's ground and obstacles:
-boxes and terrain by their edges, planes where they cut the plane of view in the middle of the bodies.
+boxes and terrain by their edges, planes where they cut the plane of view in the middle of the bodies; all as they stand at the start.
 
     meldsim run examples/meld/ring.meld --record ring.vtkhdf
     docs/pictures/draw_bodies.py ring.vtkhdf docs/pictures/ring.svg --view xy --ticks 0 1000 1600 2218

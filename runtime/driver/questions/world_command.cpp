@@ -146,6 +146,14 @@ std::string network_text(const world::World& world) {
     return parts.empty() ? "" : fmt::format("network: {}\n", fmt::join(parts, "; "));
 }
 
+// Which obstacles move. Empty: none of them.
+std::string obstacles_text(const world::World& world) {
+    const std::vector<world::ObstacleOptions>& all = world.physics.obstacles;
+    const auto moving = std::ranges::count_if(all, [](const world::ObstacleOptions& o) { return o.motion.moves(); });
+    if (!world.is_free() || moving == 0) return "";
+    return fmt::format("obstacles: {}, {} of which move{}\n", all.size(), moving, moving == 1 ? "s" : "");
+}
+
 std::string memory_text(const MemoryNeed& need, double seconds) {
     const auto bytes = [](double amount) { return format_bytes(static_cast<std::uint64_t>(amount)); };
     return fmt::format("memory: {} for the catoms of one process, {:.0f} bytes each, before the facts of a program; placed in {:.2f} s\n",
@@ -222,6 +230,7 @@ Result<void> check_world(const WorldOptions& options) {
         text += fmt::format("target: {}{}\n", target->text(), target->cells() ? fmt::format(", {} cells of it", *target->cells()) : "");
     text += robots_text(*world);
     text += network_text(*world);
+    text += obstacles_text(*world);
     {
         const log::FewWarnings few;
         for (const std::string& each : world->warnings) log::warning("{}", each);

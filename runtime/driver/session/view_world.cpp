@@ -66,7 +66,7 @@ picture::Frame preview(const world::World& world, const world::Lattice& lattice,
         }
     }
     for (const world::PlacedCatom& placed : world.placed) put(world::nearest_cell(placed.position), placed.position);
-    if (world.is_free()) picture::add_obstacles(world, out.scene);
+    if (world.is_free()) picture::add_obstacles(world, 0, out.scene);
     picture::add_lamps(world, out.scene);
     out.catoms = out.ids.size();
     out.scene.colours.resize(out.ids.size());

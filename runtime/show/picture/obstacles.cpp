@@ -6,8 +6,11 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 
+#include "physics/bodies/moving_frame.h"
 #include "runtime/show/picture/solid.h"
+#include "runtime/world/description/motions.h"
 #include "runtime/world/description/obstacles.h"
 #include "runtime/world/shapes/surface.h"
 
@@ -98,13 +101,32 @@ void add_mesh(const ObstacleOptions& o, std::vector<render::Triangle>& out) {
         out.push_back({vec(surface->points[a]), vec(surface->points[b]), vec(surface->points[c])});
 }
 
+// Nothing for those that stand still. In diameters.
+std::optional<physics::MovingFrame> frame_of(const ObstacleOptions& o, double time_s) {
+    if (!o.motion.moves()) return std::nullopt;
+    const physics::PrescribedMotion motion = world::motion_of(o, 1);
+    physics::MovingFrame frame(motion, *motion.pivot_m, 0);
+    frame.place(time_s);
+    return frame;
+}
+
+physics::Vec3 wide(const Vec& at) {
+    const Eigen::Vector3d to = at.cast<double>();
+    return {to.x(), to.y(), to.z()};
+}
+
+Vec point_out_of(const physics::MovingFrame& frame, const Vec& at) { return vec(frame.out_of(wide(at))); }
+Vec way_out_of(const physics::MovingFrame& frame, const Vec& way) { return vec(frame.turned_out_of(wide(way))); }
+
 }  // namespace
 
-void add_obstacles(const world::World& world, render::Scene& scene) {
+void add_obstacles(const world::World& world, std::int64_t tick, render::Scene& scene) {
     const bool points = world.is_graph() && world.links;
     if (!world.is_free() && !points) return;
     if (!points && world.physics.ground) scene.ground = static_cast<float>(*world.physics.ground);
     for (const ObstacleOptions& o : points ? world.links->obstacles : world.physics.obstacles) {
+        const std::optional<physics::MovingFrame> frame = frame_of(o, world::end_of_tick_s(world, tick));
+        const std::size_t before = scene.obstacles.size();
         if (world::is_solid(o)) {
             add_solid(world::solid_of(o, 1, world.physics.compounds), scene.obstacles);
         } else if (o.kind == "terrain") {
@@ -114,11 +136,17 @@ void add_obstacles(const world::World& world, render::Scene& scene) {
         } else {
             const Vec normal = vec(o.normal).normalized();
             const auto height = static_cast<float>(o.offset);
-            if (normal.z() > 0.9999F && !scene.ground)
+            if (frame)
+                add_piece(scene, way_out_of(*frame, normal), point_out_of(*frame, height * normal), scene.obstacles);
+            else if (normal.z() > 0.9999F && !scene.ground)
                 scene.ground = height;
             else
                 add_piece(scene, normal, height * normal, scene.obstacles);
+            continue;
         }
+        if (!frame) continue;
+        for (render::Triangle& triangle : std::span(scene.obstacles).subspan(before))
+            for (Vec& corner : triangle) corner = point_out_of(*frame, corner);
     }
 }
 

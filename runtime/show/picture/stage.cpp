@@ -122,7 +122,7 @@ void Stage::uncover_lines() {
 
 void Stage::surround() {
     render::Scene& scene = frame.scene;
-    add_obstacles(world_, scene);
+    add_obstacles(world_, frame.tick, scene);
     add_lamps(world_, scene);
     add_joints(drawn_, places_, scene);
     if (!look_.ground || scene.places.empty()) return;

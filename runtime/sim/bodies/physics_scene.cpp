@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "runtime/base/assert.h"
-#include "runtime/sim/bodies/scripted_motion.h"
+#include "runtime/world/description/motions.h"
 #include "runtime/world/description/obstacles.h"
 
 namespace meld::sim {
@@ -107,6 +107,9 @@ Result<void> add_obstacles(const World& world, physics::Scene& scene) {
         if (!added) return fail(fmt::format("{}: {}", o.place, added.error().problem), added.error().suggestion);
         if (auto set = scene.set_belt(*added, vector_of(o.belt)); !set)
             return fail(fmt::format("{}: {}", o.place, set.error().problem), set.error().suggestion);
+        if (!o.motion.moves()) continue;
+        if (auto moved = scene.move_obstacle(*added, world::motion_of(o, 2 * world.radius)); !moved)
+            return fail(fmt::format("{}: {}", o.place, moved.error().problem), moved.error().suggestion);
     }
     return {};
 }
@@ -241,7 +244,7 @@ void BodyMaker::look_at(std::uint64_t id, world::Cell cell, const world::Vec3& p
 
 Result<void> add_movers(const World& world, PhysicsScene& scene, std::span<const MovedCatom> catoms) {
     for (const world::MoverOptions& mover : world.physics.movers)
-        if (auto added = scene.scene->add_motion(motion_of(world, mover)); !added)
+        if (auto added = scene.scene->add_motion(world::motion_of(mover, 2 * world.radius)); !added)
             return fail(fmt::format("{}: {}", mover.swing.place, added.error().problem), added.error().suggestion);
     for (const MovedCatom& catom : catoms)
         if (auto done = scene.scene->prescribe(catom.body, catom.mover, catom.start); !done) return done;

@@ -1,14 +1,12 @@
-// What a world says of bodies that move by a script, and of gravity over time.
+// What a world says of gravity over time.
 #pragma once
 
 #include <cstdint>
 
-#include "physics/bodies/prescribed_motion.h"
+#include "physics/bodies/types.h"
 #include "runtime/world/description/world.h"
 
 namespace meld::sim {
-
-physics::PrescribedMotion motion_of(const world::World& world, const world::MoverOptions& mover);
 
 // In the step after so many, counted from 0 through all ticks: that of the world, or of the last event up to the tick of the step (of
 // several in one tick, the last in the file), with the swing. m/s^2.

@@ -104,6 +104,25 @@ struct JointOptions {
     std::string place;
 };
 
+// Something that swings with the sine of 2 pi times frequency and time, and phase; it begins where it is without.
+struct SwingOptions {
+    Vec3 swing{};          // Along this vector, by its length to both sides: diameters, or for gravity m/s^2.
+    Vec3 tilt{};           // About this vector, by its length in degrees to both sides.
+    double frequency = 1;  // Hz
+    double phase = 0;      // Degrees
+    std::string place;
+};
+
+// What moves as the world says: it swings and tilts, and turns steadily.
+struct PrescribedOptions {
+    SwingOptions swing;
+    Vec3 spin{};                // Steady, rad/s.
+    std::optional<Vec3> pivot;  // In diameters; nothing: a catom turns about its own centre, and an obstacle about pivot_of().
+
+    bool turns() const { return spin != Vec3{} || swing.tilt != Vec3{}; }
+    bool moves() const { return turns() || swing.swing != Vec3{}; }
+};
+
 // An obstacle. Lengths in catom diameters.
 struct ObstacleOptions {
     std::string kind = "plane";  // "plane", "box", "terrain", "mesh", "sphere", "cylinder", "capsule" or the name of a compound.
@@ -119,6 +138,7 @@ struct ObstacleOptions {
     Shape shape;                               // For a mesh: one whose surface() is made of triangles.
     std::optional<double> friction, restitution, rolling_friction, spinning_friction;
     Vec3 belt{};  // The surface runs round about this vector, m/s.
+    PrescribedOptions motion;
     std::string place;
 };
 
@@ -166,21 +186,9 @@ struct LampOptions {
     std::string place;
 };
 
-// Something that swings with the sine of 2 pi times frequency and time, and phase; it begins where it is without.
-struct SwingOptions {
-    Vec3 swing{};          // Along this vector, by its length to both sides: diameters, or for gravity m/s^2.
-    Vec3 tilt{};           // About this vector, by its length in degrees to both sides.
-    double frequency = 1;  // Hz
-    double phase = 0;      // Degrees
-    std::string place;
-};
-
 // Catoms that are fixed and move as the world says, whatever touches them.
-struct MoverOptions {
+struct MoverOptions : PrescribedOptions {
     Region where;
-    SwingOptions swing;
-    Vec3 spin{};                // Steady, rad/s.
-    std::optional<Vec3> pivot;  // In diameters; nothing: each turns about its own centre.
 };
 
 // Steps, speeds and torques are for catoms of a metre and follow the size of the catoms unless given.
@@ -222,6 +230,9 @@ struct PhysicsOptions {
 
     // At the start, or when programs make them.
     bool has_joints() const { return !joints.empty() || !joint_kinds.empty(); }
+    bool moves_obstacles() const {
+        return std::ranges::any_of(obstacles, [](const ObstacleOptions& o) { return o.motion.moves(); });
+    }
     bool has_belts() const {
         return std::ranges::any_of(obstacles, [](const ObstacleOptions& o) { return o.belt != Vec3{}; });
     }

@@ -20,14 +20,8 @@ void read_mover(TomlReader& reader, const toml::table& table, MoverOptions& move
     const Section section(reader, table, "[[motion.mover]]", {"where", "swing", "tilt", "frequency", "phase", "spin", "pivot"});
     if (auto where = section.read_region("where")) mover.where = *where;
     if (!section.has("where")) section.wrong("where", "a [[motion.mover]] moves no catoms", "write where = \"id == 0\"");
-    read_swing(reader, section, table, mover.swing);
-    section.read("spin", mover.spin);
-    Vec3 pivot{};
-    if (section.has("pivot")) section.read("pivot", pivot), mover.pivot = pivot;
-    const bool turns = mover.spin != Vec3{} || mover.swing.tilt != Vec3{};
-    if (mover.pivot && !turns) section.wrong("pivot", "nothing turns about this pivot", "write spin or tilt, too");
-    if (!turns && mover.swing.swing == Vec3{})
-        reader.wrong(table.source(), "this [[motion.mover]] moves nothing", "write swing = [0, 0, 0.1], tilt or spin");
+    read_prescribed(reader, section, table, mover);
+    if (!mover.moves()) reader.wrong(table.source(), "this [[motion.mover]] moves nothing", "write swing = [0, 0, 0.1], tilt or spin");
 }
 
 void read_gravity_swing(TomlReader& reader, const toml::node& node, SwingOptions& swing) {
@@ -41,6 +35,14 @@ void read_gravity_swing(TomlReader& reader, const toml::node& node, SwingOptions
 }
 
 }  // namespace
+
+void read_prescribed(TomlReader& reader, const Section& section, const toml::table& table, PrescribedOptions& motion) {
+    read_swing(reader, section, table, motion.swing);
+    section.read("spin", motion.spin);
+    Vec3 pivot{};
+    if (section.has("pivot")) section.read("pivot", pivot), motion.pivot = pivot;
+    if (motion.pivot && !motion.turns()) section.wrong("pivot", "nothing turns about this pivot", "write spin or tilt, too");
+}
 
 void read_movers(TomlReader& reader, const toml::table& motion, PhysicsOptions& p) {
     each_table(reader, motion, "motion", "mover", [&](const toml::table& t) { read_mover(reader, t, p.movers.emplace_back()); });

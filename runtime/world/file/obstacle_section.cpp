@@ -12,6 +12,7 @@
 #include "runtime/base/did_you_mean.h"
 #include "runtime/world/description/obstacles.h"
 #include "runtime/world/file/motion_keys.h"
+#include "runtime/world/file/mover_section.h"
 #include "runtime/world/shapes/surface.h"
 
 namespace meld::world {
@@ -105,7 +106,9 @@ void read_obstacle(TomlReader& reader, const toml::table& table, const std::stri
                    std::span<const CompoundForm> compounds, ObstacleOptions& obstacle) {
     std::vector<std::string_view> keys = {"kind",    "normal", "offset",   "centre", "size",     "degrees", "cell",
                                           "heights", "shape",  "diameter", "height", "rounding", "length",  "turned"};
-    if (touched == Touched::Yes) keys.insert(keys.end(), {"friction", "restitution", "rolling_friction", "spinning_friction", "belt"});
+    if (touched == Touched::Yes)
+        keys.insert(keys.end(), {"friction", "restitution", "rolling_friction", "spinning_friction", "belt", "swing", "tilt", "frequency",
+                                 "phase", "spin", "pivot"});
     const Section section(reader, table, name, keys);
     obstacle.place = reader.place(table.source());
     read_kind(section, name, compounds, obstacle);
@@ -119,9 +122,10 @@ void read_obstacle(TomlReader& reader, const toml::table& table, const std::stri
     section.read_positive("cell", obstacle.cell);
     if (obstacle.kind == "terrain") read_heights(reader, section, name, obstacle);
     if (obstacle.kind == "mesh") read_mesh(section, obstacle);
-    if (touched == Touched::Yes) section.read("belt", obstacle.belt);
-    if (touched == Touched::Yes)
-        read_surface(section, {obstacle.friction, obstacle.restitution, obstacle.rolling_friction, obstacle.spinning_friction});
+    if (touched == Touched::No) return;
+    section.read("belt", obstacle.belt);
+    read_prescribed(reader, section, table, obstacle.motion);
+    read_surface(section, {obstacle.friction, obstacle.restitution, obstacle.rolling_friction, obstacle.spinning_friction});
 }
 
 }  // namespace

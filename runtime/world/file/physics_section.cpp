@@ -300,6 +300,9 @@ void read_physics(TomlReader& reader, const toml::table& table, double diameter_
     if ((!p.movers.empty() || p.has_belts()) && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no movers and no belts",
                       "write engine = \"blocks\", or take [[motion.mover]] and belt out");
+    if (p.moves_obstacles() && p.engine == "hash")
+        section.wrong("engine", "the engine \"hash\" has no obstacles that move",
+                      "write engine = \"blocks\", or take swing, tilt and spin of [[motion.obstacle]] out");
     if (p.resists_turning() && p.engine == "hash")
         section.wrong("engine", "the engine \"hash\" has no friction against rolling and spinning",
                       "write engine = \"blocks\", or take rolling_friction and spinning_friction out");

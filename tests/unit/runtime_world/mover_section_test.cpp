@@ -1,9 +1,23 @@
 #include <gtest/gtest.h>
 
+#include "runtime/world/description/motions.h"
 #include "tests/unit/runtime_world/parsed_world.h"
 
 namespace meld::world {
 namespace {
+
+// Of a world whose obstacle has these keys.
+Vec3 pivot_of_obstacle(const std::string& keys) {
+    const World world = world_of("[[body]]\npositions = [[0, 0, 9]]\n[motion]\nkind = \"bodies\"\n[[motion.obstacle]]\n" + keys);
+    return pivot_of(world.physics.obstacles.at(0));
+}
+
+TEST(ObstaclesThatMove, TurnAboutTheirMiddle) {
+    EXPECT_EQ(pivot_of_obstacle("kind = \"box\"\ncentre = [1, 2, 3]\nspin = [0, 0, 1]"), (Vec3{1, 2, 3}));
+    EXPECT_EQ(pivot_of_obstacle("kind = \"plane\"\nnormal = [0, 2, 0]\noffset = 4\nspin = [0, 0, 1]"), (Vec3{0, 2, 0}));
+    EXPECT_EQ(pivot_of_obstacle("kind = \"terrain\"\ncentre = [1, 2, 3]\ncell = 2\nheights = [[0, 0, 0], [0, 1, 0]]\nspin = [0, 0, 1]"),
+              (Vec3{3, 3, 3.5}));
+}
 
 const std::string kBodies = "[[body]]\npositions = [[0, 0, 0]]\n[motion]\nkind = \"bodies\"\n";
 
@@ -23,6 +37,16 @@ spin = [0, 0, 1]
 [[motion.obstacle]]
 kind = "plane"
 belt = [0, 0.8, 0]
+[[motion.obstacle]]
+kind = "terrain"
+centre = [2, 0, 1]
+heights = [[0, 0, 0], [0, 1, 0]]
+swing = [0, 0, 0.2]
+tilt = [0, 5, 0]
+frequency = 2
+phase = 180
+spin = [0, 1, 0]
+pivot = [0, 0, 7]
 [motion.gravity_swing]
 swing = [1, 0, 0]
 [[event]]
@@ -39,6 +63,15 @@ gravity = [0, 0, 3]
     EXPECT_EQ(p.movers[0].pivot, (Vec3{1, 2, 3}));
     EXPECT_FALSE(p.movers[1].pivot);
     EXPECT_TRUE(p.has_belts());
+    EXPECT_FALSE(p.obstacles[0].motion.moves());
+    const PrescribedOptions& motion = p.obstacles[1].motion;
+    EXPECT_EQ(motion.swing.swing, (Vec3{0, 0, 0.2}));
+    EXPECT_EQ(motion.swing.tilt, (Vec3{0, 5, 0}));
+    EXPECT_EQ(motion.swing.frequency, 2);
+    EXPECT_EQ(motion.swing.phase, 180);
+    EXPECT_EQ(motion.spin, (Vec3{0, 1, 0}));
+    EXPECT_EQ(motion.pivot, (Vec3{0, 0, 7}));
+    EXPECT_TRUE(p.moves_obstacles());
     EXPECT_EQ(p.gravity_swing->swing, (Vec3{1, 0, 0}));
     EXPECT_EQ(p.gravity_swing->frequency, 1);
     EXPECT_EQ(world.events.at(0).gravity, (Vec3{0, 0, 3}));
@@ -60,6 +93,17 @@ TEST(MoverSection, SaysWhatIsWrongAndWhere) {
          "w.toml:5:10: the engine \"hash\" has no movers and no belts. write engine = \"blocks\", or take [[motion.mover]] and belt out"},
         {"[[motion.obstacle]]\nkind = \"plane\"\nbelt = 2",
          "w.toml:7:8: [[motion.obstacle]] belt is not a point [x, y, z] of three finite numbers"},
+        {"[[motion.obstacle]]\nkind = \"plane\"\nspin = 2",
+         "w.toml:7:8: [[motion.obstacle]] spin is not a point [x, y, z] of three finite numbers"},
+        {"[[motion.obstacle]]\nkind = \"sphere\"\nfrequency = 2",
+         "w.toml:7:13: nothing swings here. write swing = [0, 0, 0.1], or tilt = [10, 0, 0]"},
+        {"[[motion.obstacle]]\nkind = \"box\"\nswing = [1, 0, 0]\npivot = [1, 0, 0]",
+         "w.toml:8:9: nothing turns about this pivot. write spin or tilt, too"},
+        {"[[motion.obstacle]]\nkind = \"box\"\ntilted = [1, 0, 0]",
+         "w.toml:7:1: there is no key 'tilted' in [[motion.obstacle]]. did you mean 'tilt'?"},
+        {"engine = \"hash\"\n[[motion.obstacle]]\nkind = \"box\"\nspin = [1, 0, 0]",
+         "w.toml:5:10: the engine \"hash\" has no obstacles that move. write engine = \"blocks\", or take swing, tilt and spin of "
+         "[[motion.obstacle]] out"},
         {"[motion.gravity_swing]\nfrequency = 2", "w.toml:6:13: nothing swings here. write swing = [0, 0, 0.1], or tilt = [10, 0, 0]"},
         {"[motion.gravity_swing]\n", "w.toml:5:1: this [motion.gravity_swing] does nothing. write swing = [1, 0, 0], or tilt = [10, 0, 0]"},
         {"gravity_swing = 2", "w.toml:5:17: [motion] gravity_swing is an integer, not a table [motion.gravity_swing]"},
