@@ -13,16 +13,20 @@ export class Lamps {
     }
 
     show({lamps}) {
-        if (this.mesh) {
-            this.scene.remove(this.mesh);
-            this.mesh.dispose();
-        }
-        this.mesh = null;
-        if (lamps.length === 0) return;
-        this.mesh = new InstancedMesh(this.ball, this.paint, lamps.length);
-        this.mesh.frustumCulled = false;
+        // The version of three that pages come with cannot give back what belongs to the balls together, so as many are used again.
+        if (!this.mesh || this.mesh.count !== lamps.length) this.make(lamps.length);
+        if (!this.mesh) return;
         lamps.forEach(([x, y, z, radius], i) => this.mesh.setMatrixAt(i,
             new Matrix4().compose(new Vector3(x, y, z), new Quaternion(), new Vector3(radius, radius, radius))));
+        this.mesh.instanceMatrix.needsUpdate = true;
+    }
+
+    make(count) {
+        if (this.mesh) this.scene.remove(this.mesh);
+        this.mesh = null;
+        if (count === 0) return;
+        this.mesh = new InstancedMesh(this.ball, this.paint, count);
+        this.mesh.frustumCulled = false;
         this.scene.add(this.mesh);
     }
 }
