@@ -387,20 +387,21 @@ GridShape BlockEngine::next_shape() const {
     return GridShape::fitting(radii.min, radii.max, margin + skin, 2 * farthest_path_m_);
 }
 
-// A faster body than the world allows ends the step with an error.
 void BlockEngine::set_velocities(const Velocities& all, const StepTimes& times) {
-    const double smallest_m = 2 * least_radius_m(radii_of_world()), skin_m = world_.settings.skin_share * smallest_m;
-    frame_m_s_ = all.mean();
-    ahead_s_ = ahead_of_fast_s(times);
-    slow_m_ = kSlowShare * smallest_m;
-    double fastest_m_s = std::min(all.greatest_beside(frame_m_s_), world_.settings.max_speed_m_s);
-    // Lists of shapes take long to make. What bodies have moved since is counted without a frame.
+    follows_paths_ = !world_.shapes.empty() && follow_paths(all, times);
+    if (!follows_paths_) frame_m_s_ = all.mean(), ahead_s_ = ahead_of_fast_s(times);
+    // A faster body ends the step with an error.
+    farthest_path_m_ = std::min(all.greatest_beside(frame_m_s_), world_.settings.max_speed_m_s) * ahead_s_;
+}
+
+// Lists of shapes take long to make. What bodies have moved since is counted without a frame.
+bool BlockEngine::follow_paths(const Velocities& all, const StepTimes& times) {
+    const double smallest_m = 2 * world_.least_radius_m(), half_skin_m = world_.settings.skin_share * smallest_m / 2;
     const double greatest_m_s = std::min(all.greatest_beside({}), world_.settings.max_speed_m_s);
-    const double ahead_s = std::min(kStepsOfList * times.dt_s, greatest_m_s > 0 ? smallest_m / greatest_m_s : 0);
-    follows_paths_ = !world_.shapes.empty() && ahead_s > ahead_s_ && greatest_m_s * ahead_s > skin_m / 2 &&
-                     all.share_above(skin_m / 2 / ahead_s) < kFewShare;
-    if (follows_paths_) frame_m_s_ = {}, ahead_s_ = ahead_s, slow_m_ = skin_m / 2, fastest_m_s = greatest_m_s;
-    farthest_path_m_ = fastest_m_s * ahead_s_;
+    frame_m_s_ = {};
+    ahead_s_ = std::min(kStepsOfList * times.dt_s, greatest_m_s > 0 ? smallest_m / greatest_m_s : 0);
+    return ahead_s_ > ahead_of_fast_s(times) && greatest_m_s * ahead_s_ > half_skin_m &&
+           all.share_above(half_skin_m / ahead_s_) < kFewShare;
 }
 
 std::span<const BlockEngine::Path> BlockEngine::paths_of(std::uint32_t index) const {
@@ -415,7 +416,7 @@ void BlockEngine::list_paths() {
     if (!follows_paths_) return;
     const Bodies& bodies = world_.bodies;
     for (std::uint32_t slot = 0; slot < bodies.count(); ++slot)
-        if (const double path_m = ahead_s_ * length(velocity_of(bodies.velocity[slot])); path_m > slow_m_)
+        if (const double path_m = ahead_s_ * length(velocity_of(bodies.velocity[slot])); path_m > skin_m_ / 2)
             paths_.push_back({slot, static_cast<float>(path_m)});
 }
 
@@ -444,7 +445,8 @@ Result<void> BlockEngine::rebuild(const StepTimes& times, Workers& workers) {
         std::vector<bool> owned;
         for (const Block& block : grid_.blocks())
             if (owns_) owned.push_back(owns_(unpack(block.key)));
-        PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_s_, .slow_m = slow_m_, .frame_m_s = frame_m_s_};
+        PairSearch::Reach reach{.apart_m = list_reach_m(), .ahead_s = ahead_s_, .frame_m_s = frame_m_s_};
+        reach.slow_m = follows_paths_ ? skin_m_ / 2 : kSlowShare * 2 * smallest_radius_m_;
         if (farthest_path_m_ <= reach.slow_m) reach.ahead_s = 0;
         list_paths();
         const double ahead_s = std::max(kStepsAhead * times.dt_s, ahead_s_);

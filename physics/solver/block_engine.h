@@ -140,6 +140,8 @@ class BlockEngine final : public Engine {
     // Whether a body of a block goes farther than the list has looked.
     bool leaves_path(std::uint32_t block, double dt_s) const;
     void list_paths();
+    // Before a list: whether it is to serve several steps. Then it says in what time, and in which frame.
+    bool follow_paths(const Velocities& all, const StepTimes& times);
     std::span<const Path> paths_of(std::uint32_t block) const;
     Result<void> rebuild(const StepTimes& times, Workers& workers);
     void keep_last_good(Workers& workers);
@@ -285,8 +287,8 @@ class BlockEngine final : public Engine {
     std::array<std::vector<std::uint32_t>, kColours> coloured_;
     double smallest_radius_m_ = 0.5;
     double skin_m_ = 0, margin_m_ = 0;
-    // The list holds what bodies may meet in this time that travel farther than `slow_m_` in it, relative to a frame that moves.
-    double ahead_s_ = 0, slow_m_ = 0;
+    // The list holds what fast bodies may meet in this time, relative to a frame that moves.
+    double ahead_s_ = 0;
     double farthest_path_m_ = 0;
     Vec3 frame_m_s_;
     // Whether the list serves fast bodies until they have gone these ways besides, in the order of slots; others may go half of the skin.

@@ -1,9 +1,12 @@
 """Each rule finds what it is for and leaves alone what it must."""
 
+import pathlib
+import tempfile
 import unittest
 
 from references import References
 from rules import Layers, PrivateNames, check_file, check_table_of_folders
+from seen import Seen
 
 CMAKE = """
 meld_layer(runtime/base DEPENDS fmt::fmt)
@@ -137,6 +140,32 @@ class ReferenceRules(unittest.TestCase):
         self.assertEqual(self.broken("docs/a.md", "```cpp\n// c.h\n```\n    c.h\n"), [])
         body = '#include "c.h"\nauto s = "// c.h";\n// <c.h>, file.meld, PROGRAM.toml, --link=FILE.c\n'
         self.assertEqual(self.broken("runtime/module/abi/a.h", body), [])
+
+
+class SeenFiles(unittest.TestCase):
+    def test_what_has_changed_is_looked_at_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root, store = pathlib.Path(folder), pathlib.Path(folder) / "seen.json"
+            (root / "a.h").write_text("a")
+            (root / "b.h").write_text("b")
+
+            def unseen(rule="of 19", remember=True):
+                seen = Seen(store, rule)
+                files = seen.unseen(root, ["a.h", "b.h"])
+                if remember:
+                    seen.remember()
+                return files
+
+            self.assertEqual(unseen(remember=False), ["a.h", "b.h"])
+            self.assertEqual(unseen(), ["a.h", "b.h"])
+            self.assertEqual(unseen(), [])
+            (root / "b.h").write_text("c")
+            self.assertEqual(unseen(remember=False), ["b.h"])
+            self.assertEqual(unseen(), ["b.h"])
+            self.assertEqual(unseen(), [])
+            self.assertEqual(unseen("of 20"), ["a.h", "b.h"])
+            store.write_text("[")
+            self.assertEqual(unseen(), ["a.h", "b.h"])
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ class Seen:
 
     def __init__(self, store: pathlib.Path | None, rule: str):
         self.store, self.rule = store, rule
+        self.marks: dict[str, str] = {}
         try:
             self.known = set(json.loads(store.read_text())) if store else set()
         except (OSError, ValueError):
