@@ -6,7 +6,6 @@
 //     p@12.since(A, X, now) :- body.          p(A, X) :- p@12.since(A, X, T), due(T + 3).
 // All that waits is stored in columns, so it moves with its catom.
 #include <map>
-#include <set>
 
 #include "compiler/desugar/desugar.h"
 #include "compiler/desugar/made.h"
@@ -121,11 +120,11 @@ class Delays {
     // A sum and a count know every derivation, so each waits as a fact of its own: by the facts that the body has found, and the
     // places of the elements of lists. What is computed of them is no part of it.
     static void tell_apart(Rule& rule, Predicate& made) {
-        std::set<VariableId> given;
+        Variables given;
         for (const Term& t : rule.heads[0].atom.arguments)
             if (t.is_variable()) given.insert(t.variable);
         const auto keep = [&](Term t) {
-            if (t.is_variable() && !given.insert(t.variable).second) return;
+            if (t.is_variable() && !given.insert(t.variable)) return;
             made.arguments.push_back({t.type, ""});
             rule.heads[0].atom.arguments.push_back(std::move(t));
         };

@@ -24,7 +24,6 @@
 // New nodes have no links. So in a program that makes nodes, facts along its own routes, edge(A, B), find their way, too.
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "compiler/desugar/desugar.h"
 #include "compiler/desugar/made.h"
@@ -35,7 +34,7 @@ using namespace check;
 
 namespace {
 
-using Graph = std::map<VariableId, std::set<VariableId>>;
+using Graph = std::map<VariableId, Variables>;
 
 class Relays {
   public:
@@ -60,7 +59,7 @@ class Relays {
 
   private:
     // Whether some fact is at a node that the rule makes.
-    static bool makes_node(const std::vector<Head>& heads, std::set<VariableId> fresh) {
+    static bool makes_node(const std::vector<Head>& heads, Variables fresh) {
         return std::ranges::any_of(heads, [&](const Head& h) {
             if (h.kind == Head::Kind::Fact) return fresh.contains(h.atom.arguments[0].variable);
             if (h.kind == Head::Kind::Set && h.term.op == Op::Fresh) fresh.insert(h.variable);

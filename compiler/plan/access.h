@@ -3,15 +3,12 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
 
 #include "compiler/plan/plan.h"
 
 namespace meld::plan {
-
-using Variables = std::set<VariableId>;
 
 // What is known at a point of a body.
 struct Known {

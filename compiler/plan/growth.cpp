@@ -1,7 +1,6 @@
 // Whether rules may derive ever more facts. A recursion that only passes on the values it finds comes to an end; one that computes new
 // ones, as p(A, N + 1) :- p(A, N) does, may not, so runs have lower limits for it.
 #include <algorithm>
-#include <set>
 
 #include "compiler/plan/join/draws.h"
 #include "compiler/plan/plan.h"
@@ -16,7 +15,7 @@ namespace {
 bool is_value(const Program& program, const Term& t) { return t.operands.empty() && !draws(program, t); }
 
 // Whether the rule derives a group from what it computes.
-bool computes(const Plan& plan, const RulePlan& r, std::set<VariableId> computed) {
+bool computes(const Plan& plan, const RulePlan& r, Variables computed) {
     each_step(r.steps, [&](const Step& step) {
         const Set* set = as<Set>(step);
         if (set != nullptr && (!is_value(plan.program, set->value) || (set->value.is_variable() && computed.contains(set->value.variable))))

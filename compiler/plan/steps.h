@@ -15,6 +15,7 @@ using check::PredicateId;
 using check::RuleId;
 using check::Term;
 using check::VariableId;
+using check::Variables;
 
 // Why a step reads at this point and not earlier or later. The join order decides by it, and --explain-rules prints it.
 enum class Reason {

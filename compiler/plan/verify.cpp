@@ -1,6 +1,5 @@
 // The promises of the passes over programs, checked after each of them. A violation is our bug and ends the process.
 #include <algorithm>
-#include <set>
 
 #include "compiler/plan/verify.h"
 
@@ -12,7 +11,7 @@ using namespace check;
 
 namespace {
 
-using Places = std::set<VariableId>;
+using Places = Variables;
 
 void verify_predicate(const Program& program, const Predicate& p) {
     MELD_CHECK(!p.arguments.empty() && p.arguments[0].type == Type::Node, "{} has no catom", p.name);

@@ -2,7 +2,6 @@
 // an equality; order does not matter, the planner reorders. Assumes execution sites: the catom there is always bound.
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "compiler/check/check.h"
 #include "compiler/check/program/fact_form.h"
@@ -13,7 +12,7 @@ using diagnostics::Kind;
 
 namespace {
 
-using Bound = std::set<VariableId>;
+using Bound = Variables;
 
 bool all_bound(const Term& term, const Bound& bound) {
     return all_free(term, [&](VariableId v) { return bound.contains(v); });
@@ -25,7 +24,7 @@ bool bind_parts(const Term& test, Bound& bound) {
     if (!parts || !all_bound(*parts.value, bound)) return false;
     bool changed = false;
     for (const Term& part : parts.constructor->operands)
-        if (part.is_variable()) changed = bound.insert(part.variable).second || changed;
+        if (part.is_variable()) changed = bound.insert(part.variable) || changed;
     return changed;
 }
 
@@ -57,14 +56,14 @@ class Bindings {
             changed = false;
             for (const Clause& c : clauses) {
                 if (c.kind == Clause::Kind::Aggregate && !bound.contains(c.variable) && shared_bound(c, bound))
-                    changed = bound.insert(c.variable).second || changed;
+                    changed = bound.insert(c.variable) || changed;
                 if (c.kind == Clause::Kind::Element && !bound.contains(c.variable) && all_bound(c.test, bound))
-                    changed = bound.insert(c.variable).second || changed;
+                    changed = bound.insert(c.variable) || changed;
                 if (c.kind != Clause::Kind::Test || c.test.op != Op::Equal) continue;
                 for (const std::size_t side : {0u, 1u}) {
                     const Term &target = c.test.operands[side], &value = c.test.operands[1 - side];
                     if (target.is_variable() && !bound.contains(target.variable) && all_bound(value, bound))
-                        changed = bound.insert(target.variable).second || changed;
+                        changed = bound.insert(target.variable) || changed;
                 }
                 changed = bind_parts(c.test, bound) || changed;
             }
@@ -80,7 +79,7 @@ class Bindings {
     }
     void selected(const Bound& bound) {
         const Variable& v = rule_.variables[rule_.selected];
-        if (!bound.contains(rule_.selected) && reported_.insert(rule_.selected).second)
+        if (!bound.contains(rule_.selected) && reported_.insert(rule_.selected))
             report_.add(Kind::UnboundVariable, v.span, fmt::format("`{}` has no value in this body", v.name)).help =
                 "choose by a variable of a fact of the body";
     }
@@ -96,7 +95,7 @@ class Bindings {
 
     void need(const Term& term, const Bound& bound, const char* what) {
         each_free_use(term, [&](const Term& t) {
-            if (bound.contains(t.variable) || !reported_.insert(t.variable).second) return;
+            if (bound.contains(t.variable) || !reported_.insert(t.variable)) return;
             const std::string& name = rule_.variables[t.variable].name;
             auto& d = report_.add(Kind::UnboundVariable, t.span, fmt::format("`{}` has no value {}", name, what));
             const std::string apart = as_difference(name);
@@ -134,7 +133,7 @@ class Bindings {
                 if (c.kind == Clause::Kind::Not) continue;
                 need(c.test, inner, "in what is aggregated");
                 need(c.parameter, bound, "in what is aggregated");
-                if (!bound.contains(c.variable) && reported_.insert(c.variable).second)
+                if (!bound.contains(c.variable) && reported_.insert(c.variable))
                     report_
                         .add(Kind::UnboundVariable, c.span,
                              fmt::format("`{}` has no value: something inside the aggregate needs it, or has no value itself",
@@ -163,7 +162,7 @@ class Bindings {
             for (const HeadAggregate& f : h.aggregates) need(f.parameter, bound, "in what a fold starts from");
             Bound last = h.kind == Head::Kind::Aggregate ? bound : inner;
             for (const HeadAggregate& f : h.aggregates) {
-                if (f.each.valid() && !inner.contains(f.each) && reported_.insert(f.each).second)
+                if (f.each.valid() && !inner.contains(f.each) && reported_.insert(f.each))
                     report_.add(Kind::UnboundVariable, h.span, fmt::format("`{}` has no value for a match", rule_.variables[f.each].name))
                         .help = fmt::format("use `{}` in the body of the aggregate: it stands for the value of one match",
                                             rule_.variables[f.each].name);

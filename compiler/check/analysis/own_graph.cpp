@@ -69,7 +69,7 @@ bool reads_world(const Program& program) {
     });
 }
 
-bool makes_node(const std::vector<Head>& heads, std::set<VariableId> fresh) {
+bool makes_node(const std::vector<Head>& heads, Variables fresh) {
     return std::ranges::any_of(heads, [&](const Head& h) {
         if (h.kind == Head::Kind::Fact) return fresh.contains(h.atom.arguments[0].variable);
         if (h.kind == Head::Kind::Set && h.term.op == Op::Fresh) fresh.insert(h.variable);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 #include <utility>
 
 namespace meld::check {
@@ -76,8 +75,8 @@ class Counter {
     }
 
     // The variables whose values the stratum computes.
-    std::set<VariableId> computed(const Rule& rule) const {
-        std::set<VariableId> out;
+    Variables computed(const Rule& rule) const {
+        Variables out;
         const auto any = [&](const Clause& c) {
             bool found = false;
             each_variable(c, [&](VariableId v) { found = found || out.contains(v); });
@@ -99,7 +98,7 @@ class Counter {
 
     // R < 9, not R > 9; or R is in a fact that the stratum does not derive.
     bool is_bounded(const Rule& rule, VariableId round) const {
-        const std::set<VariableId> inside = computed(rule);
+        const Variables inside = computed(rule);
         const auto below = [&](const auto& self, const Term& test) -> bool {
             if (test.op == Op::And) return self(self, test.operands[0]) || self(self, test.operands[1]);
             const bool less = test.op == Op::Less || test.op == Op::LessEqual;

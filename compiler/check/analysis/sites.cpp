@@ -35,7 +35,7 @@ class Sites {
     bool finds_way() const { return finds_way_; }
 
   private:
-    using Graph = std::map<VariableId, std::set<VariableId>>;
+    using Graph = std::map<VariableId, Variables>;
 
     const std::string& name(VariableId v) const { return rule_.variables[v].name; }
     // As the program writes it: a variable's name, or the catom that a variable without one stands for, @3; empty: it is left open.
@@ -67,15 +67,15 @@ class Sites {
             graph[a.arguments[1].variable].insert(a.arguments[0].variable);
         }
     }
-    static std::set<VariableId> reached(const Graph& graph, VariableId from) {
-        std::set<VariableId> seen{from};
+    static Variables reached(const Graph& graph, VariableId from) {
+        Variables seen{from};
         std::vector<VariableId> todo{from};
         while (!todo.empty()) {
             const VariableId at = todo.back();
             todo.pop_back();
             if (const auto next = graph.find(at); next != graph.end())
                 for (const VariableId v : next->second)
-                    if (seen.insert(v).second) todo.push_back(v);
+                    if (seen.insert(v)) todo.push_back(v);
         }
         return seen;
     }
@@ -84,13 +84,13 @@ class Sites {
     void check_body(const std::vector<Clause>& body, Graph graph, const Clause* around = nullptr) {
         MELD_EXPECT(rule_.site.valid(), "rule {} runs nowhere yet", rule_.name);
         links(body, graph);
-        const std::set<VariableId> seen = reached(graph, rule_.site);
+        const Variables seen = reached(graph, rule_.site);
         for (const Clause& c : body) {
             check_body(c.inner, graph, &c);
             if (c.kind == Clause::Kind::Delta) check_delta(c);
             if (c.kind != Clause::Kind::Atom) continue;
             const VariableId at = c.atom.arguments[0].variable;
-            if (seen.contains(at) || !refused_.insert(at).second) continue;
+            if (seen.contains(at) || !refused_.insert(at)) continue;
             no_route(c, at, body, around);
             // Everything connected with it misses the same link.
             for (const VariableId v : reached(graph, at)) refused_.insert(v);
@@ -101,7 +101,7 @@ class Sites {
     void check_delta(const Clause& c) {
         MELD_EXPECT(c.kind == Clause::Kind::Delta, "rule {}: not a delta", rule_.name);
         const VariableId at = c.atom.arguments[0].variable;
-        if (at == rule_.site || !refused_.insert(at).second) return;
+        if (at == rule_.site || !refused_.insert(at)) return;
         auto& d = report_.add(Kind::DeltaElsewhere, c.atom.arguments[0].span,
                               fmt::format("the rule runs at {}, and this is a change at {}", shown(rule_.site), shown(at)));
         d.labels.push_back({rule_.variables[rule_.site].span, fmt::format("the rule runs at {}", shown(rule_.site))});
@@ -192,7 +192,7 @@ class Sites {
         if (waits) name_neighbours();
         Graph graph;
         links(rule_.body, graph);
-        const std::set<VariableId> seen = reached(graph, rule_.site);
+        const Variables seen = reached(graph, rule_.site);
         bool any = false, met = false;
         for (const Clause& c : rule_.body)
             if (c.kind == Clause::Kind::Atom) {
@@ -234,7 +234,7 @@ class Sites {
     }
 
     // Facts are sent only between catoms that touch: a route over two links can be stored, but nothing is received along it.
-    void warn_of_far_route(const Head& head, const Graph& graph, const std::set<VariableId>& seen) {
+    void warn_of_far_route(const Head& head, const Graph& graph, const Variables& seen) {
         const Predicate& p = program_.predicates[head.atom.predicate];
         if (!p.route || head.atom.arguments.size() < 2 || !head.atom.arguments[1].is_variable()) return;
         const VariableId to = head.atom.arguments[1].variable;
@@ -325,7 +325,7 @@ class Sites {
                 continue;
             }
             if (made_.contains(at)) {
-                if (refused_.insert(at).second)
+                if (refused_.insert(at))
                     report_
                         .add(Kind::HeadUnrelated, h.atom.arguments[0].span,
                              fmt::format("{} is a new value, and there is no catom at it", shown(at)))
@@ -334,7 +334,7 @@ class Sites {
                         "(--graph)";
                 continue;
             }
-            if (!refused_.insert(at).second) continue;
+            if (!refused_.insert(at)) continue;
             const bool linked = reached(graph, rule_.site).contains(at);
             finds_way_ = finds_way_ || !linked;
             // In a graph it finds its way.
@@ -384,8 +384,8 @@ class Sites {
     Rule& rule_;
     diagnostics::Reporter& report_;
     bool finds_way_ = false;
-    std::set<VariableId> refused_;
-    std::set<VariableId> made_;                       // By `exists`.
+    Variables refused_;
+    Variables made_;                                  // By `exists`.
     std::vector<const std::vector<Clause>*> around_;  // The bodies around a head.
 };
 

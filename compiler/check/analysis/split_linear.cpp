@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -104,7 +103,7 @@ class Splitter {
     bool is_fixed(VariableId v) const { return !std::isupper(static_cast<unsigned char>(rule_.variables[v].name[0])); }
     // Whether links that stay lead from one catom to the other.
     bool connected() const {
-        std::set<VariableId> seen{here_};
+        Variables seen{here_};
         for (std::size_t before = 0; before < seen.size();) {
             before = seen.size();
             for (const Link& l : links_) {

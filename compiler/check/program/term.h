@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/source/source.h"
+#include "runtime/base/id_set.h"
 #include "runtime/base/ids.h"
 
 namespace meld::check {
@@ -41,6 +42,7 @@ struct Constant;
 using ConstantId = Id<Constant>;
 struct Variable;
 using VariableId = Id<Variable>;
+using Variables = IdSet<Variable>;
 
 // An expression over variables. One shape for all operators keeps copying and rewriting short.
 enum class Op {

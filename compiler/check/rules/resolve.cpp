@@ -241,7 +241,7 @@ void Resolver::views(const Rule& rule, const std::vector<Clause>& body, const st
 void Resolver::view_of_aggregate(const Rule& rule, const std::vector<Clause>& body, const Head& head) {
     MELD_EXPECT(head.kind == Head::Kind::Aggregate, "a head that aggregates nothing");
     views(rule, with_head(body, head.body, head), head.heads, false);
-    std::set<VariableId> outside;
+    Variables outside;
     for (const Clause& c : body) each_variable(c, [&](VariableId v) { outside.insert(v); });
     Rule last = rule;
     std::vector<Clause> clauses = body;
@@ -361,7 +361,7 @@ void Resolver::suggest_to_start_once(VariableId place, diagnostics::Diagnostic& 
 void Resolver::find_single_use(Rule& rule) const {
     if (rule.body.empty()) return;  // p(A): at every catom.
     // A rule that only consumes need not mention its catom otherwise.
-    std::set<VariableId> places;
+    Variables places;
     if (rule.heads.empty())
         for (const Clause& c : rule.body)
             if (c.kind == Clause::Kind::Atom) places.insert(c.atom.arguments[0].variable);

@@ -17,7 +17,6 @@
 // A view at such a node is made of these: its facts are sent, and stay.
 //     q(B, X) :- a(A, B, X).   !a(A, B, X) -o q@sent5(B, X).     q@sent5(B, X) -o q(B, X).
 #include <algorithm>
-#include <set>
 
 #include "compiler/check/rules/resolver.h"
 #include "runtime/base/assert.h"
@@ -29,8 +28,8 @@ using diagnostics::Kind;
 namespace {
 
 // The variables that tell one way from another: all that the body binds. An argument that may be anything becomes one.
-std::set<VariableId> name_ways(std::vector<Clause>& body, Rule& rule) {
-    std::set<VariableId> ways;
+Variables name_ways(std::vector<Clause>& body, Rule& rule) {
+    Variables ways;
     const auto add = [&](VariableId v) { ways.insert(v); };
     for (Clause& c : body) {
         if (c.kind == Clause::Kind::Not) continue;
@@ -50,7 +49,7 @@ std::set<VariableId> name_ways(std::vector<Clause>& body, Rule& rule) {
 
 // Where it is remembered what has been made at `goal`: there, if the links of the body join it to a fact of the body.
 VariableId remembered_at(const Program& program, const std::vector<Clause>& body, VariableId goal) {
-    std::set<VariableId> seen{goal};
+    Variables seen{goal};
     for (std::size_t before = 0; before != seen.size();) {
         before = seen.size();
         for (const Clause& c : body) {
@@ -108,7 +107,7 @@ void Resolver::once(const Rule& rule, const std::vector<Clause>& body, const Hea
     due.body = body;
     Term place = goal;
     if (program_.worlds != Worlds::Any) place.variable = remembered_at(program_, body, place.variable);
-    std::set<VariableId> ways = name_ways(due.body, due);
+    Variables ways = name_ways(due.body, due);
     ways.erase(place.variable);
 
     Predicate made;

@@ -166,7 +166,7 @@ class Resolver {
     const LocalNames* locals_ = nullptr;
     Rule* rule_ = nullptr;
     const syntax::Rule* tree_ = nullptr;
-    std::set<VariableId> hinted_;             // Variables in hints that are left out.
+    Variables hinted_;                        // Variables in hints that are left out.
     std::map<std::string, int> rules_named_;  // So far, by head and line.
     int rules_once_ = 0, rules_sent_ = 0;     // So far.
     std::map<std::string, Place> places_;     // Computed catoms of this rule, as written.

@@ -1,7 +1,6 @@
 // Pass 2: constants and functions. Their expressions become terms; constants get their values, or, if only the run can compute a value, a
 // function that does. Assumes declare(): every name is in the tables, functions with their types.
 #include <map>
-#include <set>
 
 #include "compiler/check/check.h"
 #include "compiler/check/names/scope.h"
@@ -128,7 +127,7 @@ class Values {
         pending.wrong = true;
     }
 
-    void no_variables(const Term& term, const std::set<VariableId>& but, const std::string& why) {
+    void no_variables(const Term& term, const Variables& but, const std::string& why) {
         each_free_use(term, [&](const Term& t) {
             if (but.contains(t.variable)) return;
             report_.add(Kind::UnboundVariable, t.span, why);
@@ -144,7 +143,7 @@ class Values {
         const std::size_t errors = report_.error_count();
         Rule makeshift;
         bool lower_case = false;
-        std::set<VariableId> parameters;
+        Variables parameters;
         for (const syntax::Parameter& p : tree.parameters)
             lower_case = lower_case || std::islower(static_cast<unsigned char>(p.name.text[0]));
         Scope scope(program_, names_, makeshift, report_, lower_case);

@@ -1,7 +1,6 @@
 #include "compiler/plan/join/may_fail.h"
 
 #include <algorithm>
-#include <set>
 #include <string_view>
 
 #include "compiler/check/program/op_info.h"
@@ -75,7 +74,7 @@ bool fails_in_any_order(const Program& program, const RulePlan& rule) {
     } else if (as<Test>(*step) == nullptr && as<Set>(*step) == nullptr) {
         return false;
     }
-    std::set<VariableId> unsure;
+    Variables unsure;
     if (const Set* set = as<Set>(*step)) unsure.insert(set->variable);
     while (++step != rule.steps.end()) {
         bool depends = false;

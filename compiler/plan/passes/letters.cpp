@@ -3,7 +3,6 @@
 // if its arguments are the same for all: they depend on nothing that the comprehension finds. Facts with lists are copied by the runtime
 // one by one. Runs when all rules have their steps.
 #include <algorithm>
-#include <set>
 
 #include "compiler/plan/join/invariant.h"
 #include "compiler/plan/plan.h"
@@ -13,8 +12,6 @@ namespace meld::plan {
 using namespace check;
 
 namespace {
-
-using Variables = std::set<VariableId>;
 
 class LetterFinder {
   public:

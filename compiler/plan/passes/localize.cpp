@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <set>
 
 #include "compiler/check/program/library.h"
 #include "compiler/check/program/op_info.h"
@@ -19,8 +18,6 @@ using namespace check;
 
 namespace {
 
-using Variables = std::set<VariableId>;
-
 bool is_neighbor(const Program& program, const Atom& a) { return meld::is_link(program.predicates[a.predicate].world); }
 
 class Localizer {
@@ -28,7 +25,7 @@ class Localizer {
     Localizer(Program& program, RuleId id) : program_(program), id_(id) {}
 
     void run() {
-        Rule rule = program_.rules[id_];
+        Rule rule = std::move(program_.rules[id_]);
         // A sum and a count depend on every derivation, so the values that distinguish two derivations must reach the head's catom.
         const bool counted = !rule.linear && combines(program_.predicates[rule.heads[0].atom.predicate].aggregate);
         const std::vector<Clause> links = links_of(rule.body);
@@ -48,14 +45,14 @@ class Localizer {
         return links;
     }
 
-    // Direct neighbours of the execution site by the links of these clauses.
+    // Adds the direct neighbours of the execution site by the links of these clauses, not of those inside them.
     void direct(const Rule& rule, const std::vector<Clause>& body, Variables& out) const {
-        each_atom(body, [&](const Atom& a, bool) {
-            if (!is_route(program_, a)) return;
-            if (a.arguments[0].variable == rule.site) out.insert(a.arguments[1].variable);
-            if (a.arguments[1].variable == rule.site) out.insert(a.arguments[0].variable);
-        });
-        out.erase(rule.site);
+        for (const Clause& c : body) {
+            if (c.kind != Clause::Kind::Atom || !is_route(program_, c.atom)) continue;
+            const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
+            if (a == rule.site && b != rule.site) out.insert(b);
+            if (b == rule.site && a != rule.site) out.insert(a);
+        }
     }
 
     // Whether the atom must move to an auxiliary: it is not at the execution site, and it is either further away or not stored.
@@ -77,8 +74,7 @@ class Localizer {
                        std::vector<Clause> links, Matches matches) {
         if (matches == Matches::Counted) name_anonymous(rule, body);
         // Only positive links reach; those inside a negation serve that negation alone.
-        for (const Clause& c : body)
-            if (c.kind == Clause::Kind::Atom) direct(rule, {c}, near);
+        direct(rule, body, near);
         const std::vector<Clause> own = links_of(body);
         while (any_far(rule, body, near)) move_one(rule, body, near, around, links, matches);
         around.push_back(&body);
@@ -99,9 +95,9 @@ class Localizer {
 
     void localize_heads(Rule& rule, std::vector<Head>& heads, const std::vector<Clause>& around, const std::vector<Clause>& links) {
         Variables near;
-        for (const Clause& c : around)
-            if (c.kind == Clause::Kind::Atom) direct(rule, {c}, near);
+        direct(rule, around, near);
         for (Head& h : heads) {
+            if (h.body.empty() && h.heads.empty() && h.others.empty()) continue;
             std::vector<Clause> inner = links_of(h.body);
             inner.insert(inner.end(), links.begin(), links.end());
             localize_body(rule, h.body, near, {&around}, links, Matches::Counted);
@@ -121,7 +117,7 @@ class Localizer {
             const VariableId a = c.atom.arguments[0].variable, b = c.atom.arguments[1].variable;
             bool grew = false;
             for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
-                if (seen.contains(from) && to != rule.site && !near.contains(to)) grew = seen.insert(to).second || grew;
+                if (seen.contains(from) && to != rule.site && !near.contains(to)) grew = seen.insert(to) || grew;
             return grew;
         };
         for (bool grew = true; grew;) {

@@ -19,8 +19,6 @@ using namespace check;
 
 namespace {
 
-using Variables = std::set<VariableId>;
-
 // A clause of a rule that reads a predicate at a neighbour, and how the best of its rows can be taken there.
 struct Push {
     RuleId rule;
