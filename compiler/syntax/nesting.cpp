@@ -169,6 +169,8 @@ bool is_word_of_types(const Token& token) {
 
 std::optional<std::size_t> too_deep(const std::vector<Token>& tokens, std::size_t begin, std::size_t end, std::size_t limit) {
     MELD_EXPECT(begin <= end && end <= tokens.size(), "tokens {} to {} of {}", begin, end, tokens.size());
+    // Each token adds a level at most.
+    if (end - begin < limit) return std::nullopt;
     std::vector<Segment> open{Segment(0)};
     bool after_operand = false;
     for (std::size_t i = begin; i < end; ++i) {
