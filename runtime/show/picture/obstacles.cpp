@@ -134,8 +134,9 @@ void add_obstacles(const world::World& world, std::int64_t tick, render::Scene& 
         } else if (o.kind == "mesh") {
             add_mesh(o, scene.obstacles);
         } else {
+            // Of a normal of any length, as the physics has it.
             const Vec normal = vec(o.normal).normalized();
-            const auto height = static_cast<float>(o.offset);
+            const float height = static_cast<float>(o.offset) / vec(o.normal).norm();
             if (frame)
                 add_piece(scene, way_out_of(*frame, normal), point_out_of(*frame, height * normal), scene.obstacles);
             else if (normal.z() > 0.9999F && !scene.ground)
