@@ -59,19 +59,22 @@ void PairSearch::pair_fast(const BlockGrid& grid, const Bodies& bodies, const Bl
             for (std::uint32_t b = there.first; b < there.first + there.count; ++b) test_fast(bodies, a, b);
         list_fast(there, fast_there_);
         if (fast_there_.empty()) continue;
-        for (std::uint32_t a = block.first; a < end; ++a)
-            for (const std::uint32_t b : fast_there_)
-                if (!is_fast(bodies, a)) test_fast(bodies, a, b);
+        for (std::uint32_t a = block.first; a < end; ++a) {
+            if (is_fast(bodies, a)) continue;
+            for (const std::uint32_t b : fast_there_) test_fast(bodies, a, b);
+        }
     }
 }
 
 void PairSearch::test_fast(const Bodies& bodies, std::uint32_t a, std::uint32_t b) {
     const Place &first = bodies.place[a], &second = bodies.place[b];
     const Vec3 apart{second.x - first.x, second.y - first.y, second.z - first.z};
-    const double paths = static_cast<double>(path_of(bodies, a)) + static_cast<double>(path_of(bodies, b));
     // Only a body faster than the world allows could travel farther.
-    const double reach = std::min(first.radius + second.radius + reach_.apart_m + paths, block_m_ / 2);
-    if (dot(apart, apart) >= reach * reach || (bodies.properties[a].flags & bodies.properties[b].flags & kFixed) != 0) return;
+    const double farthest = block_m_ / 2, square = dot(apart, apart);
+    if (square >= farthest * farthest) return;
+    const double paths = static_cast<double>(path_of(bodies, a)) + static_cast<double>(path_of(bodies, b));
+    const double reach = std::min(first.radius + second.radius + reach_.apart_m + paths, farthest);
+    if (square >= reach * reach || (bodies.properties[a].flags & bodies.properties[b].flags & kFixed) != 0) return;
     pairs_.push_back({index_of(a), index_of(b)});
 }
 

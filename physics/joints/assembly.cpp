@@ -252,15 +252,7 @@ std::optional<std::uint32_t> Assembly::end_step(std::span<Joint> all, const Move
     for (std::size_t l = 0; l < links_.size(); ++l) {
         Joint& joint = all[joints_[l]];
         const Vec3 apart = centre_of(bodies.place[bodies.slot(joint.second)]) - centre_of(bodies.place[bodies.slot(joint.first)]);
-        const double distance = length(apart);
-        const Vec3 line = distance > 0 ? (1 / distance) * apart : Vec3{};
-        const double pulled = -dot(joint.pushed, line);
-        const JointLoad load{pulled / dt_s, length(joint.pushed + pulled * line) / dt_s, length(joint.twisted) / dt_s};
-        joint.pushed = joint.twisted = {};
-        joint.sum = {joint.sum.tension_n + dt_s * load.tension_n, joint.sum.shear_n + dt_s * load.shear_n,
-                     joint.sum.torque_nm + dt_s * load.torque_nm};
-        joint.sum_s += dt_s;
-        if (const double overload = joint.overload(load); overload > most) most = overload, worst = joints_[l];
+        if (const double overload = joint.end_step(apart, dt_s); overload > most) most = overload, worst = joints_[l];
     }
     return worst;
 }

@@ -74,8 +74,17 @@ double Joint::give() const {
     return kind == JointKind::Slider ? kShare * std::max(length(first_anchor) + length(second_anchor), 1e-6) : kShare;
 }
 
-double Joint::overload(const JointLoad& carried) const {
-    return std::max(carried.force_n() / breaking_force, carried.torque_nm / breaking_torque);
+double Joint::end_step(Vec3 apart_m, double dt_s) {
+    const double distance = length(apart_m);
+    const Vec3 line = distance > 0 ? (1 / distance) * apart_m : Vec3{};
+    const double pulled = -dot(pushed, line);
+    const JointLoad carried{pulled / dt_s, length(pushed + pulled * line) / dt_s, length(twisted) / dt_s};
+    pushed = twisted = {};
+    sum = {sum.tension_n + dt_s * carried.tension_n, sum.shear_n + dt_s * carried.shear_n, sum.torque_nm + dt_s * carried.torque_nm};
+    sum_s += dt_s;
+    constexpr double kEndless = std::numeric_limits<double>::infinity();
+    const double force = breaking_force == kEndless ? 0 : carried.force_n() / breaking_force;
+    return std::max(force, carried.torque_nm / breaking_torque);
 }
 
 double place_of(const Joint& joint, const JointPose& first, const JointPose& second) {

@@ -89,8 +89,9 @@ struct Joint {
     bool is_spring() const { return stiffness > 0 || damping > 0; }
     // By how much a servo or a brake gives way to a load that needs all its strength, rad or m.
     double give() const;
-    // By which factor a load is more than it carries; up to 1 it holds.
-    double overload(const JointLoad& carried) const;
+    // Ends a step of this length after which its second body is there as the first one sees it: counts what it has carried in, and returns
+    // by which factor that is more than it carries; up to 1 it holds.
+    double end_step(Vec3 apart_m, double dt_s);
 };
 
 // A body as joints see it.

@@ -80,12 +80,13 @@ void Joints::drive(BodyId one, BodyId other, const JointDrive& drive) {
     const auto found = place_of_pair(one, other);
     MELD_EXPECT(found != joints_.end() && key_of(*found) == in_order(one, other), "bodies {} and {}", one, other);
     found->drive = drive.kind, found->target = drive.target;
+    driven_ = true;
 }
 
 Result<void> Joints::settle(const Movers& movers) {
     if (!changed_) {
         for (Assembly& assembly : assemblies_) assembly.locate(movers);
-        lone_.locate(assemblies_);
+        lone_.locate(assemblies_, movers.bodies, movers.shapes);
         return {};
     }
     changed_ = !lay_out(movers);
@@ -155,7 +156,7 @@ bool Joints::lay_out(const Movers& movers) {
         });
         if (!list.empty()) fine = assemblies_.emplace_back().lay_out(list, joints_, movers) && fine;
     }
-    lone_.lay_out(assemblies_);
+    lone_.lay_out(assemblies_, joints_, movers.bodies, movers.shapes);
     return fine;
 }
 
@@ -169,9 +170,11 @@ void Joints::forget_impulses() {
         joint.impulses = {};
         joint.stand = JointStand::Free;
     }
+    lone_.forget_impulses();
 }
 
 void Joints::forget_step() {
+    lone_.forget_step();
     for (Joint& joint : joints_) joint.pushed = joint.twisted = {};
 }
 
@@ -179,7 +182,12 @@ void Joints::end_step(const Movers& movers, double dt_s, Workers& workers) {
     broken_.clear();
     if (joints_.empty()) return;
     breaks_.assign(assemblies_.size(), std::nullopt);
-    workers.run(assemblies_.size(), [&](int, std::size_t a) { breaks_[a] = assemblies_[a].end_step(joints_, movers, dt_s); });
+    const auto breaks = [&](const Assembly& assembly) -> std::optional<std::uint32_t>& {
+        return breaks_[static_cast<std::size_t>(&assembly - assemblies_.data())];
+    };
+    for_assemblies(
+        workers, [&](std::size_t batch) { return lone_.end_step(batch, joints_, movers.bodies, dt_s, breaks_); },
+        [&](Assembly& assembly) { breaks(assembly) = assembly.end_step(joints_, movers, dt_s); });
     for (const auto& index : breaks_)
         if (index) broken_.push_back(key_of(joints_[*index]));
     std::ranges::sort(broken_);
@@ -197,18 +205,19 @@ void Joints::take_loads() {
 
 void Joints::warm_start(const Movers& movers, Workers& workers) {
     for_assemblies(
-        workers, [&](std::size_t batch) { return lone_.warm_start(batch, joints_, movers.bodies, movers.shapes); },
+        workers, [&](std::size_t batch) { return lone_.warm_start(batch, joints_, movers.bodies); },
         [&](Assembly& assembly) { assembly.warm_start(joints_, movers); });
 }
 
 void Joints::run(Assembly::Phase phase, const Movers& movers, double step_s, Workers& workers) {
     for_assemblies(
-        workers, [&](std::size_t batch) { return lone_.run(batch, phase, joints_, movers.bodies, movers.shapes, step_s); },
+        workers, [&](std::size_t batch) { return lone_.run(batch, phase, joints_, movers.bodies, step_s); },
         [&](Assembly& assembly) { assembly.run(phase, joints_, movers, step_s); });
 }
 
 template <class OfBatch, class OfAssembly>
 void Joints::for_assemblies(Workers& workers, const OfBatch& of_batch, const OfAssembly& of_assembly) {
+    if (std::exchange(driven_, false)) lone_.drives_changed();
     const std::size_t batches = lone_.batches();
     const std::span<const std::uint32_t> others = lone_.others();
     workers.run(batches + others.size(), [&](int, std::size_t i) {

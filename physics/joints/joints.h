@@ -92,6 +92,8 @@ class Joints {
     // By assembly: which of its joints breaks.
     std::vector<std::optional<std::uint32_t>> breaks_;
     std::vector<std::pair<BodyId, BodyId>> broken_;
+    // Drives have changed since the last pass.
+    bool driven_ = false;
     bool changed_ = false;
 };
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "physics/bodies/lanes.h"
+#include "runtime/base/prefetch.h"
 
 namespace meld::physics {
 
@@ -20,17 +21,24 @@ struct alignas(32) QuadSymmetric {
 };
 
 struct alignas(32) LoneJoints::Batch {
-    std::array<std::uint32_t, kAtOnce> joint = {}, assembly = {}, first = {}, second = {}, lowest = {};
+    // The slots of the first bodies, then of the second ones.
+    std::array<std::uint32_t, 2 * kAtOnce> slots = {};
+    std::array<std::uint32_t, kAtOnce> joint = {}, assembly = {}, lowest = {};
     Chosen used = 0, simple = 0, alike = 0;
+    // Whether these are simple has to be looked at again, for all at the same time, so that it does not depend on who shares the batch.
+    Chosen unsure = 0;
     // Those whose places are known; bodies that sleep have no masses to go by.
     Chosen placed = 0;
-    // Which are simple is decided once for all in a substep, so that it does not depend on who shares the batch.
-    bool known = false;
+    // Those whose `start`, `pushed` and `twisted` are here and not at their joints.
+    Chosen held = 0;
     // Of the joints, in the frames of their bodies.
     QuadVec first_anchor, second_anchor, first_axis, second_axis, first_across;
     QuadTurn first_turn, second_turn;
     // From the first body to the second.
     QuadVec between;
+    // The moment of inertia for each kg about any axis, or 0 if it is not the same about all; for balls, the square of the radius.
+    alignas(32) DoubleQuad first_inertia = {}, second_inertia = {};
+    alignas(32) DoubleQuad first_radius = {}, second_radius = {}, first_per_radius = {}, second_per_radius = {};
     alignas(32) DoubleQuad first_lightness = {}, second_lightness = {}, first_ease = {}, second_ease = {};
     // In the world: from the centres to the anchors, and the two axes that a hinge does not turn about. A ball has none.
     QuadVec first_arm, second_arm, across, along;
@@ -41,10 +49,20 @@ struct alignas(32) LoneJoints::Batch {
     QuadVec of_across, of_along;
     alignas(32) DoubleQuad turning = {};
     QuadSymmetric pushing;
+    // Impulses from which the next substep starts, and all of the step, as joints have them.
+    QuadVec start;
+    alignas(32) DoubleQuad start_across = {}, start_along = {};
+    QuadVec pushed, twisted;
+    // Whom the last pass of the substep has solved, and the velocities that it left: linear, then of surfaces. While nobody else changes
+    // those, the next pass has nothing to do.
+    Chosen solved = 0;
+    Lanes left[6] = {};
 };
 // Velocities, and what a joint does to them: a push at its anchor and turns about its two axes.
 struct alignas(32) LoneJoints::Motion {
     QuadVec first_velocity, first_spin, second_velocity, second_spin;
+    // As the bodies have them, of the first ones and then the second.
+    Lanes masses = {}, surface_masses = {};
     QuadVec push;
     alignas(32) DoubleQuad across = {}, along = {};
     // What the turns make together.
@@ -68,17 +86,58 @@ MELD_INLINE QuadVec rotate(const QuadTurn& q, const QuadVec& v) {
 MELD_INLINE void set_lane(QuadVec& to, std::size_t i, Vec3 v) { to.x[i] = v.x, to.y[i] = v.y, to.z[i] = v.z; }
 MELD_INLINE void set_lane(QuadTurn& to, std::size_t i, Quat q) { to.w[i] = q.w, to.x[i] = q.x, to.y[i] = q.y, to.z[i] = q.z; }
 MELD_INLINE Vec3 lane(const QuadVec& of, std::size_t i) { return {of.x[i], of.y[i], of.z[i]}; }
+MELD_INLINE Quat lane(const QuadTurn& of, std::size_t i) { return {of.w[i], of.x[i], of.y[i], of.z[i]}; }
+
+MELD_INLINE DoubleQuad wide(const Lanes& of, int half) { return __builtin_convertvector(half_of(of, half), DoubleQuad); }
+MELD_INLINE QuadVec wide(const Lanes (&of)[4], int half) { return {wide(of[0], half), wide(of[1], half), wide(of[2], half)}; }
+MELD_INLINE Lanes single(const DoubleQuad& first, const DoubleQuad& second) {
+    return join(__builtin_convertvector(first, Quad), __builtin_convertvector(second, Quad));
+}
+MELD_INLINE DoubleQuad root(const DoubleQuad& square) {
+    DoubleQuad result;
+#pragma GCC unroll 4
+    for (std::size_t i = 0; i < LoneJoints::kAtOnce; ++i) result[i] = __builtin_sqrt(square[i]);
+    return result;
+}
+MELD_INLINE QuadTurn unit(const QuadTurn& q) {
+    const DoubleQuad scale = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    return {scale * q.w, scale * q.x, scale * q.y, scale * q.z};
+}
+
+MELD_INLINE void read(const LoneJoints::Batch& b, const Quad* velocities, LoneJoints::Motion& m) {
+    Lanes linear[4], surface[4];
+    gather(velocities, 2, 0, b.slots.data(), linear);
+    gather(velocities, 2, 1, b.slots.data(), surface);
+    m.first_velocity = wide(linear, 0), m.second_velocity = wide(linear, 1);
+    m.first_spin = b.first_per_radius * wide(surface, 0), m.second_spin = b.second_per_radius * wide(surface, 1);
+    m.masses = linear[3], m.surface_masses = surface[3];
+}
+MELD_INLINE void unchanged_four_kernel(const LoneJoints::Batch& b, const Quad* velocities, LoneJoints::Chosen& unchanged) {
+    Lanes linear[4], surface[4];
+    gather(velocities, 2, 0, b.slots.data(), linear);
+    gather(velocities, 2, 1, b.slots.data(), surface);
+    LaneMask same = linear[0] == b.left[0];
+    same &= linear[1] == b.left[1], same &= linear[2] == b.left[2];
+    for (int k = 0; k < 3; ++k) same &= surface[k] == b.left[3 + k];
+    unchanged = 0;
+    for (std::size_t i = 0; i < LoneJoints::kAtOnce; ++i)
+        if ((same[i] & same[LoneJoints::kAtOnce + i]) != 0) unchanged |= 1U << i;
+}
+MELD_INLINE void write(LoneJoints::Batch& b, const LoneJoints::Motion& m, Quad* velocities, const std::uint32_t* index) {
+    const QuadVec one = b.first_radius * m.first_spin, other = b.second_radius * m.second_spin;
+    const Lanes linear[4] = {single(m.first_velocity.x, m.second_velocity.x), single(m.first_velocity.y, m.second_velocity.y),
+                             single(m.first_velocity.z, m.second_velocity.z), m.masses};
+    const Lanes surface[4] = {single(one.x, other.x), single(one.y, other.y), single(one.z, other.z), m.surface_masses};
+    scatter(velocities, 2, 0, index, linear);
+    scatter(velocities, 2, 1, index, surface);
+    for (int k = 0; k < 3; ++k) b.left[k] = linear[k], b.left[3 + k] = surface[k];
+}
 
 // As the pass over bodies turns them: by the tangent of half the angle.
 MELD_INLINE QuadTurn turned_in_step(const QuadTurn& q, const QuadVec& half) {
     const QuadTurn turned{q.w - half.x * q.x - half.y * q.y - half.z * q.z, q.x + half.x * q.w + half.y * q.z - half.z * q.y,
                           q.y - half.x * q.z + half.y * q.w + half.z * q.x, q.z + half.x * q.y - half.y * q.x + half.z * q.w};
-    const DoubleQuad square = turned.w * turned.w + turned.x * turned.x + turned.y * turned.y + turned.z * turned.z;
-    DoubleQuad size;
-#pragma GCC unroll 4
-    for (std::size_t i = 0; i < LoneJoints::kAtOnce; ++i) size[i] = __builtin_sqrt(square[i]);
-    const DoubleQuad scale = 1 / size;
-    return {scale * turned.w, scale * turned.x, scale * turned.y, scale * turned.z};
+    return unit(turned);
 }
 
 struct Errors {
@@ -94,7 +153,11 @@ MELD_INLINE Errors errors_at(const LoneJoints::Batch& batch, const QuadTurn& fir
 }
 
 // Places, arms and the system.
-MELD_INLINE void place_four_kernel(LoneJoints::Batch& b) {
+MELD_INLINE void place_four_kernel(LoneJoints::Batch& b, const Quad* turns) {
+    Lanes turn[4];
+    gather(turns, 1, 0, b.slots.data(), turn);
+    b.first_turn = unit(QuadTurn{wide(turn[0], 0), wide(turn[1], 0), wide(turn[2], 0), wide(turn[3], 0)});
+    b.second_turn = unit(QuadTurn{wide(turn[0], 1), wide(turn[1], 1), wide(turn[2], 1), wide(turn[3], 1)});
     b.first_arm = rotate(b.first_turn, b.first_anchor), b.second_arm = rotate(b.second_turn, b.second_anchor);
     b.across = rotate(b.first_turn, b.first_across), b.along = cross(rotate(b.first_turn, b.first_axis), b.across);
     const Errors errors = errors_at(b, b.first_turn, b.second_turn, b.between);
@@ -144,31 +207,88 @@ MELD_INLINE void solve_straight(const LoneJoints::Batch& b, LoneJoints::Motion& 
     solve_for(b, m, wanted, -dot(b.across, spin) - rate * b.across_tilt, -dot(b.along, spin) - rate * b.along_tilt);
 }
 
-MELD_INLINE void start_four_kernel(const LoneJoints::Batch& b, LoneJoints::Motion& m) {
-    const QuadVec push = m.push;
-    const DoubleQuad across = m.across, along = m.along;
-    m.push = {}, m.across = DoubleQuad{}, m.along = DoubleQuad{};
-    act(b, m, push, across, along);
+// Where a pass reads velocities and where it writes them: to the records at these places.
+struct Records {
+    const Quad* from;
+    Quad* to;
+    const std::uint32_t* index;
+};
+
+MELD_INLINE void finish(LoneJoints::Batch& b, const LoneJoints::Motion& m, const Records& records) {
+    b.pushed = b.pushed + m.push, b.twisted = b.twisted + m.twist;
+    write(b, m, records.to, records.index);
 }
 
-MELD_INLINE void relax_four_kernel(const LoneJoints::Batch& b, LoneJoints::Motion& m) { solve_straight(b, m, DoubleQuad{}); }
+MELD_INLINE void start_four_kernel(LoneJoints::Batch& b, const Records& records) {
+    LoneJoints::Motion m;
+    read(b, records.from, m);
+    act(b, m, b.start, b.start_across, b.start_along);
+    finish(b, m, records);
+}
+
+MELD_INLINE void relax_four_kernel(LoneJoints::Batch& b, const Records& records) {
+    LoneJoints::Motion m;
+    read(b, records.from, m);
+    solve_straight(b, m, DoubleQuad{});
+    finish(b, m, records);
+}
+
+// Those that have nothing to do are as they were.
+MELD_INLINE LoneJoints::Motion leave(LoneJoints::Chosen settled, const LoneJoints::Motion& before, const LoneJoints::Motion& after) {
+    using Bits = long long __attribute__((vector_size(32)));
+    Bits mask;
+    for (std::size_t i = 0; i < LoneJoints::kAtOnce; ++i) mask[i] = (settled & 1U << i) != 0 ? -1 : 0;
+    const auto of = [&](const DoubleQuad& a, const DoubleQuad& b) MELD_INLINE_CALL { return mask ? a : b; };
+    const auto all = [&](const QuadVec& a, const QuadVec& b) MELD_INLINE_CALL { return QuadVec{of(a.x, b.x), of(a.y, b.y), of(a.z, b.z)}; };
+    LoneJoints::Motion m = after;
+    m.first_velocity = all(before.first_velocity, after.first_velocity), m.first_spin = all(before.first_spin, after.first_spin);
+    m.second_velocity = all(before.second_velocity, after.second_velocity), m.second_spin = all(before.second_spin, after.second_spin);
+    m.push = all({}, after.push), m.twist = all({}, after.twist);
+    m.across = of(DoubleQuad{}, after.across), m.along = of(DoubleQuad{}, after.along);
+    return m;
+}
 
 // First as if bodies moved along straight lines, then for where they will be.
-MELD_INLINE void solve_four_kernel(const LoneJoints::Batch& b, LoneJoints::Motion& m, double step_s) {
+MELD_INLINE void solve_four_kernel(LoneJoints::Batch& b, const Records& records, LoneJoints::Chosen settled, double step_s) {
     const double per_s = 1 / step_s, half = 0.5 * step_s;
     const DoubleQuad rate{per_s, per_s, per_s, per_s}, step{step_s, step_s, step_s, step_s}, halves{half, half, half, half};
+    LoneJoints::Motion m;
+    read(b, records.from, m);
+    const LoneJoints::Motion before = m;
     solve_straight(b, m, rate);
     const Errors errors =
         errors_at(b, turned_in_step(b.first_turn, halves * m.first_spin), turned_in_step(b.second_turn, halves * m.second_spin),
                   b.between + step * (m.second_velocity - m.first_velocity));
     const DoubleQuad back = -rate;
     solve_for(b, m, back * errors.apart, back * errors.across, back * errors.along);
+    if (settled != 0) m = leave(settled, before, m);
+    b.start = b.start + m.push;
+    b.start_across += m.across, b.start_along += m.along;
+    finish(b, m, records);
 }
 
-MELD_KERNEL_VARIANTS(place_four, (LoneJoints::Batch & batch), (batch))
-MELD_KERNEL_VARIANTS(start_four, (const LoneJoints::Batch& batch, LoneJoints::Motion& motion), (batch, motion))
-MELD_KERNEL_VARIANTS(relax_four, (const LoneJoints::Batch& batch, LoneJoints::Motion& motion), (batch, motion))
-MELD_KERNEL_VARIANTS(solve_four, (const LoneJoints::Batch& batch, LoneJoints::Motion& motion, double step_s), (batch, motion, step_s))
+MELD_KERNEL_VARIANTS(place_four, (LoneJoints::Batch & batch, const Quad* turns), (batch, turns))
+MELD_KERNEL_VARIANTS(start_four, (LoneJoints::Batch & batch, const Records& records), (batch, records))
+MELD_KERNEL_VARIANTS(relax_four, (LoneJoints::Batch & batch, const Records& records), (batch, records))
+MELD_KERNEL_VARIANTS(solve_four, (LoneJoints::Batch & batch, const Records& records, LoneJoints::Chosen settled, double step_s),
+                     (batch, records, settled, step_s))
+MELD_KERNEL_VARIANTS(unchanged_four, (const LoneJoints::Batch& batch, const Quad* velocities, LoneJoints::Chosen& unchanged),
+                     (batch, velocities, unchanged))
+
+// Only the chosen joints act; the others may be the same ones again, or have no masses.
+template <class Pass>
+void write_chosen(const LoneJoints::Batch& batch, LoneJoints::Chosen chosen, Bodies& bodies, const Pass& pass) {
+    const Quad* const from = reinterpret_cast<const Quad*>(bodies.velocity.data());
+    if (chosen == (1U << LoneJoints::kAtOnce) - 1) {
+        pass(Records{from, reinterpret_cast<Quad*>(bodies.velocity.data()), batch.slots.data()});
+        return;
+    }
+    static constexpr std::array<std::uint32_t, 2 * LoneJoints::kAtOnce> kInOrder = {0, 1, 2, 3, 4, 5, 6, 7};
+    std::array<BodyVelocity, 2 * LoneJoints::kAtOnce> written;
+    pass(Records{from, reinterpret_cast<Quad*>(written.data()), kInOrder.data()});
+    for (std::size_t i = 0; i < written.size(); ++i)
+        if ((chosen & 1U << i % LoneJoints::kAtOnce) != 0) bodies.velocity[batch.slots[i]] = written[i];
+}
 
 bool turns_freely(const Joint& joint) {
     if (joint.kind == JointKind::Ball) return true;
@@ -177,16 +297,19 @@ bool turns_freely(const Joint& joint) {
            !joint.is_spring() && joint.lower == -kEndless && joint.upper == kEndless && joint.impulses[kDriveRow] == 0;
 }
 
-// 1 / moment of inertia of a body that is turned alike about all axes; 0 if it is not.
-double ease_of(std::uint32_t slot, const Bodies& bodies, const BodyShapes& shapes) {
+// The moment of inertia for each kg about any axis, or 0 if it is not the same about all; for a ball, the square of its radius.
+double inertia_of(std::uint32_t slot, const Bodies& bodies, const BodyShapes& shapes) {
     const BodyProperties& what = bodies.properties[slot];
-    const BodyVelocity& velocity = bodies.velocity[slot];
-    if ((what.flags & kShaped) == 0) {
-        const double radius = bodies.place[slot].radius;
-        return static_cast<double>(velocity.inverse_surface_mass) / (radius * radius);
-    }
+    const double radius = bodies.place[slot].radius;
+    if ((what.flags & kShaped) == 0) return radius * radius;
     const BodyShapes::Kind& kind = shapes.kind(shapes.of(what.id));
-    return kind.turns_alike ? static_cast<double>(velocity.inverse_mass) / kind.inertia_per_kg_m2.x : 0;
+    return kind.turns_alike ? kind.inertia_per_kg_m2.x : 0;
+}
+// 1 / moment of inertia; 0 if it is not the same about all axes, or nothing turns the body.
+double ease_of(std::uint32_t slot, double inertia, const Bodies& bodies) {
+    const BodyVelocity& velocity = bodies.velocity[slot];
+    const bool shaped = (bodies.properties[slot].flags & kShaped) != 0;
+    return inertia > 0 ? static_cast<double>(shaped ? velocity.inverse_mass : velocity.inverse_surface_mass) / inertia : 0;
 }
 
 }  // namespace
@@ -198,12 +321,12 @@ std::size_t LoneJoints::batches() const { return batches_.size(); }
 std::uint32_t LoneJoints::assembly(std::size_t batch, std::size_t i) const { return batches_[batch].assembly[i]; }
 std::size_t LoneJoints::bytes() const { return batches_.capacity() * sizeof(Batch) + others_.capacity() * sizeof(std::uint32_t); }
 
-void LoneJoints::lay_out(std::span<const Assembly> assemblies) {
+void LoneJoints::lay_out(std::span<const Assembly> assemblies, std::span<const Joint> all, const Bodies& bodies, const BodyShapes& shapes) {
     batches_.clear(), others_.clear();
     for (std::uint32_t a = 0; a < assemblies.size(); ++a) {
-        const bool bodies = std::ranges::all_of(assemblies[a].members(),
-                                                [](const Assembly::Member& m) { return m.movable && m.composite == kNoComposite; });
-        if (assemblies[a].joints().size() != 1 || !bodies) {
+        const bool alone = std::ranges::all_of(assemblies[a].members(),
+                                               [](const Assembly::Member& m) { return m.movable && m.composite == kNoComposite; });
+        if (assemblies[a].joints().size() != 1 || !alone) {
             others_.push_back(a);
             continue;
         }
@@ -212,52 +335,62 @@ void LoneJoints::lay_out(std::span<const Assembly> assemblies) {
         const auto i = static_cast<std::size_t>(__builtin_popcount(batch.used));
         batch.used |= 1U << i;
         // Those after it, until they are used, are the same again.
-        for (std::size_t k = i; k < kAtOnce; ++k) batch.joint[k] = assemblies[a].joints().front(), batch.assembly[k] = a;
+        for (std::size_t k = i; k < kAtOnce; ++k) {
+            batch.joint[k] = assemblies[a].joints().front(), batch.assembly[k] = a;
+            const Joint& joint = all[batch.joint[k]];
+            set_lane(batch.first_anchor, k, joint.first_anchor), set_lane(batch.second_anchor, k, joint.second_anchor);
+            set_lane(batch.first_axis, k, joint.first_axis), set_lane(batch.second_axis, k, joint.second_axis);
+            set_lane(batch.first_across, k, joint.across);
+        }
     }
-    locate(assemblies);
+    locate(assemblies, bodies, shapes);
 }
 
-void LoneJoints::locate(std::span<const Assembly> assemblies) {
+void LoneJoints::locate(std::span<const Assembly> assemblies, const Bodies& bodies, const BodyShapes& shapes) {
     for (Batch& batch : batches_) {
-        batch.placed = 0, batch.known = false;
+        batch.placed = batch.solved = 0, batch.unsure = batch.used;
         for (std::size_t i = 0; i < kAtOnce; ++i) {
             const Assembly& assembly = assemblies[batch.assembly[i]];
-            batch.first[i] = assembly.slot_of_first(), batch.second[i] = assembly.slot_of_second();
+            const std::uint32_t one = assembly.slot_of_first(), other = assembly.slot_of_second();
+            batch.slots[i] = one, batch.slots[kAtOnce + i] = other;
             batch.lowest[i] = assembly.members().front().slot;
+            batch.first_inertia[i] = inertia_of(one, bodies, shapes), batch.second_inertia[i] = inertia_of(other, bodies, shapes);
+            batch.first_radius[i] = bodies.place[one].radius, batch.second_radius[i] = bodies.place[other].radius;
         }
+        batch.first_per_radius = 1 / batch.first_radius, batch.second_per_radius = 1 / batch.second_radius;
     }
 }
 
 void LoneJoints::places_changed() {
-    for (Batch& batch : batches_) batch.placed = 0, batch.known = false;
+    for (Batch& batch : batches_) batch.placed = batch.solved = 0, batch.unsure |= batch.used & ~batch.simple;
 }
 
-void LoneJoints::place(Batch& batch, Chosen chosen, std::span<Joint> all, const Bodies& bodies, const BodyShapes& shapes) const {
+void LoneJoints::drives_changed() {
+    for (Batch& batch : batches_) batch.unsure = batch.used;
+}
+
+void LoneJoints::place(Batch& batch, Chosen chosen, const Bodies& bodies) {
     batch.placed = chosen;
     batch.alike = 0;
     for (std::size_t i = 0; i < kAtOnce; ++i) {
-        const std::uint32_t one = batch.first[i], other = batch.second[i];
-        batch.first_ease[i] = ease_of(one, bodies, shapes), batch.second_ease[i] = ease_of(other, bodies, shapes);
+        const std::uint32_t one = batch.slots[i], other = batch.slots[kAtOnce + i];
+        batch.first_ease[i] = ease_of(one, batch.first_inertia[i], bodies),
+        batch.second_ease[i] = ease_of(other, batch.second_inertia[i], bodies);
         batch.first_lightness[i] = static_cast<double>(bodies.velocity[one].inverse_mass);
         batch.second_lightness[i] = static_cast<double>(bodies.velocity[other].inverse_mass);
-        Joint& joint = all[batch.joint[i]];
-        if (batch.first_ease[i] > 0 && batch.second_ease[i] > 0 && joint.kind != JointKind::Slider) batch.alike |= 1U << i;
-        const JointPose first = joint_pose(bodies, one), second = joint_pose(bodies, other);
-        if ((chosen & batch.alike & 1U << i) != 0) joint.place = place_of(joint, first, second);
-        set_lane(batch.first_turn, i, first.turn), set_lane(batch.second_turn, i, second.turn);
-        set_lane(batch.between, i, second.centre_m - first.centre_m);
-        set_lane(batch.first_anchor, i, joint.first_anchor), set_lane(batch.second_anchor, i, joint.second_anchor);
-        set_lane(batch.first_axis, i, joint.first_axis), set_lane(batch.second_axis, i, joint.second_axis);
-        set_lane(batch.first_across, i, joint.across);
+        if (batch.first_ease[i] > 0 && batch.second_ease[i] > 0) batch.alike |= 1U << i;
+        set_lane(batch.between, i, centre_of(bodies.place[other]) - centre_of(bodies.place[one]));
     }
-    place_four(batch);
+    place_four(batch, reinterpret_cast<const Quad*>(bodies.orientation.data()));
 }
 
 void LoneJoints::choose(Batch& batch, std::span<const Joint> all) {
-    batch.simple = 0;
-    batch.known = true;
-    for (std::size_t i = 0; i < kAtOnce; ++i)
-        if ((batch.used & 1U << i) != 0 && turns_freely(all[batch.joint[i]])) batch.simple |= 1U << i;
+    for (std::size_t i = 0; i < kAtOnce; ++i) {
+        const Chosen bit = 1U << i;
+        if ((batch.unsure & bit) == 0) continue;
+        batch.simple = turns_freely(all[batch.joint[i]]) ? batch.simple | bit : batch.simple & ~bit;
+    }
+    batch.unsure = 0;
 }
 
 LoneJoints::Chosen LoneJoints::awake(const Batch& batch, const Bodies& bodies) {
@@ -267,70 +400,93 @@ LoneJoints::Chosen LoneJoints::awake(const Batch& batch, const Bodies& bodies) {
     return batch.simple & chosen;
 }
 
-LoneJoints::Motion LoneJoints::read(const Batch& batch, const Bodies& bodies) {
-    Motion motion;
+void LoneJoints::give_back(Batch& batch, Chosen chosen, std::span<Joint> all) {
     for (std::size_t i = 0; i < kAtOnce; ++i) {
-        const BodyVelocity &one = bodies.velocity[batch.first[i]], &other = bodies.velocity[batch.second[i]];
-        set_lane(motion.first_velocity, i, widened(one.linear)), set_lane(motion.second_velocity, i, widened(other.linear));
-        set_lane(motion.first_spin, i, (1 / bodies.place[batch.first[i]].radius) * widened(one.surface));
-        set_lane(motion.second_spin, i, (1 / bodies.place[batch.second[i]].radius) * widened(other.surface));
-    }
-    return motion;
-}
-
-void LoneJoints::write(const Batch& batch, Chosen chosen, const Motion& motion, std::span<Joint> all, Bodies& bodies) {
-    for (std::size_t i = 0; i < kAtOnce; ++i) {
-        if ((chosen & 1U << i) == 0) continue;
-        BodyVelocity &one = bodies.velocity[batch.first[i]], &other = bodies.velocity[batch.second[i]];
-        set_single(one.linear, lane(motion.first_velocity, i)), set_single(other.linear, lane(motion.second_velocity, i));
-        set_single(one.surface, bodies.place[batch.first[i]].radius * lane(motion.first_spin, i));
-        set_single(other.surface, bodies.place[batch.second[i]].radius * lane(motion.second_spin, i));
+        if ((batch.held & chosen & 1U << i) == 0) continue;
         Joint& joint = all[batch.joint[i]];
-        joint.pushed = joint.pushed + lane(motion.push, i), joint.twisted = joint.twisted + lane(motion.twist, i);
+        const Vec3 start = lane(batch.start, i);
+        joint.impulses = {start.x, start.y, start.z, batch.start_across[i], batch.start_along[i], joint.impulses[kDriveRow]};
+        joint.pushed = lane(batch.pushed, i), joint.twisted = lane(batch.twisted, i);
     }
+    batch.held &= ~chosen;
 }
 
-LoneJoints::Chosen LoneJoints::warm_start(std::size_t index, std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes) {
-    Batch& batch = batches_[index];
-    choose(batch, all);
+LoneJoints::Chosen LoneJoints::prepare(Batch& batch, std::span<Joint> all, const Bodies& bodies) {
+    if (batch.unsure != 0) choose(batch, all);
     Chosen chosen = awake(batch, bodies);
-    if (chosen == 0) return batch.used;
-    if ((chosen & ~batch.placed) != 0) place(batch, chosen, all, bodies, shapes);
-    if ((chosen &= batch.alike) == 0) return batch.used;
-    Motion motion = read(batch, bodies);
+    if ((chosen & ~batch.placed) != 0) place(batch, chosen, bodies);
+    if (chosen != 0) chosen &= batch.alike;
+    if ((batch.held & ~chosen) != 0) give_back(batch, ~chosen, all);
     for (std::size_t i = 0; i < kAtOnce; ++i) {
-        const auto& impulses = all[batch.joint[i]].impulses;
-        set_lane(motion.push, i, {impulses[0], impulses[1], impulses[2]});
-        motion.across[i] = impulses[3], motion.along[i] = impulses[4];
+        if ((chosen & ~batch.held & 1U << i) == 0) continue;
+        const Joint& joint = all[batch.joint[i]];
+        set_lane(batch.start, i, {joint.impulses[0], joint.impulses[1], joint.impulses[2]});
+        batch.start_across[i] = joint.impulses[3], batch.start_along[i] = joint.impulses[4];
+        set_lane(batch.pushed, i, joint.pushed), set_lane(batch.twisted, i, joint.twisted);
     }
-    start_four(batch, motion);
-    write(batch, chosen, motion, all, bodies);
+    batch.held |= chosen;
+    return chosen;
+}
+
+void LoneJoints::ask_for_next(std::size_t index, const Bodies& bodies) const {
+    constexpr std::size_t kAhead = 4;
+    if (index + kAhead >= batches_.size()) return;
+    for (const std::uint32_t slot : batches_[index + kAhead].slots) ask_for(&bodies.velocity[slot]);
+}
+
+LoneJoints::Chosen LoneJoints::warm_start(std::size_t index, std::span<Joint> all, Bodies& bodies) {
+    Batch& batch = batches_[index];
+    ask_for_next(index, bodies);
+    batch.unsure |= batch.used & ~batch.simple;
+    const Chosen chosen = prepare(batch, all, bodies);
+    if (chosen != 0) write_chosen(batch, chosen, bodies, [&](const Records& records) { start_four(batch, records); });
+    batch.solved = 0;
     return batch.used & ~chosen;
 }
 
-LoneJoints::Chosen LoneJoints::run(std::size_t index, Assembly::Phase phase, std::span<Joint> all, Bodies& bodies, const BodyShapes& shapes,
-                                   double step_s) {
+LoneJoints::Chosen LoneJoints::run(std::size_t index, Assembly::Phase phase, std::span<Joint> all, Bodies& bodies, double step_s) {
     Batch& batch = batches_[index];
-    if (!batch.known) choose(batch, all);
-    Chosen chosen = awake(batch, bodies);
-    if (chosen == 0) return batch.used;
-    if ((chosen & ~batch.placed) != 0) place(batch, chosen, all, bodies, shapes);
-    if ((chosen &= batch.alike) == 0) return batch.used;
-    Motion motion = read(batch, bodies);
-    if (phase == Assembly::Phase::Solve)
-        solve_four(batch, motion, step_s);
-    else
-        relax_four(batch, motion);
-    write(batch, chosen, motion, all, bodies);
-    if (phase == Assembly::Phase::Relax) return batch.used & ~chosen;
+    ask_for_next(index, bodies);
+    const Chosen chosen = prepare(batch, all, bodies);
+    Chosen settled = 0;
+    if (phase == Assembly::Phase::Solve && (chosen & batch.solved) != 0) {
+        unchanged_four(batch, reinterpret_cast<const Quad*>(bodies.velocity.data()), settled);
+        settled &= chosen & batch.solved;
+    }
+    if (settled == chosen) return batch.used & ~chosen;
+    write_chosen(batch, chosen, bodies, [&](const Records& records) {
+        phase == Assembly::Phase::Solve ? solve_four(batch, records, settled, step_s) : relax_four(batch, records);
+    });
+    batch.solved = phase == Assembly::Phase::Solve ? chosen : 0;
+    return batch.used & ~chosen;
+}
+
+LoneJoints::Chosen LoneJoints::end_step(std::size_t index, std::span<Joint> all, const Bodies& bodies, double dt_s,
+                                        std::span<std::optional<std::uint32_t>> breaks) {
+    Batch& batch = batches_[index];
+    const Chosen chosen = batch.held;
+    if ((chosen & ~batch.placed) != 0) place(batch, chosen, bodies);
+    give_back(batch, chosen, all);
+    Motion motion;
+    read(batch, reinterpret_cast<const Quad*>(bodies.velocity.data()), motion);
+    const DoubleQuad speed = dot(rotate(batch.first_turn, batch.first_axis), motion.second_spin - motion.first_spin);
     for (std::size_t i = 0; i < kAtOnce; ++i) {
         if ((chosen & 1U << i) == 0) continue;
-        auto& impulses = all[batch.joint[i]].impulses;
-        const Vec3 push = lane(motion.push, i);
-        impulses[0] += push.x, impulses[1] += push.y, impulses[2] += push.z;
-        impulses[3] += motion.across[i], impulses[4] += motion.along[i];
+        Joint& joint = all[batch.joint[i]];
+        // Its angle is the one that is nearest to where it should be.
+        joint.place += dt_s * speed[i];
+        joint.place = place_of(joint, {{}, lane(batch.first_turn, i)}, {{}, lane(batch.second_turn, i)});
+        if (joint.end_step(lane(batch.between, i), dt_s) > 1) breaks[batch.assembly[i]] = batch.joint[i];
     }
     return batch.used & ~chosen;
+}
+
+void LoneJoints::forget_impulses() {
+    for (Batch& batch : batches_) batch.start = {}, batch.start_across = batch.start_along = DoubleQuad{};
+}
+
+void LoneJoints::forget_step() {
+    for (Batch& batch : batches_) batch.held = 0;
 }
 
 }  // namespace meld::physics

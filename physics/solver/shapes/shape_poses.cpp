@@ -31,15 +31,15 @@ void ShapeContacts::turn_body(const Setup& setup, std::uint32_t slot) {
     const Quat turn = widened(bodies.orientation[slot]);
     poses_[slot] = pose_of(centre_of(bodies.place[slot]), turn);
     const BodyShapes::Index index = (what.flags & kShaped) == 0 ? BodyShapes::Index{0} : setup.shapes.of(what.id);
-    Vec3 t{1, 1, 1};
-    std::array<Vec3, 3> axes = poses_[slot].axes;
-    if (index == 0) {
-        t = (1 / static_cast<double>(what.inertia_factor)) * t;
-    } else {
-        const BodyShapes::Kind& kind = setup.shapes.kind(index);
-        t = kind.turning;
-        if (kind.has_other_axes) axes = pose_of({}, kind.principal(turn)).axes;
+    const BodyShapes::Kind* const kind = index == 0 ? nullptr : &setup.shapes.kind(index);
+    if (kind == nullptr || kind->turns_alike) {
+        const float all = static_cast<float>(kind == nullptr ? 1 / static_cast<double>(what.inertia_factor) : kind->turning.x);
+        turning = {.entries = {all, 0, 0, all, 0, all, 0, 0}};
+        return;
     }
+    const Vec3 t = kind->turning;
+    std::array<Vec3, 3> axes = poses_[slot].axes;
+    if (kind->has_other_axes) axes = pose_of({}, kind->principal(turn)).axes;
     Symmetric sum;
     const double weights[3] = {t.x, t.y, t.z};
     for (std::size_t k = 0; k < 3; ++k) {
