@@ -2,6 +2,7 @@
 (outcome, recording, in_other_world)."""
 
 import collections
+import re
 
 import numpy
 
@@ -201,6 +202,25 @@ def conveyor(outcome, recorded, in_other_world):
 conveyor.options = ("--ticks", "600")
 conveyor.sizes = [(1, 1), (1, 2), (2, 1)]
 conveyor.larger = range(7)
+
+
+def mixing_pan(outcome, recorded, in_other_world):
+    """Balls stay in the pan, which takes them up on one side; in a pan that stands still they lie at its lowest place."""
+    def across(recorded):
+        return numpy.array(recorded.positions[200:])[:, :, 0].mean()
+
+    along = numpy.array([0, -numpy.sin(numpy.radians(35)), numpy.cos(numpy.radians(35))])
+    places = numpy.array(recorded.positions[-1])
+    heights = places @ along
+    away = numpy.linalg.norm(places - numpy.outer(heights, along), axis=1)
+    expect(numpy.all(away < 6) and numpy.all(heights > -3.9), "balls have left the pan")
+    _, still = in_other_world(lambda text: re.sub("(?m)^spin = .*", "", text))
+    print(f"{across(recorded):.2f} diameters to the side, {across(still):.2f} without turning")
+    expect(abs(across(recorded)) > 0.8 and abs(across(still)) < 0.2, "balls are not taken up by what turns")
+
+
+mixing_pan.options = ("--ticks", "300")
+mixing_pan.sizes = [(1, 1), (2, 2), (3, 1)]
 
 
 def launched_bridge(outcome, recorded, in_other_world):

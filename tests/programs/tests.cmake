@@ -50,7 +50,7 @@ set_tests_properties(program_recording PROPERTIES TIMEOUT 120 PROCESSORS 2)
 meld_sizes_test(program_shape_change ${CMAKE_CURRENT_LIST_DIR}/shape_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld)
 # Examples whose catoms are bodies.
 foreach(program swarm rolling planar_catoms planar_ring row bridge ring climber cantilever launched_bridge cube_bridge m_blocks snake
-        two_wheeler fetcher walker phototaxis lantern electrostatic_cubes conveyor)
+        two_wheeler fetcher walker phototaxis lantern electrostatic_cubes conveyor mixing_pan)
   add_test(NAME motion_${program}
            COMMAND ${CLAYMELD_PYTHON} -B ${CMAKE_CURRENT_LIST_DIR}/motion_test.py $<TARGET_FILE:meldsim> ${CMAKE_SOURCE_DIR}/examples/meld
            ${program})
