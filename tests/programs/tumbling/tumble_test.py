@@ -89,15 +89,16 @@ def turning_friction(seed):
     return "rolling_friction = 0.03\nspinning_friction = 0.02\n" if seed % 3 == 0 else ""
 
 
-def obstacles_that_move(seed):
-    """The motion of the obstacle before, and another obstacle. So slow that what they push can give way."""
+def obstacles_that_move(seed, beside):
+    """The motion of the obstacle before, and another obstacle, which may stand beside the bodies. So slow that what they push can give
+    way."""
     if seed % 6 != 1:
         return ""
     rng = random.Random(seed)
     return (f"swing = [0.2, {rng.uniform(-0.2, 0.2):.2f}, 0]\nspin = [0, 0, {rng.choice([-0.5, 0.5])}]\n"
             f"frequency = {rng.choice([0.5, 2])}\n"
-            f'[[motion.obstacle]]\nkind = "capsule"\ncentre = [-4, 0, 0.4]\ndiameter = 0.3\nlength = 3\nturned = [0, 90, 0]\n'
-            f"spin = [0, 0, {rng.choice([-1, 1])}]\ntilt = [{rng.randint(-5, 5)}, 0, 0]\nfrequency = 1\n")
+            f'[[motion.obstacle]]\nkind = "capsule"\ncentre = [-4, {-4 if beside else 0}, 0.4]\ndiameter = 0.3\nlength = 3\nturned = [0, 90, 0]\n'
+            f"spin = [0, 0, {rng.choice([-1, 1])}]\ntilt = [{rng.randint(1, 5)}, 0, 0]\nfrequency = 1\n")
 
 
 def what_the_world_moves(seed, about_z=False):
@@ -117,7 +118,7 @@ def what_the_world_moves(seed, about_z=False):
             f"frequency = {rng.choice([0.5, 2, 5])}\nphase = {rng.randint(0, 359)}\n"
             f'[[motion.mover]]\nwhere = "id == {rng.randint(0, 9)}"\nspin = {turning(3)}\npivot = {vector(2)}\n'
             f'[[motion.obstacle]]\nkind = "box"\ncentre = [5, 2, {-0.45 if about_z else 0.2}]\nsize = [4, 4, 1]\nbelt = {vector(2)}\n'
-            f"{obstacles_that_move(seed)}[[event]]\ntick = {rng.randint(5, 15)}\ngravity = {vector(8)}\n")
+            f"{obstacles_that_move(seed, beside=about_z)}[[event]]\ntick = {rng.randint(5, 15)}\ngravity = {vector(8)}\n")
     return text + (f"[motion.gravity_swing]\nswing = {vector(3)}\ntilt = {vector(20)}\nfrequency = 3\n" if rng.random() < 0.5 else "")
 
 
