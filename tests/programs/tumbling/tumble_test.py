@@ -97,7 +97,8 @@ def obstacles_that_move(seed, beside):
     rng = random.Random(seed)
     return (f"swing = [0.2, {rng.uniform(-0.2, 0.2):.2f}, 0]\nspin = [0, 0, {rng.choice([-0.5, 0.5])}]\n"
             f"frequency = {rng.choice([0.5, 2])}\n"
-            f'[[motion.obstacle]]\nkind = "capsule"\ncentre = [-4, {-4 if beside else 0}, 0.4]\ndiameter = 0.3\nlength = 3\nturned = [0, 90, 0]\n'
+            f'[[motion.obstacle]]\nkind = "capsule"\ncentre = [-4, {-4 if beside else 0}, 0.4]\n'
+            f"diameter = 0.3\nlength = 3\nturned = [0, 90, 0]\n"
             f"spin = [0, 0, {rng.choice([-1, 1])}]\ntilt = [{rng.randint(1, 5)}, 0, 0]\nfrequency = 1\n")
 
 
