@@ -182,12 +182,9 @@ void Joints::end_step(const Movers& movers, double dt_s, Workers& workers) {
     broken_.clear();
     if (joints_.empty()) return;
     breaks_.assign(assemblies_.size(), std::nullopt);
-    const auto breaks = [&](const Assembly& assembly) -> std::optional<std::uint32_t>& {
-        return breaks_[static_cast<std::size_t>(&assembly - assemblies_.data())];
-    };
     for_assemblies(
         workers, [&](std::size_t batch) { return lone_.end_step(batch, joints_, movers.bodies, dt_s, breaks_); },
-        [&](Assembly& assembly) { breaks(assembly) = assembly.end_step(joints_, movers, dt_s); });
+        [&](std::uint32_t a) { breaks_[a] = assemblies_[a].end_step(joints_, movers, dt_s); });
     for (const auto& index : breaks_)
         if (index) broken_.push_back(key_of(joints_[*index]));
     std::ranges::sort(broken_);
@@ -206,13 +203,13 @@ void Joints::take_loads() {
 void Joints::warm_start(const Movers& movers, Workers& workers) {
     for_assemblies(
         workers, [&](std::size_t batch) { return lone_.warm_start(batch, joints_, movers.bodies); },
-        [&](Assembly& assembly) { assembly.warm_start(joints_, movers); });
+        [&](std::uint32_t a) { assemblies_[a].warm_start(joints_, movers); });
 }
 
 void Joints::run(Assembly::Phase phase, const Movers& movers, double step_s, Workers& workers) {
     for_assemblies(
         workers, [&](std::size_t batch) { return lone_.run(batch, phase, joints_, movers.bodies, step_s); },
-        [&](Assembly& assembly) { assembly.run(phase, joints_, movers, step_s); });
+        [&](std::uint32_t a) { assemblies_[a].run(phase, joints_, movers, step_s); });
 }
 
 template <class OfBatch, class OfAssembly>
@@ -222,10 +219,10 @@ void Joints::for_assemblies(Workers& workers, const OfBatch& of_batch, const OfA
     const std::span<const std::uint32_t> others = lone_.others();
     workers.run(batches + others.size(), [&](int, std::size_t i) {
         const FlushDenormals flush;
-        if (i >= batches) return of_assembly(assemblies_[others[i - batches]]);
+        if (i >= batches) return of_assembly(others[i - batches]);
         const LoneJoints::Chosen left = of_batch(i);
         for (std::size_t k = 0; k < LoneJoints::kAtOnce; ++k)
-            if ((left & 1U << k) != 0) of_assembly(assemblies_[lone_.assembly(i, k)]);
+            if ((left & 1U << k) != 0) of_assembly(lone_.assembly(i, k));
     });
 }
 

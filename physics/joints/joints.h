@@ -81,7 +81,7 @@ class Joints {
   private:
     std::vector<Joint>::iterator place_of_pair(BodyId one, BodyId other);
     bool lay_out(const Movers& movers);
-    // `of_batch` returns which joints of a batch are left to their assemblies.
+    // `of_batch` returns which joints of a batch are left to their assemblies; `of_assembly` gets the place of one.
     template <class OfBatch, class OfAssembly>
     void for_assemblies(Workers& workers, const OfBatch& of_batch, const OfAssembly& of_assembly);
 
