@@ -34,7 +34,7 @@ physics::Vec3 gravity_in_step(const world::World& world, std::uint64_t step) {
     }
     const physics::Vec3 steady = scaled(1, gravity);
     if (!world.physics.gravity_swing) return steady;
-    physics::PrescribedMotion motion = world::motion_of({.swing = *world.physics.gravity_swing}, 1);
+    physics::PrescribedMotion motion = world::motion_of({.swing = *world.physics.gravity_swing, .spin = {}, .pivot = {}}, 1);
     motion.pivot_m = physics::Vec3{};
     return motion.at({steady, {}}, static_cast<double>(step) * world.physics.step).centre_m;
 }

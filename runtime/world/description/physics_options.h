@@ -127,7 +127,7 @@ struct PrescribedOptions {
 struct ObstacleOptions {
     std::string kind = "plane";  // "plane", "box", "terrain", "mesh", "sphere", "cylinder", "capsule" or the name of a compound.
     Vec3 normal{0, 0, 1};        // For a plane; behind it is solid.
-    double offset = 0;           // For a plane, from the origin along its normal.
+    double offset = 0;           // For a plane: of each of its points, times the normal.
     Vec3 centre{}, size{1, 1, 1};
     double degrees = 0;                        // For a box: its rotation about the z axis.
     Vec3 turned{};                             // For solids: by the length of this vector in degrees, about it.

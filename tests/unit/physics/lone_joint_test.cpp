@@ -173,10 +173,36 @@ TEST(LoneJoints, CarryAndBreakAsAssembliesDo) {
     }
 }
 
+TEST(LoneJoints, SleepAndHoldWhenTheyWake) {
+    auto scene = scene_on_plane();
+    for (BodyId i = 0; i < 5; ++i) {
+        const Vec3 at{40.0 * i, 0, 0.5}, way{0, 1, 0};
+        for (const BodyId second : {0U, 1U})
+            need(scene->add_body(
+                {.id = 2 * i + second, .position_m = at + static_cast<double>(second) * way, .shape = box_shape({1, 1, 1}, 0.05)}));
+        need(scene->add_joint({.first = 2 * i, .second = 2 * i + 1, .anchor_m = at + 0.5 * way, .axis = {1, 0, 0}}));
+    }
+    Workers workers(1);
+    run(*scene, 240, 2, workers);
+    for (BodyId body = 0; body < 10; ++body) EXPECT_TRUE(scene->asleep(body)) << body;
+    // The others of the batch, in other blocks of space, go on sleeping.
+    need(scene->add_body({.id = 100, .position_m = {40, -2, 0.5}, .linear_velocity_m_s = {0, 6, 0}, .mass_kg = 4}));
+    run(*scene, 60, 2, workers);
+    EXPECT_GT(scene->state(2).position_m.y, 0.1);
+    for (const Joint& joint : scene->joints()) {
+        const Scene::JointPlace place = scene->place_of(joint);
+        EXPECT_LT(length(place.first_anchor_m - place.second_anchor_m), 1e-4) << joint.first;
+    }
+    EXPECT_TRUE(scene->asleep(8));
+}
+
 TEST(LoneJoints, GoOnFromASnapshotAsIfNothingHadHappened) {
     auto scene = pairs(kNone);
     Workers workers(1);
-    run(*scene, 30, 2, workers);
+    run(*scene, 15, 2, workers);
+    // An assembly solves some of a batch.
+    for (const BodyId i : {0U, 4U, 7U}) need(scene->drive_joint(2 * i, 2 * i + 1, {JointDrive::Kind::Motor, 3}));
+    run(*scene, 15, 2, workers);
     const SavedScene middle = saved(*scene);
     run(*scene, 30, 2, workers);
     const auto resumed = loaded(middle, make_scene(settings_with({}, 0)), workers);

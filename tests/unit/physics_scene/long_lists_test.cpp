@@ -96,7 +96,9 @@ TEST(LongLists, SameBitsInADividedWorld) {
     for (int tick = 0; tick < 200; ++tick) {
         run(*whole, 1, 2, workers);
         divided.tick();
-        if (tick % 20 == 19) ASSERT_EQ(divided.digest(), whole->digest()) << tick;
+        if (tick % 20 == 19) {
+            ASSERT_EQ(divided.digest(), whole->digest()) << tick;
+        }
     }
     EXPECT_LT(divided.rebuilds, 60);
 }

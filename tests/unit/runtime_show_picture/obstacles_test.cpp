@@ -11,7 +11,8 @@ namespace {
 render::Scene scene_with_plane(world::Vec3 normal, double offset) {
     world::World world;
     world.motion.kind = "bodies";
-    world.physics.obstacles.push_back({.kind = "plane", .normal = normal, .offset = offset});
+    world::ObstacleOptions& plane = world.physics.obstacles.emplace_back();
+    plane.normal = normal, plane.offset = offset;
     render::Scene scene;
     add_obstacles(world, 0, scene);
     return scene;
